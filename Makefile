@@ -1,0 +1,78 @@
+# Two commands on a fresh machine: `make demo` and `make test`. PYTHON=... chooses the interpreter.
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+
+BIN := .venv/bin
+DEMO := runs/demo
+
+export OMP_NUM_THREADS := 1
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+.PHONY: help demo test check format lock bench
+
+help:
+	@echo "make demo    set up everything it needs and run one whole procedure"
+	@echo "make test    set up everything it needs and pass the tests"
+	@echo "make check   format, lint, types, import direction"
+	@echo "make format  rewrite the code in the project's format"
+	@echo "make bench   speed of each stage of the world"
+	@echo "make lock    resolve requirements.lock again"
+
+demo: .venv/.ready
+	video=$$($(BIN)/python -m tissue_sim.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
+	$(BIN)/calot run --seed 20000 --out $(DEMO) $$video
+
+test: .venv/.ready
+	$(BIN)/pytest -n logical --maxprocesses 4
+
+check: .venv/.ready
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: .venv/.ready
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: .venv/.ready
+	$(BIN)/calot bench world
+
+# --- set-up ---
+
+# A pyenv shim can exist and still fail, so each candidate is run.
+define FIND_PYTHON
+for python in $${PYTHON:-python3.12 python3.11 python3}; do \
+  if "$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; \
+  then break; fi; python=; \
+done; \
+if [ -z "$$python" ]; then \
+  echo "Python 3.11 or 3.12 is needed (tried: $${PYTHON:-python3.12 python3.11 python3});" \
+       "name one with PYTHON=..." >&2; exit 1; \
+fi
+endef
+
+.ONESHELL:
+
+# Where the system's Python has no ensurepip, its own pip fills the environment from outside.
+.venv/.ready: requirements.lock pyproject.toml
+	@$(FIND_PYTHON)
+	"$$python" -m venv .venv >/dev/null 2>&1 || "$$python" -m venv --without-pip .venv
+	pip="$(BIN)/python -m pip"
+	$$pip --version >/dev/null 2>&1 || pip="$$python -m pip --python $(BIN)/python"
+	echo "Setting up .venv with $$("$$python" --version): about 3 GB to download the first time"
+	$$pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$$pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	touch $@
+
+lock:
+	@$(FIND_PYTHON)
+	uv=$$(mktemp -d)
+	trap 'rm -rf "$$uv"' EXIT
+	"$$python" -m venv "$$uv"
+	"$$uv/bin/python" -m pip install --quiet --disable-pip-version-check uv
+	"$$uv/bin/uv" pip compile --system-certs --universal --python-version 3.11 --extra dev \
+	  --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet \
+	  --output-file requirements.lock pyproject.toml

@@ -1,0 +1,1 @@
+"""How to move: kinematics, expert, diffusion policy and safety."""

@@ -1,0 +1,76 @@
+"""From tool motions to joint targets: integrate the commanded poses, invert the kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.action import ToolAction
+from controller.kinematics import Unreachable, inverse_kinematics
+from tissue_sim.arms import JointCommand
+from tissue_sim.frames import Array, inverse_pose, rotation_from_6d
+from tissue_sim.instruments import Instrument
+from tissue_sim.psm import forward_kinematics
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """Where the arms stand to the endoscope, as a calibration gives it.
+
+    Attributes:
+        T_rcm_endoscope: (2, 4, 4) for left and right arm.
+        instruments: on the left and right arm.
+    """
+
+    T_rcm_endoscope: Array
+    instruments: tuple[Instrument, Instrument]
+
+
+def rig_of(T_world_rcm: Array, T_world_endoscope: Array, instruments: tuple) -> Rig:
+    """The rig of known base and endoscope poses."""
+    return Rig(T_rcm_endoscope=inverse_pose(T_world_rcm) @ T_world_endoscope, instruments=instruments)
+
+
+class Driver:
+    """Keeps the commanded tool poses, so that small motions add up exactly.
+
+    A motion out of reach is refused for that arm: it holds, and `refused` counts it.
+    """
+
+    def __init__(self, rig: Rig, joints: Array) -> None:
+        self.refused = 0
+        self.attach(rig, joints)
+
+    def attach(self, rig: Rig, joints: Array) -> None:
+        """Start anew from joints (2, 7), with these instruments."""
+        self._rig = rig
+        self._joints = joints.copy()
+        self._T_rcm_tool = np.stack(
+            [forward_kinematics(q[:6], i) for q, i in zip(joints, rig.instruments, strict=True)]
+        )
+
+    @property
+    def joints(self) -> Array:
+        """(2, 7) joints commanded last."""
+        return self._joints.copy()
+
+    def drive(self, action: ToolAction) -> JointCommand:
+        """Joint targets for one control step."""
+        for arm in range(2):
+            self._drive_arm(arm, action)
+        return JointCommand(joints=self._joints.copy())
+
+    def _drive_arm(self, arm: int, action: ToolAction) -> None:
+        self._joints[arm, 6] = action.jaw_rad[arm]
+        target = self._T_rcm_tool[arm].copy()
+        R_rcm_endoscope = self._rig.T_rcm_endoscope[arm, :3, :3]
+        target[:3, 3] += R_rcm_endoscope @ action.move_endoscope_m[arm]
+        target[:3, :3] = target[:3, :3] @ rotation_from_6d(action.turn_tool[arm])
+        try:
+            near = self._joints[arm, :6]
+            self._joints[arm, :6] = inverse_kinematics(target, self._rig.instruments[arm], near)
+        except Unreachable:
+            self.refused += 1
+            return
+        self._T_rcm_tool[arm] = target

@@ -1,0 +1,59 @@
+"""A controller that solves every task from the world's hidden state. Privileged.
+
+It makes the demonstrations and is the reference that a learned controller is held to.
+"""
+
+from __future__ import annotations
+
+from controller.action import Chunk
+from controller.expert.motion import Goal, chunk_towards
+from controller.expert.skills import GRASP_CLOSED_RAD, GRASP_OPEN_RAD, Phase, skill
+from planner.instruction import Instruction
+from planner.task import Task
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import Array
+from tissue_sim.observation import Observation
+from tissue_sim.world import World
+
+
+class ControllerExpert:
+    """Runs the skill of the instructed task, phase by phase; the idle arm keeps its hold."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._jaws_rad = [GRASP_OPEN_RAD, 0.35]
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin the running task's skill anew; the jaws stay as commanded."""
+        self._task: Task | None = None
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """A tenth of a second of motion."""
+        if instruction.task != self._task:
+            self._begin(instruction.task, observation)
+        if self._phase.done(self._world, observation.time_s - self._since_s):
+            self._enter(self._at + 1, observation)
+        goal = self._phase.goal(self._world, self._start)
+        self._jaws_rad[self._phase.arm] = goal.jaw_rad
+        goals = [Goal(T_world_tool=None, jaw_rad=self._jaws_rad[arm]) for arm in range(2)]
+        goals[self._phase.arm] = goal
+        return chunk_towards(
+            (goals[LEFT_ARM], goals[RIGHT_ARM]),
+            self._world.arms.T_world_tool(),
+            self._world.T_world_endoscope[:3, :3],
+        )
+
+    @property
+    def _phase(self) -> Phase:
+        return self._phases[self._at]
+
+    def _begin(self, task: Task, observation: Observation) -> None:
+        self._task = task
+        self._phases = skill(task, self._world)
+        self._enter(0, observation)
+
+    def _enter(self, at: int, observation: Observation) -> None:
+        self._at = at
+        self._since_s = observation.time_s
+        self._start: Array = self._world.arms.T_world_tool()[self._phases[at].arm]

@@ -1,0 +1,70 @@
+"""Straight motion of a tool towards a pose, as a chunk of small relative steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S, Chunk, ToolAction
+from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vector
+
+CHUNK_STEPS = 3
+TURN_SPEED_RAD_S = 1.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """Where a tool should go and how; `T_world_tool` None means stay.
+
+    Attributes:
+        T_world_tool: (4, 4) or None.
+        jaw_rad: total opening wanted.
+        speed_m_s: of the tip.
+    """
+
+    T_world_tool: Array | None
+    jaw_rad: float
+    speed_m_s: float = 0.04
+
+
+def chunk_towards(goals: tuple[Goal, Goal], T_world_tool: Array, R_world_endoscope: Array) -> Chunk:
+    """Motions of both arms from (2, 4, 4) towards their goals."""
+    T = T_world_tool.copy()
+    chunk = []
+    for _ in range(CHUNK_STEPS):
+        moves, turns = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
+        for arm, goal in enumerate(goals):
+            if goal.T_world_tool is not None:
+                moves[arm], turns[arm] = _step(T[arm], goal.T_world_tool, goal.speed_m_s)
+                T[arm, :3, 3] += moves[arm]
+                T[arm, :3, :3] = T[arm, :3, :3] @ turns[arm]
+        chunk.append(
+            ToolAction(
+                move_endoscope_m=moves @ R_world_endoscope,
+                turn_tool=np.stack([rotation_to_6d(R) for R in turns]),
+                jaw_rad=np.array([g.jaw_rad for g in goals]),
+            )
+        )
+    return tuple(chunk)
+
+
+def distance(T: Array, goal: Array) -> tuple[float, float]:
+    """Between two poses: of the tips (m), of the orientations (rad)."""
+    turn = rotation_vector(T[:3, :3].T @ goal[:3, :3])
+    return float(np.linalg.norm(goal[:3, 3] - T[:3, 3])), float(np.linalg.norm(turn))
+
+
+def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
+    """One control step's translation (world, m) and rotation (tool frame)."""
+    away = goal[:3, 3] - T[:3, 3]
+    turn = rotation_vector(T[:3, :3].T @ goal[:3, :3])
+    return (
+        away * _share(float(np.linalg.norm(away)), speed_m_s),
+        exponential(turn * _share(float(np.linalg.norm(turn)), TURN_SPEED_RAD_S)),
+    )
+
+
+def _share(left: float, speed: float) -> float:
+    """Part of the way that one step takes; the last bit is approached gently."""
+    return min(0.35, speed * CONTROL_STEP_S / left) if left > 1e-9 else 0.0

@@ -1,0 +1,137 @@
+"""The expert's skills: for each kind of task, phases that follow one another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from controller.expert.motion import Goal, distance
+from controller.expert.targets import (
+    before,
+    clip_pose,
+    cut_pose,
+    grasp_pose,
+    pull_direction,
+    taut,
+)
+from planner.criteria import structure_of
+from planner.task import Task
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import Array
+from tissue_sim.world import World
+
+GRASP_OPEN_RAD, GRASP_CLOSED_RAD = 1.15, -0.3
+APPLIER_OPEN_RAD, SCISSORS_OPEN_RAD, SHUT_RAD = 0.55, 0.75, -0.3
+STANDOFF_M = 0.022
+RETREAT_M = 0.030
+ARRIVED_M, ARRIVED_RAD = 0.0006, 0.03
+PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 1.5
+JAW_TIME_S = 0.5
+PHASE_MOST_S = 8.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Phase:
+    """One leg of a skill: where the working arm goes, and when it is there.
+
+    Attributes:
+        name: for a person to read.
+        arm: the arm that works; the other holds still.
+        goal: from the world as it is now and as it was when the phase began.
+        done: given the world and the time in this phase (s).
+    """
+
+    name: str
+    arm: int
+    goal: Callable[[World, Array], Goal]
+    done: Callable[[World, float], bool]
+
+
+def skill(task: Task, world: World) -> tuple[Phase, ...]:
+    """The phases that carry out a task in this patient."""
+    tube = structure_of(task, world)
+    if task.kind == "grab":
+        return _grab()
+    if task.kind == "clip":
+        k = task.clip or 1
+        return _close_on(lambda w: clip_pose(w, tube, k), APPLIER_OPEN_RAD)
+    if task.kind == "cut":
+        return _close_on(lambda w: cut_pose(w, tube), SCISSORS_OPEN_RAD)
+    opening = APPLIER_OPEN_RAD if task.right_tool == "clip_applier" else SCISSORS_OPEN_RAD
+    return _go_back(opening)
+
+
+def _grab() -> tuple[Phase, ...]:
+    arm = LEFT_ARM
+    stand = _go(arm, "in front of the infundibulum", lambda w: before(grasp_pose(w), STANDOFF_M),
+                GRASP_OPEN_RAD)  # fmt: skip
+    astride = _go(arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=0.02)
+    close = _jaw(arm, "close", GRASP_CLOSED_RAD)
+    pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
+    return stand, astride, close, pull, _stay(arm, GRASP_CLOSED_RAD)
+
+
+def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, ...]:
+    arm = RIGHT_ARM
+    stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
+    astride = _go(arm, "astride the tube", target, opening, speed_m_s=0.02)
+    return stand, astride, _jaw(arm, "close", SHUT_RAD), _stay(arm, SHUT_RAD)
+
+
+def _go_back(opening: float) -> tuple[Phase, ...]:
+    def retreat(world: World, start: Array) -> Goal:
+        return Goal(T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=0.04)
+
+    def far(world: World, time_s: float) -> bool:
+        return time_s > RETREAT_M / 0.04 + 0.5
+
+    open_up = _jaw(RIGHT_ARM, "open", opening)
+    back = Phase(name="go back", arm=RIGHT_ARM, goal=retreat, done=far)
+    return open_up, back, _stay(RIGHT_ARM, opening)
+
+
+def _go(
+    arm: int, name: str, target: Callable[[World], Array], jaw_rad: float, speed_m_s: float = 0.04
+) -> Phase:
+    """Move to a target that is worked out anew as the tissue moves."""
+
+    def arrived(world: World, time_s: float) -> bool:
+        off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
+        return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > PHASE_MOST_S
+
+    return Phase(
+        name=name,
+        arm=arm,
+        goal=lambda w, _: Goal(T_world_tool=target(w), jaw_rad=jaw_rad, speed_m_s=speed_m_s),
+        done=arrived,
+    )
+
+
+def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
+    return Phase(
+        name=name,
+        arm=arm,
+        goal=lambda *_: Goal(T_world_tool=None, jaw_rad=jaw_rad),
+        done=lambda _, time_s: time_s >= JAW_TIME_S,
+    )
+
+
+def _stay(arm: int, jaw_rad: float) -> Phase:
+    return Phase(
+        name="stay",
+        arm=arm,
+        goal=lambda *_: Goal(T_world_tool=None, jaw_rad=jaw_rad),
+        done=lambda *_: False,
+    )
+
+
+def _pull(world: World, start: Array) -> Goal:
+    T = world.arms.T_world_tool()[LEFT_ARM].copy()
+    T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes)
+    T[:3, :3] = start[:3, :3]
+    return Goal(T_world_tool=T, jaw_rad=GRASP_CLOSED_RAD, speed_m_s=PULL_SPEED_M_S)
+
+
+def _pulled(world: World, time_s: float) -> bool:
+    enough = taut(world.tubes) or world.record.grasp.traction_n > PULL_MOST_N
+    return enough or time_s > PHASE_MOST_S

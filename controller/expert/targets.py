@@ -1,0 +1,100 @@
+"""Where the instruments should go, from the anatomy as it is now. Privileged."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.cut import BLADE_LENGTH_M
+from tissue_sim.field import AWAY, LEFT, RIGHT
+from tissue_sim.frames import Array, pose, unit
+from tissue_sim.organ import TUBES
+from tissue_sim.outcome import straightness
+from tissue_sim.thresholds import CLIP_LEAST_GAP_M
+from tissue_sim.tubes import Tubes
+from tissue_sim.world import World
+
+GRASP_RING = 4  # of the infundibulum, 12 mm above the neck
+LEFT_SLANT_RAD = 0.55  # the left tool comes in from the left
+RIGHT_SLANT_RAD = 0.30  # and the right tool from the right
+CLIP_MARGIN_M = 0.0026  # from a tube's end to the middle of a clip
+TAUT = 0.990
+LIFT = 0.35  # share of the pull towards the endoscope, off the liver
+
+
+def grasp_pose(world: World) -> Array:
+    """`T_world_tool` of the grasper astride the infundibulum."""
+    rings = world.organ.sac_rings[:, 0]
+    axis = world.tissue.positions()[rings].astype(float)
+    along = unit(axis[GRASP_RING + 1] - axis[GRASP_RING - 1])
+    approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
+    radius = 0.20 * world.anatomy.gallbladder_width_m
+    return astride(axis[GRASP_RING], along, approach, beyond_m=0.5 * radius + 0.004)
+
+
+def clip_pose(world: World, tube: str, k: int) -> Array:
+    """`T_world_tool` of the applier with the k-th clip's place between its jaws."""
+    return _on_tube(world, tube, clip_stations_m(world.tubes, tube)[k - 1], 0.5 * CLIP_LENGTH_M)
+
+
+def cut_pose(world: World, tube: str) -> Array:
+    """`T_world_tool` of the scissors at the ring midway between clips 2 and 3."""
+    stations = [
+        crossing.station_m
+        for clip in world.record.clips
+        if not clip.lost and (crossing := clip.on(tube)) is not None
+    ]
+    low, high = sorted(stations)[-2:] if len(stations) > 1 else clip_stations_m(world.tubes, tube)[1:]
+    rings = world.tubes.stations_m[tube][: world.organ.neck_ring[tube]]
+    nearest = float(rings[np.argmin(np.abs(rings - 0.5 * (low + high)))])
+    return _on_tube(world, tube, nearest, 0.5 * BLADE_LENGTH_M)
+
+
+def clip_stations_m(tubes: Tubes, tube: str) -> tuple[float, float, float]:
+    """Where the three clips go: two low, the third near the gallbladder."""
+    length = tubes.length_m[tube]
+    first = max(CLIP_MARGIN_M, 0.12 * length)
+    second = first + max(CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0006, 0.16 * length)
+    return first, second, length - max(CLIP_MARGIN_M, 0.12 * length)
+
+
+def pull_direction(tubes: Tubes) -> Array:
+    """Unit vector that draws both tubes straight, the slacker one more, and lifts off the liver."""
+    total = np.zeros(3)
+    for tube in TUBES:
+        centres = tubes.centres(tube)
+        missing = max(TAUT + 0.005 - straightness(tubes, tube), 0.0) * tubes.length_m[tube]
+        total += missing * unit(centres[-1] - centres[0])
+    pull = unit(total) if np.linalg.norm(total) > 0 else total
+    return unit(pull - LIFT * AWAY)
+
+
+def taut(tubes: Tubes) -> bool:
+    """Both tubes drawn straight."""
+    return min(straightness(tubes, tube) for tube in TUBES) >= TAUT
+
+
+def before(T_world_tool: Array, back_m: float) -> Array:
+    """The pose drawn back along the tool's own axis."""
+    T = T_world_tool.copy()
+    T[:3, 3] -= back_m * T[:3, 2]
+    return T
+
+
+def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> Array:
+    """Tool pose whose jaws close square across a line at a point.
+
+    Args:
+        point: (3,) on the line.
+        along: (3,) unit direction of the line; becomes the jaws' pivot axis.
+        approach: (3,) wanted forward direction, made square to the line.
+        beyond_m: how far the tip reaches past the point.
+    """
+    z = unit(approach - (approach @ along) * along)
+    return pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
+
+
+def _on_tube(world: World, tube: str, station_m: float, beyond_m: float) -> Array:
+    point, along = world.tubes.point(tube, station_m)
+    approach = np.cos(RIGHT_SLANT_RAD) * AWAY + np.sin(RIGHT_SLANT_RAD) * LEFT
+    return astride(point, along, approach, beyond_m=beyond_m)

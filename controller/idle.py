@@ -1,0 +1,22 @@
+"""A controller that does nothing: what an evaluation must not pass."""
+
+from __future__ import annotations
+
+from controller.action import Chunk, hold
+from planner.instruction import Instruction
+from tissue_sim.observation import Observation
+from tissue_sim.world import World
+
+
+class ControllerIdle:
+    """Holds both arms where they are."""
+
+    def __init__(self, world: World) -> None:
+        del world
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Hold, jaws as they are."""
+        return (hold(observation.joints[:, 6]),)

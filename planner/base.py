@@ -1,0 +1,19 @@
+"""What every planner can do."""
+
+from typing import Protocol, TypeVar
+
+from planner.instruction import Instruction
+
+Observation_contra = TypeVar("Observation_contra", contravariant=True)
+
+
+class Planner(Protocol[Observation_contra]):
+    """Says what to do next, about once a second of simulated time."""
+
+    def reset(self) -> None:
+        """Forgets the episode so far."""
+        ...
+
+    def plan(self, observation: Observation_contra) -> Instruction:
+        """Returns what should be done now, from what is seen now and was seen before."""
+        ...

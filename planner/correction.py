@@ -1,0 +1,79 @@
+"""The 18 corrective instructions of SRT-H (arXiv 2505.10251): 12 for an arm, 6 for the jaws."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Arm = Literal["left", "right", "both"]
+Direction = Literal["left", "right", "higher", "lower", "away", "towards"]
+JawMotion = Literal["close", "open"]
+
+_ARMS: tuple[Arm, ...] = ("left", "right")
+_DIRECTION_WORDS: dict[Direction, str] = {
+    "left": "to the left",
+    "right": "to the right",
+    "higher": "higher",
+    "lower": "lower",
+    "away": "away from me",
+    "towards": "towards me",
+}
+_GRIPPER_WORDS: dict[Arm, str] = {
+    "both": "both grippers",
+    "left": "left gripper",
+    "right": "right gripper",
+}
+_JAW_MOTIONS: tuple[JawMotion, ...] = ("close", "open")
+
+DIRECTION_ENDOSCOPE: dict[Direction, tuple[float, float, float]] = {
+    "left": (1.0, 0.0, 0.0),
+    "right": (-1.0, 0.0, 0.0),
+    "higher": (0.0, 1.0, 0.0),
+    "lower": (0.0, -1.0, 0.0),
+    "away": (0.0, 0.0, 1.0),
+    "towards": (0.0, 0.0, -1.0),
+}
+"""Unit vector of each direction in the endoscope frame: +x = left, +y = higher, +z = away."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Correction:
+    """A small change asked of an arm or of the jaws while a task goes on.
+
+    Attributes:
+        text: The words a surgeon says, unique to the correction.
+        arm: Whom it is for; "both" only for the jaws.
+        direction: Where the arm should move; None when the jaws are meant.
+        jaw: What the jaws should do; None when the arm is meant.
+    """
+
+    text: str
+    arm: Arm
+    direction: Direction | None = None
+    jaw: JawMotion | None = None
+
+
+CORRECTIONS: tuple[Correction, ...] = (
+    *(
+        Correction(text=f"move {arm} arm {words}", arm=arm, direction=direction)
+        for arm in _ARMS
+        for direction, words in _DIRECTION_WORDS.items()
+    ),
+    *(
+        Correction(text=f"{jaw} {words}", arm=arm, jaw=jaw)
+        for jaw in _JAW_MOTIONS
+        for arm, words in _GRIPPER_WORDS.items()
+    ),
+)
+
+_BY_TEXT = {correction.text: correction for correction in CORRECTIONS}
+
+
+def correction_from_text(text: str) -> Correction:
+    """Returns the correction whose words these are.
+
+    Raises:
+        ValueError: If no correction is worded so; the message lists the 18 that are.
+    """
+    try:
+        return _BY_TEXT[text]
+    except KeyError:
+        raise ValueError(f"unknown correction {text!r}; allowed: {', '.join(_BY_TEXT)}") from None

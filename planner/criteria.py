@@ -1,0 +1,24 @@
+"""When a task is done: the world's outcome predicates, by kind of task. Privileged."""
+
+from __future__ import annotations
+
+from planner.task import Task
+from tissue_sim.outcome import clip_placed, gallbladder_grasped, right_arm_back, tube_cut
+from tissue_sim.world import World
+
+
+def task_done(task: Task, world: World) -> bool:
+    """Whether the world's state meets the task's success criterion now."""
+    if task.kind == "grab":
+        return gallbladder_grasped(world)
+    if task.kind in ("go_back", "go_back_from_cut"):
+        return right_arm_back(world)
+    structure = structure_of(task, world)
+    if task.kind == "cut":
+        return tube_cut(world, structure)
+    return clip_placed(world, structure, task.clip or 1)
+
+
+def structure_of(task: Task, world: World) -> str:
+    """The structure ("duct", "artery") that the task's tube is in this patient; "" when none."""
+    return world.anatomy.structure(task.tube) if task.tube else ""

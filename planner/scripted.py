@@ -1,0 +1,42 @@
+"""The oracle planner: goes through the 17 tasks, each until its criterion is met. Privileged."""
+
+from __future__ import annotations
+
+from planner.criteria import task_done
+from planner.instruction import TASKS, Instruction
+from tissue_sim.observation import Observation
+from tissue_sim.outcome import right_arm_back
+from tissue_sim.world import World
+
+PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further back
+
+
+class PlannerScripted:
+    """Reads the world's hidden state, so it serves as the reference and the test oracle.
+
+    When a clip or a cut has not come off, it says to go back, and then the same task again.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.reset()
+
+    def reset(self) -> None:
+        """Start at the first task."""
+        self._index = 0
+        self._since_s = 0.0
+        self._backing_off = False
+
+    def plan(self, observation: Observation) -> Instruction:
+        """The first task, in order, that is not done yet; the last one stays when all are."""
+        task, now_s = TASKS[self._index], observation.time_s
+        if self._backing_off:
+            if right_arm_back(self._world):
+                self._backing_off, self._since_s = False, now_s
+        elif task_done(task, self._world):
+            self._index = min(self._index + 1, len(TASKS) - 1)
+            self._since_s = now_s
+        elif task.kind in ("clip", "cut") and now_s - self._since_s > PATIENCE_S:
+            self._backing_off = True
+        said = TASKS[self._index + 1] if self._backing_off else TASKS[self._index]
+        return Instruction(task=said, time_s=now_s)

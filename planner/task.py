@@ -1,0 +1,77 @@
+"""The 17 tasks of the procedure, in order, as SRT-H words them (arXiv 2505.10251)."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+TaskKind = Literal["grab", "clip", "go_back", "cut", "go_back_from_cut"]
+Tube = Literal["left", "right"]
+RightTool = Literal["clip_applier", "scissors"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """One step of the procedure.
+
+    Attributes:
+        index: Place in the procedure, 1 to 17.
+        text: The words a surgeon says, unique to the task.
+        kind: What is done, whichever tube and clip.
+        tube: The tube it is done to; None when grabbing.
+        clip: Which of the tube's three clips, 1 to 3; None where no clip is meant.
+        right_tool: The tool the right arm must hold; the left always holds the grasper.
+    """
+
+    index: int
+    text: str
+    kind: TaskKind
+    tube: Tube | None
+    clip: int | None
+    right_tool: RightTool
+
+
+def _tasks_of(tube: Tube, first_index: int) -> list[Task]:
+    steps: list[tuple[str, TaskKind, int | None, RightTool]] = []
+    for clip, ordinal in enumerate(("first", "second", "third"), start=1):
+        steps.append((f"clipping {ordinal} clip", "clip", clip, "clip_applier"))
+        steps.append((f"going back {ordinal} clip", "go_back", clip, "clip_applier"))
+    steps.append(("go to the cutting position", "cut", None, "scissors"))
+    steps.append(("go back from the cut", "go_back_from_cut", None, "scissors"))
+    return [
+        Task(
+            index=index,
+            text=f"{words} {tube} tube",
+            kind=kind,
+            tube=tube,
+            clip=clip,
+            right_tool=right_tool,
+        )
+        for index, (words, kind, clip, right_tool) in enumerate(steps, start=first_index)
+    ]
+
+
+TASKS: tuple[Task, ...] = (
+    Task(
+        index=1,
+        text="grabbing gallbladder",
+        kind="grab",
+        tube=None,
+        clip=None,
+        right_tool="clip_applier",
+    ),
+    *_tasks_of("left", first_index=2),
+    *_tasks_of("right", first_index=10),
+)
+
+_BY_TEXT = {task.text: task for task in TASKS}
+
+
+def task_from_text(text: str) -> Task:
+    """Returns the task whose words these are.
+
+    Raises:
+        ValueError: If no task is worded so; the message lists the 17 that are.
+    """
+    try:
+        return _BY_TEXT[text]
+    except KeyError:
+        raise ValueError(f"unknown task {text!r}; allowed: {', '.join(_BY_TEXT)}") from None

@@ -1,0 +1,46 @@
+"""One episode, with its record kept whatever happens."""
+
+import os
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+from scenarios.atomic_write import write_atomic
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import describe_error
+from scenarios.observer import Observer
+from scenarios.recorder import Recorder
+from scenarios.results import EpisodeResult
+
+
+def attempt_episode(
+    config: EpisodeConfig, out: Path, observers: Sequence[Observer] = ()
+) -> EpisodeResult:
+    """Runs one episode; an exception in it becomes the result's error, not a failure.
+
+    Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
+    from scenarios.episode import run_episode
+
+    start_s = time.perf_counter()
+    try:
+        with Recorder(config=config, path=out / "episodes" / f"{config.seed}.npz") as recorder:
+            return run_episode(config, [recorder, *observers])
+    except Exception as error:
+        write_atomic(out / "errors" / f"{config.seed}.txt", traceback.format_exc().encode())
+        return broken_off(config, error, wall_s=time.perf_counter() - start_s)
+
+
+def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> EpisodeResult:
+    """Returns the result of an episode that `error` ended."""
+    return EpisodeResult(
+        scenario=config.scenario,
+        seed=config.seed,
+        planner=config.planner,
+        controller=config.controller,
+        success=False,
+        error=describe_error(error),
+        wall_s=wall_s,
+    )

@@ -1,0 +1,75 @@
+"""The command line `calot`; a new command is a new file and one line in COMMANDS."""
+
+import io
+import re
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stderr
+from typing import Protocol
+
+from tyro.extras import subcommand_cli_from_dict
+
+from scenarios.commands.doctor import Doctor
+from scenarios.commands.run import INTERRUPTED, Run
+from scenarios.errors import BadInputError
+
+BAD_INPUT = 2
+FAULT = 3
+
+
+class Command(Protocol):
+    """What the words on the command line ask for."""
+
+    def execute(self) -> int:
+        """Does it; returns the exit code."""
+        ...
+
+
+COMMANDS: dict[str, Callable[..., Command]] = {
+    "run": Run,
+    "doctor": Doctor,
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command; returns its exit code, which is 2 for bad input, told in one line."""
+    try:
+        return parse(argv).execute()
+    except BadInputError as error:
+        print(f"calot: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception:  # Python's own exit code for it, 1, would say that an episode failed
+        traceback.print_exc()
+        return FAULT
+
+
+def parse(argv: Sequence[str] | None = None) -> Command:
+    """Returns the command that the words ask for.
+
+    Raises:
+        BadInputError: If they ask for none; in one line, where tyro draws a box.
+    """
+    complaint = io.StringIO()
+    try:
+        with redirect_stderr(complaint):
+            return subcommand_cli_from_dict(
+                COMMANDS,
+                prog="calot",
+                description="A simulated robot surgeon for gallbladder removal.",
+                args=argv,
+            )
+    except SystemExit as stop:
+        if stop.code != BAD_INPUT:
+            raise
+    raise BadInputError(_one_line(complaint.getvalue()))
+
+
+def _one_line(box: str) -> str:
+    """Returns the text in tyro's box, without its frame and its pointers to the help."""
+    rows = [re.sub(r"^[│|]\s*|\s*[│|]$", "", row) for row in box.splitlines()]
+    text = " ".join(row.strip() for row in rows if not row.startswith(("╭", "╰")))
+    said, *_ = re.split(r"─{3,} (?:Argument helptext|For full helptext)", text)
+    return re.sub(r"\s*─{3,}\s*", "; ", said).strip(" ─")

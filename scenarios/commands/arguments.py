@@ -1,0 +1,41 @@
+"""Argument types that say what they allow."""
+
+from collections.abc import Iterable
+
+from tyro.constructors import PrimitiveConstructorSpec
+
+
+def at_least(minimum: int) -> PrimitiveConstructorSpec[int]:
+    """Returns the type of a whole number not below `minimum`, to annotate an int with."""
+
+    def parse(words: list[str]) -> int:
+        word = words[0]
+        if not word.isdecimal() or int(word) < minimum:
+            raise ValueError(f"{word!r} is not a whole number of at least {minimum}")
+        return int(word)
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="N",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, int),
+        str_from_instance=lambda value: [str(value)],
+    )
+
+
+def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
+    """Returns the type of a name among `names`, to annotate a str with."""
+    allowed = tuple(names)
+
+    def parse(words: list[str]) -> str:
+        if words[0] not in allowed:
+            raise ValueError(f"unknown {words[0]!r}; allowed: {', '.join(allowed)}")
+        return words[0]
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=f"{{{','.join(allowed)}}}",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, str),
+        str_from_instance=lambda value: [value],
+    )

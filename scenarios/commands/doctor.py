@@ -1,0 +1,69 @@
+"""`calot doctor`: what this machine can do."""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.table import Table
+
+from scenarios.versions import versions
+
+# In a process of its own: both imports take seconds, and a broken driver may crash it.
+_CUDA_ATTEMPT = """
+import json, torch, warp
+warp.config.quiet = True
+print(json.dumps({"torch": torch.cuda.is_available(), "warp": warp.get_cuda_device_count() > 0}))
+"""
+
+_RENDERER_HINT = (
+    "no: camera views and --video are off. Install libvulkan1 and Mesa's lavapipe "
+    "(mesa-vulkan-drivers) of version 24.3 or later; on Debian 12 it is in bookworm-backports"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Show what this machine can do, and what to install for more."""
+
+    def execute(self) -> int:
+        """Probes and reports; returns 0."""
+        with Console(stderr=True).status("looking at this machine"):
+            findings = {**_machine(), **versions(), **_accelerators()}
+        table = Table(show_header=False)
+        for name, finding in findings.items():
+            table.add_row(name, finding)
+        Console().print(table)
+        return 0
+
+
+def _machine() -> dict[str, str]:
+    memory_bytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "cores": str(len(os.sched_getaffinity(0))),
+        "memory": f"{memory_bytes / 2**30:.1f} GiB",
+    }
+
+
+def _accelerators() -> dict[str, str]:
+    from tissue_sim.renderer_probe import renderer_available
+
+    return {
+        "renderer": "yes" if renderer_available() else _RENDERER_HINT,
+        **{f"CUDA for {name}": finding for name, finding in _cuda().items()},
+    }
+
+
+def _cuda() -> dict[str, str]:
+    probe = subprocess.run([sys.executable, "-c", _CUDA_ATTEMPT], capture_output=True, text=True)
+    if probe.returncode != 0:
+        reason = (probe.stderr.strip().splitlines() or [f"exit code {probe.returncode}"])[-1]
+        return dict.fromkeys(("torch", "warp"), f"could not be tried: {reason}")
+    found = json.loads(probe.stdout.splitlines()[-1])
+    return {
+        name: "yes" if there else "no: everything runs on the CPU" for name, there in found.items()
+    }

@@ -1,0 +1,139 @@
+"""`calot run`: autonomous episodes, judged."""
+
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+from tyro.conf import arg
+
+from scenarios.attempt import attempt_episode
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.output_path import require_writable_folder
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import BadInputError
+from scenarios.observer import Observer
+from scenarios.pool import run_side_by_side
+from scenarios.progress import ProgressDisplay
+from scenarios.report import episode_table, error_lines, injury_table, summary_line, task_table
+from scenarios.results import EpisodeResult, summarise, write_results
+from scenarios.strict_json import plain
+from scenarios.video import VideoWriter
+
+INTERRUPTED = 130
+VIDEO_SUFFIX = ".mp4"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """Run one or more autonomous episodes.
+
+    Exit code: 0 all passed, 1 some failed, 2 bad input, 3 some ended in error, 130 interrupted.
+    """
+
+    planner: Annotated[str, one_of(PLANNERS)] = "scripted"
+    """Who says what to do next."""
+    controller: Annotated[str, one_of(CONTROLLERS)] = "expert"
+    """Who moves the arms."""
+    scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
+    """The conditions."""
+    seed: Annotated[int, at_least(0)] = 20_000
+    """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
+    episodes: Annotated[int, at_least(1)] = 1
+    """How many episodes."""
+    workers: Annotated[int, at_least(1)] = 1
+    """How many episodes run side by side."""
+    out: Path = Path("runs/latest")
+    """Folder for results.json, which is replaced, and the recorded episodes."""
+    video: Annotated[Path | None, arg(metavar="FILE.mp4")] = None
+    """File for the endoscope's view; needs a renderer and a single episode."""
+
+    def execute(self) -> int:
+        """Runs, keeps each finished episode in results.json, and reports; returns the exit code."""
+        self._require_possible()
+        finished: list[EpisodeResult] = []
+        self._write(finished)
+        try:
+            self._run(finished)
+        except KeyboardInterrupt:
+            _report(finished, self.out)
+            return INTERRUPTED
+        _report(finished, self.out)
+        return exit_code(finished)
+
+    def _require_possible(self) -> None:
+        if self.video is not None:
+            self._require_video_possible(self.video)
+        require_writable_folder(self.out, "--out")
+
+    def _require_video_possible(self, video: Path) -> None:
+        if video.suffix != VIDEO_SUFFIX:
+            raise BadInputError(f"--video {video}: the file must end in {VIDEO_SUFFIX}")
+        if self.episodes != 1:
+            raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
+        from tissue_sim.renderer_probe import renderer_available
+
+        if not renderer_available():
+            raise BadInputError("--video needs a renderer and there is none; see `calot doctor`")
+        require_writable_folder(video.parent, "--video")
+
+    def _run(self, finished: list[EpisodeResult]) -> None:
+        with ExitStack() as stack:
+            display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
+            observers: list[Observer] = [display]
+            if self.video is not None:
+                observers.append(stack.enter_context(VideoWriter(path=self.video)))
+            results = stack.enter_context(closing(self._results(observers)))
+            for result in results:
+                finished.append(result)
+                finished.sort(key=lambda episode: episode.seed)
+                self._write(finished)
+                display.advance()
+
+    def _results(self, observers: Sequence[Observer]) -> Generator[EpisodeResult, None, None]:
+        configs = [
+            EpisodeConfig(
+                scenario=self.scenario,
+                seed=self.seed + k,
+                planner=self.planner,
+                controller=self.controller,
+            )
+            for k in range(self.episodes)
+        ]
+        if self.workers > 1:
+            attempt = partial(attempt_episode, out=self.out)
+            yield from run_side_by_side(attempt, configs, self.workers)
+        else:
+            for config in configs:
+                yield attempt_episode(config, self.out, observers)
+
+    def _write(self, finished: Sequence[EpisodeResult]) -> None:
+        write_results(self.out / "results.json", finished, config=plain(self))
+
+
+def exit_code(episodes: Sequence[EpisodeResult]) -> int:
+    """Returns 3 if any episode ended in error, else 1 if any failed, else 0."""
+    summary = summarise(episodes)
+    if summary.errors:
+        return 3
+    return 0 if summary.passed == summary.episodes else 1
+
+
+def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
+    console = Console()
+    if len(episodes) == 1:
+        console.print(task_table(episodes[0]))
+        if episodes[0].injuries:
+            console.print(injury_table(episodes[0]))
+    elif episodes:
+        console.print(episode_table(episodes))
+    for line in (
+        *error_lines(episodes),
+        summary_line(summarise(episodes)),
+        f"results: {out / 'results.json'}",
+    ):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)

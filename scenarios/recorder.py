@@ -1,0 +1,168 @@
+"""An episode in one file: what was asked, commanded, seen and felt at each step."""
+
+import io
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from scenarios.atomic_write import write_atomic
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import describe_error
+from scenarios.results import EpisodeResult
+from scenarios.strict_json import dumps, plain
+from scenarios.versions import versions
+
+SCHEMA_VERSION = 1
+
+STEP_ARRAYS: dict[str, tuple[int, ...]] = {
+    "time_s": (),
+    "commands": (2, 7),
+    "joints": (2, 7),
+    "tips_endoscope": (2, 4, 4),
+    "forces_n": (2, 3),
+    "instruction": (),
+}
+"""Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """A recorded episode.
+
+    Attributes:
+        config: The `EpisodeConfig`, as a dict.
+        versions: What it was made with.
+        anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
+        instructions: Table of what was asked: task index, text, source.
+        events: What happened, in order, each with its step.
+        result: The `EpisodeResult`, as a dict; None if the episode broke off.
+        error: What broke it off, else None.
+        arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
+            the endoscope frame (m), forces in N; `instruction` is a row of `instructions`.
+    """
+
+    config: dict[str, Any]
+    versions: dict[str, str]
+    anatomy: dict[str, Any] | None
+    instructions: tuple[dict[str, Any], ...]
+    events: tuple[dict[str, Any], ...]
+    result: dict[str, Any] | None
+    error: str | None
+    arrays: dict[str, np.ndarray]
+
+
+@dataclass(kw_only=True)
+class Recorder:
+    """Observes an episode within a `with` block and saves it when the block is left.
+
+    It does so however the block is left, an exception or Ctrl-C included.
+    """
+
+    config: EpisodeConfig
+    path: Path
+    _anatomy: Any = None
+    _result: EpisodeResult | None = None
+    _instructions: dict[tuple[int, str, str], int] = field(default_factory=dict)
+    _events: list[dict[str, Any]] = field(default_factory=list)
+    _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._save(None if error is None else describe_error(error))
+
+    def on_reset(self, world: Any) -> None:
+        """Keeps the anatomy that is to be operated on."""
+        self._anatomy = plain(world.anatomy)
+
+    def on_step(self, step: Any) -> None:
+        """Keeps one step."""
+        number = len(self._steps["time_s"])
+        quantities = {
+            "time_s": step.time_s,
+            "commands": step.command.joints,
+            "joints": step.observation.joints,
+            "tips_endoscope": step.observation.tips_endoscope,
+            "forces_n": step.observation.forces_n,
+            "instruction": self._row(step.instruction),
+        }
+        checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
+        for name, array in checked.items():
+            self._steps[name].append(array)
+        for event in step.outcome.events:
+            self._events.append({"step": number, **plain(event)})
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Keeps what it came to."""
+        self._result = result
+
+    def _row(self, instruction: Any) -> int:
+        key = (instruction.task.index, instruction.text, instruction.source)
+        return self._instructions.setdefault(key, len(self._instructions))
+
+    def _save(self, error: str | None) -> None:
+        header = {
+            "schema_version": SCHEMA_VERSION,
+            "config": self.config,
+            "versions": versions(),
+            "anatomy": self._anatomy,
+            "instructions": [
+                {"task": task, "text": text, "source": source}
+                for task, text, source in self._instructions
+            ],
+            "events": self._events,
+            "result": self._result,
+            "error": error,
+        }
+        arrays = {
+            name: np.array(values, dtype=_dtype(name)).reshape(-1, *STEP_ARRAYS[name])
+            for name, values in self._steps.items()
+        }
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, header=np.array(dumps(header)), **arrays)
+        write_atomic(self.path, buffer.getvalue())
+
+
+def _dtype(name: str) -> type[np.generic]:
+    return np.int64 if name == "instruction" else np.float64
+
+
+def _checked(name: str, quantity: Any) -> np.ndarray:
+    array = np.array(quantity, dtype=_dtype(name))
+    if array.shape != STEP_ARRAYS[name]:
+        raise ValueError(f"a step's {name} must have shape {STEP_ARRAYS[name]}, got {array.shape}")
+    return array
+
+
+def load(path: Path) -> Recording:
+    """Reads a recorded episode.
+
+    Raises:
+        ValueError: If it was written with another schema.
+    """
+    with np.load(path, allow_pickle=False) as file:
+        arrays = dict(file)
+    header = json.loads(str(arrays.pop("header")))
+    schema_version = header["schema_version"]
+    if schema_version != SCHEMA_VERSION:
+        raise ValueError(f"{path} has schema {schema_version}; allowed: {SCHEMA_VERSION}")
+    return Recording(
+        config=header["config"],
+        versions=header["versions"],
+        anatomy=header["anatomy"],
+        instructions=tuple(header["instructions"]),
+        events=tuple(header["events"]),
+        result=header["result"],
+        error=header["error"],
+        arrays=arrays,
+    )

@@ -1,0 +1,124 @@
+"""What an episode came to, and the file results.json."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from scenarios.atomic_write import write_atomic
+from scenarios.strict_json import dumps
+from scenarios.versions import versions
+from scenarios.wilson import wilson_interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskResult:
+    """One of the 17 tasks: its index and words, how long it took and what it needed.
+
+    Attributes:
+        corrections: How many corrective instructions were given during it.
+    """
+
+    index: int
+    instruction: str
+    success: bool
+    time_s: float
+    corrections: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class InjuryResult:
+    """Something that must not happen to a patient; value and limit in the event's own SI unit."""
+
+    event: str
+    time_s: float
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SafetyResult:
+    """What the safety filter did; the clearance is None where nothing was near."""
+
+    interventions: int = 0
+    min_clearance_m: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpisodeResult:
+    """One episode.
+
+    Attributes:
+        success: All tasks done, clips holding, no leak, no injury; False when in error.
+        error: Why the episode broke off, which is not a failure of the surgeon; None if it did not.
+        procedure_time_s: Simulated time without exchanges.
+        exchange_time_s: Simulated time of tool exchanges and clip reloads.
+        wall_s: Time on the clock.
+        corrections: Sum over the tasks.
+        anatomy_hash: Names the anatomy; None where the episode broke off before there was one.
+    """
+
+    scenario: str
+    seed: int
+    planner: str
+    controller: str
+    success: bool
+    error: str | None = None
+    tasks: tuple[TaskResult, ...] = ()
+    procedure_time_s: float = 0.0
+    exchange_time_s: float = 0.0
+    wall_s: float = 0.0
+    corrections: int = 0
+    injuries: tuple[InjuryResult, ...] = ()
+    safety: SafetyResult = SafetyResult()
+    anatomy_hash: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Pass rate over the episodes that were not broken off by an error; None if there are none."""
+
+    episodes: int
+    passed: int
+    errors: int
+    pass_rate: float | None
+    wilson_95: tuple[float, float]
+
+
+def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
+    """Counts errors apart: they say nothing about the surgeon, so they leave the pass rate."""
+    judged = [episode for episode in episodes if episode.error is None]
+    passed = sum(episode.success for episode in judged)
+    return Summary(
+        episodes=len(episodes),
+        passed=passed,
+        errors=len(episodes) - len(judged),
+        pass_rate=passed / len(judged) if judged else None,
+        wilson_95=wilson_interval(passed, len(judged)),
+    )
+
+
+def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping[str, Any]) -> None:
+    """Writes results.json whole; meant to be called after each episode, so that none is lost."""
+    document = {
+        "episodes": episodes,
+        "summary": summarise(episodes),
+        "config": config,
+        "versions": versions(),
+    }
+    write_atomic(path, (dumps(document, indent=2) + "\n").encode())
+
+
+def read_results(path: Path) -> tuple[EpisodeResult, ...]:
+    """Reads the episodes of a results.json back."""
+    return tuple(_episode(entry) for entry in json.loads(path.read_text())["episodes"])
+
+
+def _episode(entry: dict[str, Any]) -> EpisodeResult:
+    return replace(
+        EpisodeResult(**entry),
+        tasks=tuple(TaskResult(**task) for task in entry["tasks"]),
+        injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
+        safety=SafetyResult(**entry["safety"]),
+    )

@@ -1,0 +1,97 @@
+"""The closed-form inverse undoes the forward kinematics; the Jacobian is its derivative."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from controller.kinematics import Unreachable, inverse_kinematics, jacobian
+from tissue_sim.frames import rotation_vector
+from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.psm import forward_kinematics, joint_frames, joint_limits
+
+INSERTION, ROLL = 2, 3
+instruments = st.sampled_from(list(INSTRUMENTS.values()))
+unit_interval = st.tuples(*[st.floats(0.0, 1.0)] * 6).map(np.array)
+
+
+def inside_the_body(fraction, instrument):
+    """Joints over the whole range, the wrist at least 5 mm past the remote centre."""
+    lower, upper = joint_limits(instrument).T
+    lower[INSERTION] = 0.0206
+    return lower + fraction * (upper - lower)
+
+
+def lever_m(joints, instrument):
+    """Distance of the remote centre from the yaw axis: at zero the pitch axis is undefined."""
+    yaw = joint_frames(joints, instrument)[-1]
+    return np.linalg.norm(np.cross(yaw[:3, 3], yaw[:3, 2]))
+
+
+@given(unit_interval, instruments)
+def test_inverse_undoes_forward(fraction, instrument):
+    joints = inside_the_body(fraction, instrument)
+    assume(lever_m(joints, instrument) > 1e-3)
+    solved = inverse_kinematics(forward_kinematics(joints, instrument), instrument, joints)
+    np.testing.assert_allclose(solved, joints, atol=1e-10)  # rounding 1e-16 over the 1 mm lever
+
+
+@given(unit_interval, unit_interval, instruments)
+def test_any_solution_reaches_the_pose_within_limits(fraction, near_fraction, instrument):
+    joints = inside_the_body(fraction, instrument)
+    near = inside_the_body(near_fraction, instrument)
+    assume(lever_m(joints, instrument) > 1e-3)
+    T = forward_kinematics(joints, instrument)
+    solved = inverse_kinematics(T, instrument, near)
+    np.testing.assert_allclose(forward_kinematics(solved, instrument), T, atol=1e-12)
+    lower, upper = joint_limits(instrument).T
+    assert (solved >= lower - 1e-9).all()
+    assert (solved <= upper + 1e-9).all()
+    assert abs(solved - near).sum() <= abs(joints - near).sum() + 1e-9
+
+
+@pytest.mark.parametrize("turn", [-2 * np.pi, 0.0, 2 * np.pi])
+def test_roll_stays_on_the_turn_it_is_on(turn):
+    instrument = INSTRUMENTS["grasper"]
+    joints = np.array([0.1, -0.2, 0.12, -np.sign(turn) * 2.0 + turn, 0.3, 0.2])
+    solved = inverse_kinematics(forward_kinematics(joints, instrument), instrument, joints)
+    assert solved[ROLL] == pytest.approx(joints[ROLL])
+
+
+@pytest.mark.parametrize(
+    ("joint", "value", "says"),
+    [
+        (0, 1.7, r"outer_yaw 1\.7000 rad is outside \[-1\.5882, 1\.5882\]"),
+        (1, -1.0, r"outer_pitch -1\.0000 rad is outside"),
+        (2, 0.25, r"insertion 0\.2500 m is outside \[0\.0000, 0\.2400\]"),
+        (4, 1.5, r"wrist_pitch 1\.5000 rad is outside"),
+        (5, -1.45, r"wrist_yaw -1\.4500 rad is outside"),
+    ],
+)
+def test_beyond_a_limit_is_unreachable_and_says_which(joint, value, says):
+    instrument = INSTRUMENTS["scissors"]
+    joints = np.array([0.1, 0.1, 0.15, 0.2, 0.3, -0.2])
+    joints[joint] = value
+    with pytest.raises(Unreachable, match=says):
+        inverse_kinematics(forward_kinematics(joints, instrument), instrument, joints)
+
+
+def test_yaw_axis_through_the_remote_centre_is_unreachable():
+    T = np.eye(4)
+    instrument = INSTRUMENTS["grasper"]
+    T[:3, 3] = [0.1, 0.0, instrument.yaw_to_tip_m]  # yaw point on x, the yaw axis along x
+    with pytest.raises(Unreachable, match="points at the remote centre"):
+        inverse_kinematics(T, instrument, np.zeros(6))
+
+
+@given(unit_interval, instruments)
+def test_jacobian_is_the_derivative(fraction, instrument):
+    joints, h = inside_the_body(fraction, instrument), 1e-5
+    J = jacobian(joints, instrument)
+    for i, step in enumerate(h * np.eye(6)):
+        ahead = forward_kinematics(joints + step, instrument)
+        behind = forward_kinematics(joints - step, instrument)
+        linear = (ahead[:3, 3] - behind[:3, 3]) / (2 * h)
+        angular = rotation_vector(ahead[:3, :3] @ behind[:3, :3].T) / (2 * h)
+        # central differences: h^2 / 6 times a third derivative of at most 1, and rounding / h
+        np.testing.assert_allclose(J[:, i], [*linear, *angular], atol=1e-9)

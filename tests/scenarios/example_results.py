@@ -1,0 +1,31 @@
+"""An episode that passed, one that failed, one that ended in error."""
+
+from dataclasses import replace
+
+from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+
+PASSED = EpisodeResult(
+    scenario="nominal",
+    seed=20_000,
+    planner="scripted",
+    controller="expert",
+    success=True,
+    tasks=(
+        TaskResult(
+            index=1, instruction="grabbing gallbladder", success=True, time_s=9.5, corrections=2
+        ),
+    ),
+    procedure_time_s=301.2,
+    exchange_time_s=40.0,
+    wall_s=62.0,
+    corrections=2,
+    safety=SafetyResult(interventions=3, min_clearance_m=0.0012),
+    anatomy_hash="0123456789ab",
+)
+FAILED = replace(
+    PASSED,
+    seed=20_001,
+    success=False,
+    injuries=(InjuryResult(event="pinch", time_s=12.0, value=41.0, limit=37.0),),
+)
+ERROR = replace(PASSED, seed=20_002, success=False, error="ValueError: no such thing", tasks=())

@@ -1,0 +1,53 @@
+"""Laws of results.json: errors are no failures, what is written is read back, none is lost."""
+
+import json
+
+from scenarios.results import read_results, summarise, write_results
+from scenarios.wilson import wilson_interval
+from tests.scenarios.example_results import ERROR, FAILED, PASSED
+
+
+def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():
+    without, with_error = summarise([PASSED, FAILED]), summarise([PASSED, FAILED, ERROR])
+    assert (with_error.episodes, with_error.passed, with_error.errors) == (3, 1, 1)
+    assert with_error.pass_rate == without.pass_rate == 0.5
+    assert with_error.wilson_95 == without.wilson_95 == wilson_interval(1, 2)
+
+
+def test_with_errors_only_the_pass_rate_is_unknown():
+    summary = summarise([ERROR])
+    assert summary.pass_rate is None
+    assert summary.wilson_95 == (0.0, 1.0)
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    path = tmp_path / "results.json"
+    write_results(path, [PASSED, FAILED, ERROR], config={})
+    assert read_results(path) == (PASSED, FAILED, ERROR)
+
+
+def test_the_file_has_the_agreed_names(tmp_path):
+    path = tmp_path / "results.json"
+    write_results(path, [FAILED], config={"seed": 20_001})
+    document = json.loads(path.read_text())
+    assert list(document) == ["episodes", "summary", "config", "versions"]
+    assert list(document["episodes"][0]) == [
+        "scenario",
+        "seed",
+        "planner",
+        "controller",
+        "success",
+        "error",
+        "tasks",
+        "procedure_time_s",
+        "exchange_time_s",
+        "wall_s",
+        "corrections",
+        "injuries",
+        "safety",
+        "anatomy_hash",
+    ]
+    assert list(document["summary"]) == ["episodes", "passed", "errors", "pass_rate", "wilson_95"]
+    assert list(document["episodes"][0]["injuries"][0]) == ["event", "time_s", "value", "limit"]
+    assert document["config"] == {"seed": 20_001}
+    assert {"python", "calot", "sapien", "torch"} <= document["versions"].keys()

@@ -1,0 +1,1 @@
+"""What exists in the operating field and how it moves."""

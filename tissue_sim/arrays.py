@@ -1,0 +1,103 @@
+"""The tissue's state on the device: structure of arrays, `[environment, capacity]`.
+
+Topology lives in arrays too, so a cut, a clip or a tear rewrites integers and nothing is
+recompiled. SI units, world frame.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+wp.config.quiet = True
+
+
+@wp.struct
+class TissueArrays:
+    """Everything a tissue kernel reads and writes.
+
+    Vertices beyond `n_vertex` are spare, for cuts. The stiffness matrix is block-CSR: row i is
+    `block[row[i] : row[i + 1]]`, its diagonal first. `*_slot` say where an element's blocks go.
+    """
+
+    # vertices
+    n_vertex: wp.array(dtype=int)
+    position: wp.array2d(dtype=wp.vec3)
+    velocity: wp.array2d(dtype=wp.vec3)
+    previous: wp.array2d(dtype=wp.vec3)
+    mass: wp.array2d(dtype=float)
+    fixed: wp.array2d(dtype=int)
+    surface: wp.array2d(dtype=int)
+    load: wp.array2d(dtype=wp.vec3)
+    force: wp.array2d(dtype=wp.vec3)
+    # tetrahedra
+    n_tet: wp.array(dtype=int)
+    tet: wp.array2d(dtype=wp.vec4i)
+    tet_alive: wp.array2d(dtype=int)
+    rest_inverse: wp.array2d(dtype=wp.mat33)
+    volume: wp.array2d(dtype=float)
+    mu: wp.array2d(dtype=float)
+    lam: wp.array2d(dtype=float)
+    tet_slot: wp.array3d(dtype=int)
+    # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron
+    tie_corner: wp.array3d(dtype=int)
+    tie_weight: wp.array3d(dtype=float)
+    tie_stiffness: wp.array2d(dtype=float)
+    tie_strength: wp.array2d(dtype=float)
+    tie_slot: wp.array3d(dtype=int)
+    # links: springs between two vertices (a clip's squeeze, connective strands)
+    link: wp.array2d(dtype=wp.vec2i)
+    link_rest: wp.array2d(dtype=float)
+    link_stiffness: wp.array2d(dtype=float)
+    link_strength: wp.array2d(dtype=float)
+    link_slot: wp.array3d(dtype=int)
+    # anchors: springs from a vertex to a point of the world (the liver bed's connective tissue)
+    anchor: wp.array2d(dtype=int)
+    anchor_point: wp.array2d(dtype=wp.vec3)
+    anchor_stiffness: wp.array2d(dtype=float)
+    anchor_strength: wp.array2d(dtype=float)
+    # tool contact: which shape touches a vertex, where it sticks, what it feels
+    contact_shape: wp.array2d(dtype=int)
+    contact_side: wp.array2d(dtype=float)
+    stick_point: wp.array2d(dtype=wp.vec3)
+    contact_force: wp.array2d(dtype=wp.vec3)
+    contact_stiffness: wp.array2d(dtype=wp.mat33)
+    # liver bed
+    bed_point: wp.array(dtype=wp.vec3)
+    bed_normal: wp.array(dtype=wp.vec3)
+    bed_along: wp.array(dtype=wp.vec3)
+    bed_edge: wp.array(dtype=float)
+    bed_force: wp.array(dtype=wp.vec3)
+    # tubes: rings of outer vertices, for contact between duct and artery
+    ring: wp.array4d(dtype=int)
+    n_ring: wp.array2d(dtype=int)
+    ring_joined: wp.array3d(dtype=int)
+    ring_centre: wp.array3d(dtype=wp.vec3)
+    tube_radius: wp.array2d(dtype=float)
+    # linear system
+    row: wp.array2d(dtype=int)
+    column: wp.array2d(dtype=int)
+    block: wp.array2d(dtype=wp.mat33)
+    inverse_diagonal: wp.array2d(dtype=wp.mat33)
+    residual: wp.array2d(dtype=wp.vec3)
+    preconditioned: wp.array2d(dtype=wp.vec3)
+    direction: wp.array2d(dtype=wp.vec3)
+    product: wp.array2d(dtype=wp.vec3)
+    step: wp.array2d(dtype=wp.vec3)
+    iterations: wp.array(dtype=int)
+
+
+@wp.struct
+class ToolShapes:
+    """Instruments as rounded patches: all points within `radius` of a rectangle.
+
+    The rectangle is `{a + t (b - a) + s w, 0 <= t <= 1, -1 <= s <= 1}`; w = 0 is a capsule.
+    """
+
+    a: wp.array2d(dtype=wp.vec3)
+    b: wp.array2d(dtype=wp.vec3)
+    half_width: wp.array2d(dtype=wp.vec3)
+    radius: wp.array2d(dtype=float)
+    friction: wp.array2d(dtype=float)
+    T_world_link: wp.array2d(dtype=wp.mat44)
+    force: wp.array2d(dtype=wp.vec3)
+    torque: wp.array2d(dtype=wp.vec3)

@@ -1,0 +1,232 @@
+"""Contact of tissue with instruments, of duct with artery, and of tissue with the liver bed.
+
+Instruments are rounded patches (see `ToolShapes`). Normal force is a linear penalty; friction
+is Coulomb's with elastic sticking: a touched vertex remembers where on the shape it sticks, is
+pulled back by a tangential spring, and slides when the pull exceeds friction times the normal
+force. A grasp is nothing but this contact on both jaws.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tissue_sim.arrays import TissueArrays, ToolShapes
+
+wp.set_module_options({"enable_backward": False})
+
+# assumed: stiff against tissue (a node of a 300 kPa tube carries about 450 N/m), soft
+# enough for one linearisation a step
+NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m a vertex
+STICK_STIFFNESS = wp.constant(500.0)  # N/m a vertex
+TUBE_STIFFNESS = wp.constant(300.0)  # N/m a vertex, duct against artery
+BED_STIFFNESS = wp.constant(200.0)  # N/m a vertex
+BED_THICKNESS = wp.constant(0.006)  # m; deeper is beside the liver, not in it
+REACH = wp.constant(0.006)  # m; farther than this from a patch there is no contact
+
+
+@wp.struct
+class Touch:
+    """Where a vertex touches a patch: outward normal, depth (m, > 0 inside), side memory."""
+
+    normal: wp.vec3
+    depth: float
+    side: float
+
+
+@wp.func
+def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, remembered: float):
+    """Contact of point x with patch c.
+
+    Within a flat patch (a jaw) the side a vertex came from is remembered, so that a vertex
+    pressed through the jaw's middle plane is still pushed back where it came from.
+    """
+    r = Touch()
+    a = s.a[b, c]
+    u = s.b[b, c] - a
+    w = s.half_width[b, c]
+    p = x - a
+    along = wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12)
+    ww = wp.dot(w, w)
+    across = float(0.0)
+    if ww > 0.0:
+        across = wp.clamp(wp.dot(p, w) / ww, -1.0, 1.0)
+    q = p - u * wp.clamp(along, 0.0, 1.0) - w * across
+    d = wp.length(q)
+    r.normal = q / (d + 1.0e-9)
+    r.depth = s.radius[b, c] - d
+    inside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0
+    if ww > 0.0 and inside:
+        n = wp.normalize(wp.cross(u, w))
+        height = wp.dot(p, n)
+        r.side = wp.sign(height)
+        if remembered != 0.0:
+            r.side = remembered
+        r.normal = n * r.side
+        r.depth = s.radius[b, c] - r.side * height
+    return r
+
+
+@wp.func
+def in_link(T_world_link: wp.mat44, x: wp.vec3):
+    """A world point in the link's frame."""
+    R = wp.mat33(
+        T_world_link[0, 0], T_world_link[0, 1], T_world_link[0, 2],
+        T_world_link[1, 0], T_world_link[1, 1], T_world_link[1, 2],
+        T_world_link[2, 0], T_world_link[2, 1], T_world_link[2, 2],
+    )  # fmt: skip
+    return wp.transpose(R) * (x - link_origin(T_world_link))
+
+
+@wp.func
+def link_origin(T_world_link: wp.mat44):
+    return wp.vec3(T_world_link[0, 3], T_world_link[1, 3], T_world_link[2, 3])
+
+
+@wp.func
+def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
+    """The deepest contact of vertex i with the instruments."""
+    x = t.position[b, i]
+    best = int(-1)
+    hit = Touch()
+    old = t.contact_shape[b, i]
+    for c in range(s.radius.shape[1]):
+        remembered = float(0.0)
+        if c == old:
+            remembered = t.contact_side[b, i]
+        now = touch(s, b, c, x, remembered)
+        if now.depth > 0.0 and now.depth < REACH and (best < 0 or now.depth > hit.depth):
+            best = c
+            hit = now
+    f = wp.vec3()
+    K = wp.mat33()
+    if best >= 0:
+        I = wp.identity(n=3, dtype=float)
+        N = wp.outer(hit.normal, hit.normal)
+        pressure = NORMAL_STIFFNESS * hit.depth
+        f = hit.normal * pressure
+        K = N * NORMAL_STIFFNESS
+        T_world_link = s.T_world_link[b, best]
+        if best != old:
+            t.stick_point[b, i] = in_link(T_world_link, x)
+        slip = x - wp.transform_point(T_world_link, t.stick_point[b, i])
+        slip = slip - hit.normal * wp.dot(slip, hit.normal)
+        distance = wp.length(slip)
+        k = STICK_STIFFNESS
+        limit = s.friction[b, best] * pressure
+        if distance * k > limit:
+            k = limit / distance
+            anchor = x - slip * (limit / (distance * STICK_STIFFNESS))
+            t.stick_point[b, i] = in_link(T_world_link, anchor)
+        f = f - slip * k
+        K = K + (I - N) * k
+    t.contact_shape[b, i] = best
+    t.contact_side[b, i] = hit.side
+    t.contact_force[b, i] = f
+    t.contact_stiffness[b, i] = K
+    add_vertex_term(t, b, i, f, K)
+
+
+@wp.func
+def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
+    t.force[b, i] = t.force[b, i] + f
+    slot = t.row[b, i]
+    t.block[b, slot] = t.block[b, slot] + K
+
+
+@wp.func
+def add_bed_contact(t: TissueArrays, b: int, i: int):
+    """Vertex i against the liver bed's plane."""
+    p = t.position[b, i] - t.bed_point[b]
+    height = wp.dot(p, t.bed_normal[b])
+    on_bed = wp.dot(p, t.bed_along[b]) > t.bed_edge[b]
+    if height < 0.0 and height > -BED_THICKNESS and on_bed:
+        n = t.bed_normal[b]
+        f = n * (-height * BED_STIFFNESS)
+        t.bed_force[b] = t.bed_force[b] + f
+        add_vertex_term(t, b, i, f, wp.outer(n, n) * BED_STIFFNESS)
+
+
+@wp.kernel
+def assemble_surface_contact(t: TissueArrays, s: ToolShapes):
+    """Every surface vertex against instruments and liver bed."""
+    b = wp.tid()
+    t.bed_force[b] = wp.vec3()
+    for i in range(t.n_vertex[b]):
+        if t.surface[b, i] != 0 and t.fixed[b, i] == 0:
+            add_tool_contact(t, s, b, i)
+            add_bed_contact(t, b, i)
+
+
+@wp.func
+def ring_centre(t: TissueArrays, b: int, tube: int, r: int):
+    c = wp.vec3()
+    n = t.ring.shape[3]
+    for k in range(n):
+        c = c + t.position[b, t.ring[b, tube, r, k]]
+    return c / float(n)
+
+
+@wp.func
+def push_apart(t: TissueArrays, b: int, i: int, radius: float):
+    """Vertex i (of the artery) against the duct's capsules; the reaction goes to two rings."""
+    x = t.position[b, i]
+    nearest = float(1.0e9)
+    segment = int(-1)
+    share = float(0.0)
+    offset = wp.vec3()
+    for r in range(t.n_ring[b, 0] - 1):
+        if t.ring_joined[b, 0, r] != 0:
+            c = t.ring_centre[b, 0, r]
+            u = t.ring_centre[b, 0, r + 1] - c
+            s = wp.clamp(wp.dot(x - c, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
+            q = x - c - u * s
+            d = wp.length(q)
+            if d < nearest:
+                nearest = d
+                segment = r
+                share = s
+                offset = q
+    if segment >= 0 and nearest < radius:
+        n = offset / (nearest + 1.0e-9)
+        f = n * (TUBE_STIFFNESS * (radius - nearest))
+        add_vertex_term(t, b, i, f, wp.outer(n, n) * TUBE_STIFFNESS)
+        count = t.ring.shape[3]
+        for k in range(count):
+            near = t.ring[b, 0, segment, k]
+            far = t.ring[b, 0, segment + 1, k]
+            t.force[b, near] = t.force[b, near] - f * ((1.0 - share) / float(count))
+            t.force[b, far] = t.force[b, far] - f * (share / float(count))
+
+
+@wp.kernel
+def assemble_tube_contact(t: TissueArrays):
+    """The artery's surface against the duct."""
+    b = wp.tid()
+    for r in range(t.n_ring[b, 0]):
+        t.ring_centre[b, 0, r] = ring_centre(t, b, 0, r)
+    for r in range(t.n_ring[b, 1]):
+        for k in range(t.ring.shape[3]):
+            i = t.ring[b, 1, r, k]
+            if t.fixed[b, i] == 0:
+                push_apart(t, b, i, t.tube_radius[b, 0])
+
+
+@wp.kernel
+def tool_reactions(t: TissueArrays, s: ToolShapes):
+    """What the tissue does to each shape: force (N) and torque about the link's origin (N m).
+
+    The contact force at the end of the step is its linearisation at the solution, so that
+    tissue and instrument feel exactly opposite forces.
+    """
+    b = wp.tid()
+    for c in range(s.radius.shape[1]):
+        s.force[b, c] = wp.vec3()
+        s.torque[b, c] = wp.vec3()
+    for i in range(t.n_vertex[b]):
+        c = t.contact_shape[b, i]
+        if c >= 0:
+            f = t.contact_force[b, i] - t.contact_stiffness[b, i] * t.step[b, i]
+            t.contact_force[b, i] = f
+            arm = t.position[b, i] - link_origin(s.T_world_link[b, c])
+            s.force[b, c] = s.force[b, c] - f
+            s.torque[b, c] = s.torque[b, c] - wp.cross(arm, f)

@@ -1,0 +1,96 @@
+"""Gallbladder, duct and artery as they deform, and their cut faces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.drawing import Drawn, Surface
+from tissue_sim.field import RIGHT, UP
+from tissue_sim.organ import Organ
+from tissue_sim.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin, surface_faces
+from tissue_sim.textures import TILE_M, Look
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+
+def looks(anatomy: Anatomy) -> dict[str, Look]:
+    """The parts' materials."""
+    return {
+        "gallbladder": Look(
+            colour=anatomy.gallbladder_colour, mottle=0.16, vessels=0.5, relief=0.10, grain=10
+        ),
+        "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
+        "artery": Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24),
+        CUT_WALL: Look(colour=(0.55, 0.10, 0.08), mottle=0.15, relief=0.1, roughness=0.25),
+        CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
+    }
+
+
+class DrawnTissue:
+    """The tissue's skin: built anew when its topology changes, moved otherwise."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._scene = scene
+        self._organ: Organ | None = None
+        self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
+        self._parts: dict[str, Drawn] = {}
+
+    def update(self, world: World) -> None:
+        """Draw the tissue where it is."""
+        if world.organ is not self._organ:
+            self._renew(world)
+        tets = world.tissue.tets()[_alive(world)]
+        if not np.array_equal(tets, self._tets):
+            self._tets = tets.copy()
+            self._skin = self._build(world)
+            self._uv = self._unwrapped(world)
+        surfaces = self._skin.surfaces(world.tissue.positions())
+        for name, drawn in self._parts.items():
+            if name not in surfaces:
+                drawn.hide()
+                continue
+            points, normals = surfaces[name]
+            triangles = self._skin.patches[name].triangles
+            drawn.show(
+                Surface(points=points, normals=normals, triangles=triangles, uv=self._uv[name])
+            )
+
+    def _renew(self, world: World) -> None:
+        """Another patient."""
+        for drawn in self._parts.values():
+            drawn.remove()
+        self._organ = world.organ
+        self._rest_faces = surface_faces(world.organ.tets)
+        self._tets = np.zeros((0, 4), np.int32)
+        self._parts = {
+            name: Drawn(self._scene, name, look) for name, look in looks(world.anatomy).items()
+        }
+
+    def _build(self, world: World) -> Skin:
+        alive = _alive(world)
+        return build_skin(
+            self._tets,
+            world.organ.region[alive],
+            self._rest_faces[alive],
+            world.tissue.n_vertex(),
+        )
+
+    def _unwrapped(self, world: World) -> dict[str, Floats]:
+        """Texture coordinates: where each point was in the resting view, so without a seam."""
+        rest = np.zeros((self._skin.n_vertex, 3))
+        rest[self._tets] = world.organ.vertices[world.organ.tets[_alive(world)]]
+        flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
+        return {
+            name: (patch.weights[:, :, None] * flat[patch.corners]).sum(1)
+            for name, patch in self._skin.patches.items()
+        }
+
+
+def _alive(world: World) -> NDArray[np.bool_]:
+    return world.tissue.host("tet_alive")[0, : len(world.organ.tets)] != 0

@@ -1,0 +1,82 @@
+"""Rotations and poses: quaternions are wxyz, poses are `T_parent_child` (4, 4) matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def unit(vector: Array) -> Array:
+    """The vector over its length, along the last axis."""
+    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
+def pose(rotation: Array, position: Array) -> Array:
+    """(4, 4) pose from a (3, 3) rotation and a (3,) position."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, position
+    return T
+
+
+def inverse_pose(T: Array) -> Array:
+    """Inverse of rigid poses (..., 4, 4)."""
+    R_t = np.swapaxes(T[..., :3, :3], -1, -2)
+    out = np.zeros_like(T)
+    out[..., :3, :3] = R_t
+    out[..., :3, 3] = -(R_t @ T[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def transform(T: Array, points: Array) -> Array:
+    """Points (n, 3) of the child frame, in the parent frame."""
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+def axis_angle(axis: Array, angle_rad: float) -> Array:
+    """(3, 3) rotation about an axis (Rodrigues)."""
+    x, y, z = unit(np.asarray(axis, float))
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle_rad) * K + (1 - np.cos(angle_rad)) * (K @ K)
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """Axis times angle (rad) of a (3, 3) rotation; exact up to half a turn."""
+    skew = np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    sine = 0.5 * np.linalg.norm(skew)
+    angle = np.arctan2(sine, 0.5 * (np.trace(rotation) - 1.0))
+    if sine > 1e-9:
+        return skew * (0.5 * angle / sine)
+    if angle < 1.0:
+        return 0.5 * skew
+    column = rotation + np.eye(3)
+    return angle * unit(column[:, np.argmax(np.diagonal(column))])
+
+
+def exponential(vector: Array) -> Array:
+    """(3, 3) rotation of a rotation vector (rad)."""
+    angle = float(np.linalg.norm(vector))
+    return np.eye(3) if angle < 1e-12 else axis_angle(vector, angle)
+
+
+def rotation_from_6d(six: Array) -> Array:
+    """(3, 3) rotation from its first two columns (6,), made orthonormal.
+
+    Zhou et al., "On the continuity of rotation representations in neural networks", 2019.
+    """
+    x = unit(six[:3])
+    y = unit(six[3:] - (six[3:] @ x) * x)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def rotation_to_6d(rotation: Array) -> Array:
+    """First two columns of a (3, 3) rotation, as (6,)."""
+    return rotation[:, :2].T.reshape(6)

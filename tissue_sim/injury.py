@@ -1,0 +1,48 @@
+"""Injuries, as events with a value and the limit it broke."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Injury:
+    """Something that must not happen. Units of value and limit go with the event."""
+
+    event: str
+    time_s: float
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """One quantity that may not exceed its limit."""
+
+    event: str
+    value: float
+    limit: float
+
+
+class InjuryMonitor:
+    """Turns readings into events: one when a limit is broken, and none again until it was kept."""
+
+    def __init__(self) -> None:
+        self.events: list[Injury] = []
+        self.broken: set[str] = set()
+
+    def watch(self, readings: Iterator[Reading], time_s: float) -> None:
+        """Add an event for each reading that newly exceeds its limit."""
+        for reading in readings:
+            if reading.value <= reading.limit:
+                self.broken.discard(reading.event)
+            elif reading.event not in self.broken:
+                self.broken.add(reading.event)
+                self.add(reading, time_s)
+
+    def add(self, reading: Reading, time_s: float) -> None:
+        """Add an event outright."""
+        self.events.append(
+            Injury(event=reading.event, time_s=time_s, value=reading.value, limit=reading.limit)
+        )

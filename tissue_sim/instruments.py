@@ -1,0 +1,110 @@
+"""The exchangeable instruments of a PSM: wrist and jaw figures, and the surfaces that touch.
+
+Figures come from the tool table of the da Vinci research kit unless marked "assumed".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+
+from tissue_sim.frames import Array
+
+SHAFT_RADIUS_M = 0.004
+WRIST_RADIUS_M = 0.0035  # assumed: the clevis is slimmer than the shaft
+SHAFT_PATCH_LENGTH_M = 0.080
+
+PATCH_LINKS = ("shaft", "wrist", "finger_plus", "finger_minus")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instrument:
+    """One tool. `jaw` is the TOTAL opening angle: each finger stands at half of it.
+
+    A finger pad runs from `finger_start_m` to `yaw_to_tip_m`, both measured from the yaw axis
+    along the finger. Its rounded edge (radius: the half thickness) adds to the half width.
+    """
+
+    name: str
+    pitch_to_yaw_m: float
+    yaw_to_tip_m: float
+    wrist_pitch_limit_rad: float
+    wrist_yaw_limit_rad: float
+    jaw_range_rad: tuple[float, float]
+    finger_half_width_m: float
+    finger_half_thickness_m: float
+    finger_start_m: float
+    jaw_torque_nm: float  # bounds the pinch: force at distance r from the yaw axis <= torque / r
+
+
+INSTRUMENTS = {
+    "grasper": Instrument(  # ProGrasp
+        name="grasper",
+        pitch_to_yaw_m=0.0107,
+        yaw_to_tip_m=0.0286,
+        wrist_pitch_limit_rad=radians(80),
+        wrist_yaw_limit_rad=radians(80),
+        jaw_range_rad=(radians(-20), radians(80)),
+        finger_half_width_m=0.0025,  # pad figures of all three: assumed
+        finger_half_thickness_m=0.0012,
+        finger_start_m=0.008,
+        jaw_torque_nm=0.16,  # assumed: 8 N at 20 mm
+    ),
+    "clip_applier": Instrument(  # large clip applier
+        name="clip_applier",
+        pitch_to_yaw_m=0.0107,
+        yaw_to_tip_m=0.022,
+        wrist_pitch_limit_rad=radians(70),
+        wrist_yaw_limit_rad=radians(73),
+        jaw_range_rad=(radians(-20), radians(45)),
+        finger_half_width_m=0.0012,
+        finger_half_thickness_m=0.0010,
+        finger_start_m=0.007,
+        jaw_torque_nm=0.4,  # assumed: 20 N at 20 mm
+    ),
+    "scissors": Instrument(  # curved scissors
+        name="scissors",
+        pitch_to_yaw_m=0.0091,
+        yaw_to_tip_m=0.0155,
+        wrist_pitch_limit_rad=radians(80),
+        wrist_yaw_limit_rad=radians(80),
+        jaw_range_rad=(radians(-20), radians(80)),
+        finger_half_width_m=0.0005,
+        finger_half_thickness_m=0.0008,
+        finger_start_m=0.004,
+        jaw_torque_nm=0.2,  # assumed
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkPatches:
+    """Touching surfaces of one instrument, a row per `PATCH_LINKS`, each in its own link frame.
+
+    A patch is every point within `radius_m` of {a + t (b - a) + s w, t in [0, 1], s in [-1, 1]}.
+    """
+
+    a_link_m: Array  # (4, 3)
+    b_link_m: Array  # (4, 3)
+    w_link_m: Array  # (4, 3), zero for shaft and wrist: these are capsules
+    radius_m: Array  # (4,)
+
+
+def link_patches(instrument: Instrument) -> LinkPatches:
+    """The patches of shaft, wrist, finger+ and finger-, for the link frames of `urdf.py`."""
+    start, tip = instrument.finger_start_m, instrument.yaw_to_tip_m
+    half = instrument.finger_half_thickness_m
+    width = (instrument.finger_half_width_m, 0.0, 0.0)
+    none = (0.0, 0.0, 0.0)
+    return LinkPatches(
+        a_link_m=np.array(
+            [(0.0, 0.0, -SHAFT_PATCH_LENGTH_M), none, (0.0, half, start), (0.0, -half, start)]
+        ),
+        b_link_m=np.array(
+            [none, (instrument.pitch_to_yaw_m, 0.0, 0.0), (0.0, half, tip), (0.0, -half, tip)]
+        ),
+        w_link_m=np.array([none, none, width, width]),
+        radius_m=np.array([SHAFT_RADIUS_M, WRIST_RADIUS_M, half, half]),
+    )

@@ -1,0 +1,117 @@
+"""The renderer's shader pack: SAPIEN's own 'minimal', made fast and fit for an endoscope.
+
+Derived from the installed SAPIEN at run time. Without image-based lighting (an environment map and
+a table that take seconds to prepare) the first picture comes at once. Besides: a filmic curve in
+place of clipping, softened edges, and positions in metres instead of whole millimetres.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import sapien
+
+COLOR_PICTURE = "Color"  # (H, W, 4) uint8
+POSITION_PICTURE = "MetricPosition"  # (H, W, 4) float32: camera x right, y up, z back (m); entity
+PICTURE_FORMATS = {
+    COLOR_PICTURE: "r8g8b8a8unorm",
+    "ColorRaw": "r8g8b8a8unorm",
+    POSITION_PICTURE: "r32g32b32a32sfloat",
+}
+
+_ENVIRONMENT_BINDING = r"layout\(set = \d, binding = [78]\)[^\n]*\n"
+_FUNCTION = r"vec3 {}\(.*?\n}}\n"
+
+_SHEEN = """\
+  float rim = 1.0 - max(dot(normal, camDir), 0.0);
+  color += sceneBuffer.ambientLight.rgb * (albedo.rgb * (1.0 - 0.5 * rim) + specular * rim * rim);
+"""
+_FILMIC = """\
+  color = (color * (2.51 * color + 0.03)) / (color * (2.43 * color + 0.59) + 0.14);
+  outColorRaw = vec4(pow(clamp(color, vec3(0), vec3(1)), vec3(1/2.2)), albedo.a);
+"""  # Narkowicz, "ACES filmic tone mapping curve", 2015
+_METRES = f"  out{POSITION_PICTURE} = vec4(inPosition.xyz, float(inSegmentation[1]));\n"
+
+_COMPOSITE = """\
+float luma(vec3 c) { return dot(c, vec3(0.299, 0.587, 0.114)); }
+
+vec3 tap(vec2 offset) {
+  vec2 pixel = 1.0 / vec2(cameraBuffer.width, cameraBuffer.height);
+  return texture(samplerColorRaw, inUV + offset * pixel).rgb;
+}
+
+// Edges smoothed along their direction: Lottes, "FXAA", 2009, in its shortest form.
+vec3 smoothed() {
+  vec3 here = tap(vec2(0));
+  float nw = luma(tap(vec2(-1, -1))), ne = luma(tap(vec2(1, -1)));
+  float sw = luma(tap(vec2(-1, 1))), se = luma(tap(vec2(1, 1)));
+  float m = luma(here);
+  float low = min(m, min(min(nw, ne), min(sw, se)));
+  float high = max(m, max(max(nw, ne), max(sw, se)));
+  if (high - low < max(0.03, 0.1 * high)) return here;
+  vec2 along = vec2((sw + se) - (nw + ne), (nw + sw) - (ne + se));
+  float dim = max(0.03125 * (nw + ne + sw + se), 0.0078125);
+  along = clamp(along / (min(abs(along.x), abs(along.y)) + dim), -8.0, 8.0);
+  vec3 narrow = 0.5 * (tap(along * -0.16667) + tap(along * 0.16667));
+  vec3 wide = 0.5 * narrow + 0.25 * (tap(along * -0.5) + tap(along * 0.5));
+  return luma(wide) < low || luma(wide) > high ? narrow : wide;
+}
+
+void main() {
+  vec2 off = 2.0 * inUV - 1.0;
+  outColor = vec4(smoothed() * (1.0 - 0.22 * dot(off, off)), 1.0);
+}
+"""
+
+
+@cache
+def shader_pack() -> Path:
+    """The pack's folder, made on first use and kept until the process ends."""
+    source = Path(sapien.__file__).parent / "vulkan_shader"
+    root = Path(_folder().name)
+    shutil.copytree(source / "common", root / "common")
+    pack = root / "field"
+    shutil.copytree(source / "minimal", pack)
+    for name, edit in (("gbuffer.frag", _surface), ("composite0.frag", _picture)):
+        shader = pack / name
+        shader.write_text(edit(shader.read_text()))
+    return pack
+
+
+def set_picture_formats() -> None:
+    """The pictures' formats, which SAPIEN keeps by name for the whole process."""
+    for name, picture_format in PICTURE_FORMATS.items():
+        sapien.render.set_picture_format(name, picture_format)
+
+
+def _surface(text: str) -> str:
+    for function in ("getBackgroundColor", "diffuseIBL", "specularIBL"):
+        text = _replaced(text, _FUNCTION.format(function), "")
+    text = _replaced(text, _ENVIRONMENT_BINDING, "", count=2)
+    text = _replaced(text, r"  vec3 wnormal = .*?camDir\);\n", "")
+    text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _SHEEN)
+    text = _replaced(text, r"  outColorRaw = [^\n]*\n", _FILMIC)
+    text = _replaced(text, r"  outPositionSegmentation = [^\n]*\n", _METRES)
+    return _replaced(text, r"ivec4 outPositionSegmentation", f"vec4 out{POSITION_PICTURE}")
+
+
+def _picture(text: str) -> str:
+    text = _replaced(text, _ENVIRONMENT_BINDING, "", count=2)
+    return _replaced(text, r"vec3 getBackgroundColor.*", _COMPOSITE)
+
+
+def _replaced(text: str, pattern: str, new: str, *, count: int = 1) -> str:
+    """The text with a pattern that must be there `count` times replaced."""
+    text, found = re.subn(pattern, lambda _: new, text, flags=re.DOTALL)
+    if found != count:
+        raise RuntimeError(f"SAPIEN {sapien.__version__}: its shaders differ: no {pattern!r}")
+    return text
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="calot-shaders-")

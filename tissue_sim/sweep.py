@@ -1,0 +1,125 @@
+"""Our mesher: a disc with a lumen and a wall, swept along a centreline into tetrahedra.
+
+Every section is a ring, so a transection plane is a set of whole faces. Same input, same mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array, unit
+
+Indices = NDArray[np.int32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """A swept body.
+
+    Attributes:
+        vertices: (n_ring * n_section_vertices, 3), m; ring after ring.
+        tets: (n_tet, 4), positively oriented.
+        in_lumen: (n_tet,), inside the inner ring.
+        station: (n_tet,), the segment (between rings k and k + 1) a tetrahedron belongs to.
+        rings: (n_ring, 1 + 2 n_sector): centre, inner ring, outer ring.
+    """
+
+    vertices: Array
+    tets: Indices
+    in_lumen: NDArray[np.bool_]
+    station: Indices
+    rings: Indices
+
+
+def sweep(centreline: Array, radius: Array, *, sectors: int, lumen: float) -> Sweep:
+    """Sweep a disc along a centreline.
+
+    Args:
+        centreline: (n_ring, 3), m.
+        radius: (n_ring,), outer radius, m.
+        sectors: corners of a ring.
+        lumen: inner radius over outer radius, 0 to 1.
+    """
+    disc, triangles, is_lumen = _disc(sectors, lumen)
+    n_ring, n_disc = len(centreline), len(disc)
+    side, across = section_axes(centreline)
+    offset = disc[None, :, :1] * side[:, None] + disc[None, :, 1:] * across[:, None]
+    vertices = (centreline[:, None] + radius[:, None, None] * offset).reshape(-1, 3)
+    base = (np.arange(n_ring - 1) * n_disc)[:, None, None]
+    tets = (_prism_tets(triangles, n_disc)[None] + base).reshape(-1, 4)
+    per_segment = 3 * len(triangles)
+    return Sweep(
+        vertices=vertices,
+        tets=oriented(vertices, tets).astype(np.int32),
+        in_lumen=np.tile(np.repeat(is_lumen, 3), n_ring - 1),
+        station=np.repeat(np.arange(n_ring - 1), per_segment).astype(np.int32),
+        rings=np.arange(n_ring * n_disc, dtype=np.int32).reshape(n_ring, n_disc),
+    )
+
+
+def section_axes(centreline: Array) -> tuple[Array, Array]:
+    """Two unit vectors (n, 3) across the centreline at each station, free of twist."""
+    tangent = unit(np.gradient(centreline, axis=0))
+    side = np.cross(tangent[0], [0.0, 0.0, 1.0])
+    if np.linalg.norm(side) < 1e-3:
+        side = np.cross(tangent[0], [1.0, 0.0, 0.0])
+    sides = []
+    for t in tangent:
+        side = unit(side - (side @ t) * t)
+        sides.append(side)
+    sides = np.stack(sides)
+    return sides, np.cross(tangent, sides)
+
+
+def signed_volumes(vertices: Array, tets: Indices) -> Array:
+    """(n_tet,) signed volumes, m^3."""
+    a, b, c, d = (vertices[tets[:, k]] for k in range(4))
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+
+
+def oriented(vertices: Array, tets: Indices) -> Indices:
+    """The same tetrahedra, each of positive volume."""
+    flip = signed_volumes(vertices, tets) < 0
+    tets = tets.copy()
+    tets[flip] = tets[flip][:, [0, 2, 1, 3]]
+    return tets
+
+
+def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]]:
+    """Unit disc: points (1 + 2 sectors, 2), triangles, and which lie in the lumen."""
+    angle = 2 * np.pi * np.arange(sectors) / sectors
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    points = np.concatenate([[[0.0, 0.0]], lumen * circle, circle])
+    k = np.arange(sectors)
+    inner, inner_next = 1 + k, 1 + (k + 1) % sectors
+    outer, outer_next = inner + sectors, inner_next + sectors
+    core = np.stack([np.zeros_like(k), inner, inner_next], axis=1)
+    wall = np.concatenate(
+        [
+            np.stack([inner, outer, outer_next], axis=1),
+            np.stack([inner, outer_next, inner_next], axis=1),
+        ]
+    )
+    is_lumen = np.repeat([True, False], [len(core), len(wall)])
+    return points, np.concatenate([core, wall]).astype(np.int32), is_lumen
+
+
+def _prism_tets(triangles: Indices, n_disc: int) -> Indices:
+    """Three tetrahedra for each prism over a triangle, (3 n_triangle, 4).
+
+    Each quadrilateral's diagonal starts at its smaller index (Dompierre et al., "How to
+    subdivide pyramids, prisms and hexahedra into tetrahedra", 1999): neighbours agree.
+    """
+    out = []
+    for triangle in triangles:
+        shift = int(np.argmin(triangle))
+        a, b, c = np.roll(triangle, -shift)
+        A, B, C = a + n_disc, b + n_disc, c + n_disc
+        if b < c:
+            out += [(a, b, c, C), (a, b, C, B), (a, B, C, A)]
+        else:
+            out += [(a, b, c, B), (a, c, C, B), (a, B, C, A)]
+    return np.array(out, dtype=np.int32)

@@ -1,0 +1,95 @@
+"""How surfaces look: colour, wetness and a fine relief, as seamless procedural textures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+
+Colour = tuple[float, float, float]
+
+SIZE = 256  # pixels of a texture's side
+TILE_M = 0.030  # length of a texture's side on the tissue
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """A material. Colours are linear RGB, 0 to 1; shares are of the base colour.
+
+    Attributes:
+        mottle: how much lighter and darker patches are.
+        vessels: how red fine vessels are drawn on it.
+        relief: slope of the fine bumps.
+        grain: wavelengths of bumps and mottle in a tile.
+    """
+
+    colour: Colour
+    roughness: float = 0.3
+    specular: float = 0.6
+    metallic: float = 0.0
+    mottle: float = 0.0
+    vessels: float = 0.0
+    relief: float = 0.0
+    grain: int = 12
+    glow: float = 0.0
+
+
+@cache
+def material(look: Look) -> sapien.render.RenderMaterial:
+    """The renderer's material."""
+    made = sapien.render.RenderMaterial(
+        base_color=[*look.colour, 1.0],
+        roughness=look.roughness,
+        specular=look.specular,
+        metallic=look.metallic,
+        emission=[*(look.glow * np.array(look.colour)), 1.0],
+    )
+    if look.mottle or look.vessels:
+        made.base_color_texture = _texture(_coloured(look), srgb=True)
+    if look.relief:
+        made.normal_texture = _texture(_relief(look.grain, look.relief), srgb=False)
+    return made
+
+
+def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
+    """(size, size) seamless noise of unit spread with wavelengths of 1/low to 1/high tile."""
+    rng = np.random.default_rng([0x7E57, seed])
+    k = np.fft.fftfreq(size, 1.0 / size)
+    radius = np.hypot(k[:, None], k[None])
+    band = np.where((radius >= low) & (radius <= high), 1.0 / np.maximum(radius, 1.0), 0.0)
+    spectrum = np.fft.fft2(rng.normal(size=(size, size))) * band
+    field = np.fft.ifft2(spectrum).real
+    return field / field.std()
+
+
+def _coloured(look: Look) -> Array:
+    """(size, size, 3) linear colours."""
+    lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
+    colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None]
+    line = np.exp(-((noise(2, 9, 3) / 0.06) ** 2)) * np.clip(0.6 + 0.5 * noise(1, 4, 4), 0, 1)
+    share = look.vessels * np.clip(line, 0.0, 1.0)[..., None]
+    return np.clip(colour * (1 - share) + share * np.array([0.36, 0.045, 0.04]), 0.0, 1.0)
+
+
+def _relief(grain: int, slope: float) -> Array:
+    """(size, size, 3) normals, in 0 to 1."""
+    height = noise(max(2, grain // 3), 3 * grain, 5)
+    dy, dx = np.gradient(np.pad(height, 1, mode="wrap"))
+    dx, dy = (g[1:-1, 1:-1] / (g.std() + 1e-12) * slope for g in (dx, dy))
+    normals = np.stack([-dx, -dy, np.ones_like(dx)], axis=-1)
+    return 0.5 + 0.5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def _texture(values: Array, *, srgb: bool) -> sapien.render.RenderTexture2D:
+    if srgb:
+        values = np.clip(values, 0.0, 1.0) ** (1 / 2.2)
+    opaque = np.concatenate([values, np.ones((*values.shape[:2], 1))], axis=-1)
+    pixels: NDArray[np.uint8] = np.round(255 * opaque).astype(np.uint8)
+    return sapien.render.RenderTexture2D(
+        pixels, format="r8g8b8a8unorm", mipmap_levels=5, srgb=srgb
+    )

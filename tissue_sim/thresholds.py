@@ -1,0 +1,34 @@
+"""Every number that decides success or injury, in one place, with its source."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Clips: Hem-o-lok instructions for use as summarised in the reference sheet.
+CLIP_MOST_TILT_RAD = np.deg2rad(30.0)
+CLIP_LEAST_GAP_M = 0.0015  # between neighbouring clips
+CUFF_LEAST_M = 0.001  # tissue between a clip and the cut, or a clip and a tube's end
+LUMEN_CLOSED = 0.10  # lumen's area over its area at rest
+TEST_PULL_N = 1.0  # every clip holds this at the end
+
+# Grasp.
+GRASP_HOLD_S = 1.0
+GRASP_LEAST_TRACTION_N = 0.15  # assumed: lifts the tubes off slack
+GRASP_MOST_SLIP_M = 0.0015  # assumed
+SPREAD_LEAST_M = 0.004  # between the tubes' walls at mid-length, assumed
+TAUT_LEAST = 0.975  # straight distance over length at rest of a tube, assumed
+
+# Going back.
+RETRACTED_M = 0.015  # right tip to the tubes
+
+# Injury.
+PINCH_MOST_N = 15.0  # grasping sheet: damage of bowel at a 15-37 N pinch
+TRACTION_MOST_N = 5.0  # grasping sheet: pulls of 5 N
+LIVER_MOST_N = 2.0  # instrument against liver, assumed
+INSTRUMENT_CONTACT_MOST_N = 0.5  # arm against arm, assumed
+JOINT_MARGIN_RAD = 1.0e-3  # rounding of the simulator's own limits
+LEAK_MOST_M3 = 0.0  # any leak is an injury
+
+# Leak of a wholly open stump, assumed: a drop of bile a second, a small artery's spurt.
+BILE_RATE_M3_S = 5.0e-8
+BLOOD_RATE_M3_S = 5.0e-7

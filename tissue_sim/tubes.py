@@ -1,0 +1,130 @@
+"""Duct and artery as a surgeon sees them: a line of rings with stations, lumen and stumps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array, inverse_pose, transform, unit
+from tissue_sim.organ import TUBES, Organ
+from tissue_sim.sweep import Indices
+from tissue_sim.tissue import Tissue
+from tissue_sim.topology import components
+
+MOUTH_HALF_GAP_M = 0.005  # tissue farther than this from the jaws' middle is not between them
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """Where a tube passes through the plane of an instrument's jaws.
+
+    Attributes:
+        station_m: along the tube at rest, from its fixed end.
+        ring: nearest ring.
+        tilt_rad: between the tube and the square to the jaws, 0 to pi/2.
+        point_m: in the tool frame.
+    """
+
+    tube: str
+    station_m: float
+    ring: int
+    tilt_rad: float
+    point_m: Array
+
+
+class Tubes:
+    """The tubes of one environment; `above` holds the upper side's vertices of a severed ring."""
+
+    def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
+        self.tissue, self.organ, self.b = tissue, organ, b
+        self.below = organ.rings
+        self.above = {tube: rings.copy() for tube, rings in organ.rings.items()}
+        self.stations_m = {tube: _stations(organ, tube) for tube in TUBES}
+        self.length_m = {
+            tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
+        }
+        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in TUBES}
+        self._tube_tets = {
+            tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
+            for k, tube in enumerate(TUBES, start=1)
+        }
+
+    def centres(self, tube: str) -> Array:
+        """(n_ring, 3) centreline up to the neck, world frame, m."""
+        rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
+        return self.tissue.positions(self.b)[rings].astype(np.float64)
+
+    def radius_m(self, tube: str) -> float:
+        """Outer radius at rest."""
+        return float(self.tissue.host("tube_radius")[self.b, TUBES.index(tube)])
+
+    def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
+        """Position (3,) and unit tangent (3,) at a station, world frame."""
+        centres, stations = self.centres(tube), self.stations_m[tube][: len(self.centres(tube))]
+        k = int(np.clip(np.searchsorted(stations, station_m) - 1, 0, len(stations) - 2))
+        t = (station_m - stations[k]) / (stations[k + 1] - stations[k])
+        low, high = max(k - 1, 0), min(k + 2, len(stations) - 1)
+        return centres[k] + t * (centres[k + 1] - centres[k]), unit(centres[high] - centres[low])
+
+    def lumen_fraction(self, tube: str) -> Array:
+        """(n_ring,) area of the lumen over its area at rest."""
+        return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
+
+    def crossing(self, tube: str, T_world_tool: Array, reach_m: float) -> Crossing | None:
+        """Where the tube crosses the jaws' middle plane x = 0, at most `reach_m` behind the tip."""
+        centres = transform(inverse_pose(T_world_tool), self.centres(tube))
+        joined = self._joined(tube)
+        x = centres[:, 0]
+        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:]) & joined)
+        best = None
+        for k in spans:
+            t = x[k] / (x[k] - x[k + 1])
+            point = centres[k] + t * (centres[k + 1] - centres[k])
+            if not (-reach_m <= point[2] <= self.radius_m(tube)):
+                continue
+            if abs(point[1]) < MOUTH_HALF_GAP_M and (
+                best is None or abs(point[1]) < abs(best.point_m[1])
+            ):
+                low, high = max(k - 1, 0), min(k + 2, len(centres) - 1)
+                tangent = unit(centres[high] - centres[low])
+                s = self.stations_m[tube]
+                best = Crossing(
+                    tube=tube,
+                    station_m=float(s[k] + t * (s[k + 1] - s[k])),
+                    ring=int(k + round(t)),
+                    tilt_rad=float(np.arccos(np.clip(abs(tangent[0]), 0.0, 1.0))),
+                    point_m=point,
+                )
+        return best
+
+    def severed_rings(self, tube: str) -> Indices:
+        """Rings whose two sides no longer share any vertex."""
+        apart = (self.above[tube] != self.below[tube]).all(axis=1)
+        return np.flatnonzero(apart).astype(np.int32)
+
+    def in_two_parts(self, tube: str) -> bool:
+        """No element joins the fixed end to the sac's end any more."""
+        tets = self.tissue.tets(self.b)[self._tube_tets[tube]]
+        label = components(self.tissue.n_vertex(self.b), tets)
+        return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
+
+    def _joined(self, tube: str) -> NDArray[np.bool_]:
+        k = TUBES.index(tube)
+        n = self.organ.neck_ring[tube]
+        return self.tissue.host("ring_joined")[self.b, k, :n] != 0
+
+    def _lumen_areas(self, positions: Array, tube: str) -> Array:
+        """(n_ring,) area of the inner ring's polygon, m^2."""
+        rings = self.below[tube]
+        n = (rings.shape[1] - 1) // 2
+        corners = positions[rings[:, 1 : 1 + n]].astype(np.float64)
+        spokes = corners - corners.mean(axis=1, keepdims=True)
+        areas = 0.5 * np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
+        return np.linalg.norm(areas, axis=1)
+
+
+def _stations(organ: Organ, tube: str) -> Array:
+    centres = organ.vertices[organ.rings[tube][:, 0]]
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centres, axis=0), axis=1))])

@@ -1,0 +1,381 @@
+"""The world: two arms and one patient's tissue on a SAPIEN scene, stepped together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.arms import HOME_JOINTS, LEFT_ARM, LIVER, RIGHT_ARM, Arms, JointCommand
+from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose, retention_n
+from tissue_sim.cut import BLADE_LENGTH_M, SHEAR_GAP_M, Cut, sever
+from tissue_sim.field import endoscope_pose
+from tissue_sim.frames import Array, inverse_pose, pose, transform
+from tissue_sim.grasp import Grasp, follow_grasp
+from tissue_sim.injury import Injury, InjuryMonitor, Reading
+from tissue_sim.leak import Leak, leaks
+from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.organ import LiverBed, build_organ
+from tissue_sim.psm import joint_limits
+from tissue_sim.thresholds import (
+    INSTRUMENT_CONTACT_MOST_N,
+    JOINT_MARGIN_RAD,
+    LEAK_MOST_M3,
+    LIVER_MOST_N,
+    PINCH_MOST_N,
+    TRACTION_MOST_N,
+)
+from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.tubes import Tubes
+
+if TYPE_CHECKING:
+    from tissue_sim.rendering import View
+
+WORLD_VERSION = 1  # raise when physics changes: checkpoints record it
+JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
+SETTLE_STEPS = 45
+LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorldConfig:
+    """Periods of the loop, each a whole multiple of the next finer one. s."""
+
+    control_step_s: float = 1.0 / 30.0
+    physics_step_s: float = 1.0 / 120.0
+    tissue: TissueConfig = field(default_factory=TissueConfig)
+
+    def __post_init__(self) -> None:
+        for name, coarse, fine in (
+            ("control_step_s", self.control_step_s, self.tissue.step_s),
+            ("tissue.step_s", self.tissue.step_s, self.physics_step_s),
+        ):
+            if whole_multiple(coarse, fine) is None:
+                raise ValueError(f"world: {name} = {coarse} must be a multiple of {fine} s")
+
+
+def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
+    """How many fine steps make a coarse one, or None when that is not a whole number."""
+    count = round(coarse_s / fine_s) if fine_s > 0 else 0
+    return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What happened so far: everything of the world's state that is not in an array."""
+
+    time_s: float = 0.0
+    clip_loaded: bool = True
+    jaws_opened: bool = False
+    clips: tuple[Clip, ...] = ()
+    cuts: tuple[Cut, ...] = ()
+    grasp: Grasp = field(default_factory=Grasp)
+    pulls_n: tuple[tuple[int, float], ...] = ()
+    leaks: tuple[Leak, ...] = ()
+    leaked_m3: float = 0.0
+    injuries: tuple[Injury, ...] = ()
+    broken_limits: frozenset[str] = frozenset()
+
+
+class World:
+    """One operating field. `reset` puts a patient in it, `step` moves it by one control period."""
+
+    def __init__(
+        self,
+        scene: sapien.Scene | None = None,
+        *,
+        render: bool = False,
+        config: WorldConfig | None = None,
+    ) -> None:
+        self.config = config or WorldConfig()
+        self.scene = scene or _new_scene(render=render)
+        self.scene.set_timestep(self.config.physics_step_s)
+        self.arms = Arms(self.scene, render=render)
+        self._liver: sapien.Entity | None = None
+        self._steps = (
+            whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0,
+            whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0,
+        )
+        self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
+        self._view = _new_view(self.scene) if render else None
+
+    def reset(self, anatomy: Anatomy) -> Observation:
+        """A new patient, the instruments at home, the tissue come to rest."""
+        self.anatomy = anatomy
+        self.organ = build_organ(anatomy)
+        self.tissue = Tissue(
+            [self.organ], stiffness_scale=[anatomy.stiffness_scale], config=self.config.tissue
+        )
+        self.tubes = Tubes(self.tissue, self.organ)
+        self.T_world_endoscope = endoscope_pose(
+            anatomy.endoscope_pitch_rad, anatomy.endoscope_yaw_rad, anatomy.endoscope_distance_m
+        )
+        self._place_liver(self.organ.bed)
+        self.arms.mount("clip_applier")
+        self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
+        self.record = Record()
+        self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
+        self._place_tools()
+        for _ in range(SETTLE_STEPS):
+            self.tissue.step()
+        return self.observe()
+
+    def step(self, command: JointCommand, *, intended: str | None = None) -> Observation:
+        """One control period.
+
+        Args:
+            command: joint targets.
+            intended: the structure ("duct", "artery") the running instruction names, against
+                which a clip or cut on the wrong structure is judged.
+
+        Raises:
+            ValueError: the command is not (2, 7) finite numbers; nothing has moved.
+        """
+        joints = np.asarray(command.joints, float)
+        if joints.shape != (2, 7) or not np.isfinite(joints).all():
+            raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
+        self.arms.command(JointCommand(joints=joints))
+        per_control, per_tissue = self._steps
+        for _ in range(per_control):
+            for _ in range(per_tissue):
+                self.arms.apply_wrenches(*self._wrenches)
+                self.scene.step()
+            self._place_tools()
+            self.tissue.step()
+            self._wrenches = self.tissue.tool_wrenches()
+        self._judge(joints, intended)
+        return self.observe()
+
+    def observe(self) -> Observation:
+        """What a policy may see now, without images."""
+        to_endoscope = inverse_pose(self.T_world_endoscope)
+        tubes = {tube: self._tracked(tube) for tube in ("duct", "artery")}
+        left, right = (tubes[self.anatomy.structure(side)] for side in ("left", "right"))
+        clips = np.zeros((MOST_CLIPS, 3))
+        for k, clip in enumerate(self.record.clips[-MOST_CLIPS:]):
+            clips[k] = transform(to_endoscope, self.clip_position_m(clip)[None])[0]
+        sac = self.tissue.positions()[self.organ.sac_rings[:SAC_POINTS, 0]].astype(float)
+        return Observation(
+            time_s=self.record.time_s,
+            joints=self.arms.joints,
+            tips_endoscope=to_endoscope @ self.arms.T_world_tool(),
+            forces_n=self._tool_forces() @ self.T_world_endoscope[:3, :3],
+            tools=(self.arms.mounted[0].name, self.arms.mounted[1].name),
+            clip_loaded=self.record.clip_loaded,
+            left_tube_m=transform(to_endoscope, left),
+            right_tube_m=transform(to_endoscope, right),
+            sac_m=transform(to_endoscope, sac),
+            clips_m=clips,
+            n_clips=len(self.record.clips),
+            severed=np.array(
+                [len(self.tubes.severed_rings(self.anatomy.structure(s))) > 0
+                 for s in ("left", "right")]
+            ),  # fmt: skip
+        )
+
+    def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
+        """Camera name -> (height, width, 3) of what it sees now; nothing is drawn until asked.
+
+        Raises:
+            ValueError: there is no such camera, or the world was made without `render`.
+        """
+        if self._view is None:
+            raise ValueError("world: it has no cameras: make it with render=True")
+        return self._view.images(self, names)
+
+    def endoscope_rgb(self) -> NDArray[np.uint8]:
+        """(height, width, 3) of what the endoscope's left eye sees now."""
+        return self.images(["endoscope_left"])["endoscope_left"]
+
+    def equip(self, instrument: str) -> None:
+        """The scrub nurse's hands: mount a tool on the right arm, or load a clip."""
+        self.arms.mount(instrument)
+        self.record = replace(
+            self.record, clip_loaded=instrument == "clip_applier", jaws_opened=False
+        )
+        self._place_tools()
+
+    def pull_clip(self, number: int, force_world_n: Array) -> None:
+        """Pull at a clip with a steady force (3,) N until pulled otherwise; zero lets go."""
+        clip = next(c for c in self.record.clips if c.number == number)
+        load = self.tissue.host("load")[0]
+        load[list(clip.vertices)] = force_world_n / max(len(clip.vertices), 1)
+        pulls = dict(self.record.pulls_n) | {number: float(np.linalg.norm(force_world_n))}
+        self.record = replace(self.record, pulls_n=tuple(pulls.items()))
+
+    def clip_position_m(self, clip: Clip) -> Array:
+        """Where a clip is now (3,), world frame."""
+        if not clip.vertices:
+            return clip.T_world_clip[:3, 3]
+        return self.tissue.positions()[list(clip.vertices)].mean(axis=0).astype(float)
+
+    def state(self) -> dict[str, Any]:
+        """Everything the next step depends on, tissue topology included."""
+        return {
+            "version": WORLD_VERSION,
+            "anatomy": self.anatomy.hash,
+            "tissue": self.tissue.state(),
+            "above": {tube: rings.copy() for tube, rings in self.tubes.above.items()},
+            "arms": self.arms.state(),
+            "wrenches": tuple(w.copy() for w in self._wrenches),
+            "record": self.record,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Put back what `state` returned.
+
+        Raises:
+            ValueError: the state is of another anatomy or version; nothing is changed.
+        """
+        for name, own in (("version", WORLD_VERSION), ("anatomy", self.anatomy.hash)):
+            if state.get(name) != own:
+                raise ValueError(f"state: {name} is {state.get(name)!r}, this world's is {own!r}")
+        self.tissue.restore(state["tissue"])
+        self.tubes.above = {tube: rings.copy() for tube, rings in state["above"].items()}
+        self.arms.restore(state["arms"])
+        self._wrenches = tuple(w.copy() for w in state["wrenches"])
+        self.record = state["record"]
+        self._place_tools()
+
+    def _place_tools(self) -> None:
+        shapes = self.arms.contact_shapes()
+        self.tissue.place_tools(
+            0,
+            a=shapes.a_world_m,
+            b=shapes.b_world_m,
+            half_width=shapes.w_world_m,
+            radius=shapes.radius_m,
+            friction=self._friction(),
+            T_world_link=shapes.T_world_link,
+        )
+
+    def _friction(self) -> Array:
+        """(8,) Coulomb coefficients: toothed grasper jaws, smooth steel elsewhere (assumed)."""
+        friction = np.full(8, 0.1)
+        friction[2:4] = 0.7
+        return friction
+
+    def _tool_forces(self) -> Array:
+        """(2, 3) force of the tissue on each instrument, world frame, N."""
+        return self._wrenches[0].reshape(2, 4, 3).sum(axis=1).astype(float)
+
+    def _tracked(self, tube: str) -> Array:
+        """(TUBE_POINTS, 3) evenly spaced points of a tube's centreline, world frame."""
+        centres = self.tubes.centres(tube)
+        at = np.linspace(0, len(centres) - 1, TUBE_POINTS)
+        return np.stack([np.interp(at, np.arange(len(centres)), c) for c in centres.T], axis=1)
+
+    def _judge(self, joints: Array, intended: str | None) -> None:
+        """Bring the record up to date after a control step."""
+        r = self.record
+        monitor = InjuryMonitor()
+        monitor.events, monitor.broken = list(r.injuries), set(r.broken_limits)
+        time_s = r.time_s + self.config.control_step_s
+        clips, cuts = self._use_right_tool(time_s, intended, monitor)
+        pulls = dict(r.pulls_n)
+        clips = tuple(self._held(clip, pulls.get(clip.number, 0.0)) for clip in clips)
+        leaking = leaks(self.tubes, clips, cuts)
+        leaked = r.leaked_m3 + self.config.control_step_s * sum(x.rate_m3_s for x in leaking)
+        grasp = follow_grasp(
+            r.grasp, self.tissue, self.organ, self.arms.T_world_tool()[LEFT_ARM], time_s
+        )
+        monitor.watch(self._readings(joints, grasp, leaked), time_s)
+        self.record = replace(
+            self.record,
+            time_s=time_s,
+            clips=clips,
+            cuts=cuts,
+            grasp=grasp,
+            leaks=leaking,
+            leaked_m3=leaked,
+            injuries=tuple(monitor.events),
+            broken_limits=frozenset(monitor.broken),
+        )
+
+    def _use_right_tool(
+        self, time_s: float, intended: str | None, monitor: InjuryMonitor
+    ) -> tuple[tuple[Clip, ...], tuple[Cut, ...]]:
+        """Latch a clip or cut when the right jaws have just closed."""
+        r, tool = self.record, self.arms.mounted[RIGHT_ARM]
+        jaw = self.arms.joints[RIGHT_ARM, 6]
+        reach, gap = (
+            (CLIP_LENGTH_M, LATCH_GAP_M) if tool.name == "clip_applier"
+            else (BLADE_LENGTH_M, SHEAR_GAP_M)
+        )  # fmt: skip
+        opening = 2.0 * (tool.yaw_to_tip_m - 0.5 * reach) * np.sin(0.5 * jaw)
+        if jaw > JAWS_OPEN_RAD:
+            self.record = replace(r, jaws_opened=True)
+        if not r.jaws_opened or opening > gap:
+            return r.clips, r.cuts
+        self.record = replace(r, jaws_opened=False)
+        T = self.arms.T_world_tool()[RIGHT_ARM]
+        if tool.name == "scissors":
+            cuts = sever(self.tubes, T, time_s=time_s)
+            for cut in cuts:
+                if cut.tube != intended:
+                    monitor.add(Reading(event=f"cut on {cut.tube}", value=1, limit=0), time_s)
+            return r.clips, (*r.cuts, *cuts)
+        if not r.clip_loaded:
+            return r.clips, r.cuts
+        clip = latch(self.tubes, T, number=len(r.clips) + 1, time_s=time_s)
+        self.record = replace(self.record, clip_loaded=False)
+        wrong = [c.tube for c in clip.crossings if c.tube != intended]
+        for name in wrong + ["gallbladder"] * clip.on_sac:
+            monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
+        return (*r.clips, clip), r.cuts
+
+    def _held(self, clip: Clip, pull_n: float) -> Clip:
+        """The clip, lost if it is pulled harder than it holds."""
+        if clip.lost or pull_n <= retention_n(self.tubes, clip):
+            return clip
+        self.tissue.host("load")[0, list(clip.vertices)] = 0.0
+        return lose(self.tubes, clip)
+
+    def _readings(self, joints: Array, grasp: Grasp, leaked_m3: float) -> Iterator[Reading]:
+        rigid = self.arms.contact_forces_n()
+        torn = int((self.tissue.host("tie_stiffness")[0] == 0.0).sum())
+        beyond = max(
+            float(np.max(np.abs(q[:6] - np.clip(q[:6], *joint_limits(tool).T))))
+            for q, tool in zip(joints, self.arms.mounted, strict=True)
+        )
+        for event, value, limit in (
+            ("pinch", grasp.pinch_n, PINCH_MOST_N),
+            ("traction", grasp.traction_n, TRACTION_MOST_N),
+            ("liver force", rigid.on_liver_n, LIVER_MOST_N),
+            ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MOST_N),
+            ("tear", torn, 0),
+            ("leak", leaked_m3, LEAK_MOST_M3),
+            ("joint limit", beyond, JOINT_MARGIN_RAD),
+        ):
+            yield Reading(event=event, value=value, limit=limit)
+
+    def _place_liver(self, bed: LiverBed) -> None:
+        """The liver as a slab behind the gallbladder, for the rigid instruments."""
+        if self._liver is not None:
+            self.scene.remove_entity(self._liver)
+        builder = self.scene.create_actor_builder()
+        builder.add_box_collision(half_size=LIVER_SIZE_M)
+        self._liver = builder.build_static(name=LIVER)
+        across = np.cross(bed.normal, bed.along)
+        middle = (bed.edge_m + LIVER_SIZE_M[2]) * bed.along - LIVER_SIZE_M[1] * bed.normal
+        axes = np.stack([across, bed.normal, bed.along], axis=1)
+        self._liver.set_pose(sapien.Pose(pose(axes, bed.point_m + middle)))
+
+
+def _new_scene(*, render: bool) -> sapien.Scene:
+    if not render:
+        return sapien.Scene([sapien.physx.PhysxCpuSystem()])  # pyright: ignore[reportArgumentType]
+    from tissue_sim.rendering import renderable_scene
+
+    return renderable_scene()
+
+
+def _new_view(scene: sapien.Scene) -> View:
+    from tissue_sim.rendering import View
+
+    return View(scene)
