@@ -21,6 +21,7 @@ class TissueArrays:
 
     # vertices
     n_vertex: wp.array(dtype=int)
+    rest: wp.array2d(dtype=wp.vec3)
     position: wp.array2d(dtype=wp.vec3)
     velocity: wp.array2d(dtype=wp.vec3)
     previous: wp.array2d(dtype=wp.vec3)

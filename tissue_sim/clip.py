@@ -16,7 +16,7 @@ CLIP_WIDTH_M = 0.0022  # along the tube, assumed
 LATCH_GAP_M = 0.0016  # legs' distance at their middle at which the lock snaps, assumed
 SQUEEZE_STIFFNESS = 5000.0  # N/m a pair of opposite vertices
 LUMEN_REST = 0.02  # rest distance of opposite inner vertices over the lumen's radius
-WALL_REST = 0.40  # rest distance of opposite outer vertices over the tube's radius
+WALL_REST = 0.25  # rest distance of opposite outer vertices over the tube's radius
 CLIP_FRICTION = 0.8  # toothed legs on tissue, assumed
 
 
@@ -91,8 +91,8 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
 
 
 def retention_n(tubes: Tubes, clip: Clip) -> float:
-    """The pull a clip holds by friction; zero when it does not embrace a whole tube."""
-    return CLIP_FRICTION * grip_n(tubes, clip) if clip.complete and all(clip.complete) else 0.0
+    """The pull both legs hold by friction; zero when the clip does not embrace a whole tube."""
+    return 2 * CLIP_FRICTION * grip_n(tubes, clip) if clip.complete and all(clip.complete) else 0.0
 
 
 def lose(tubes: Tubes, clip: Clip) -> Clip:

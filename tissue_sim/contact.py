@@ -34,11 +34,18 @@ class Touch:
 
 
 @wp.func
+def same_jaws(c: int, old: int):
+    """Whether two shapes are fingers of one instrument (rows 2 and 3 of its four)."""
+    return old >= 0 and c // 4 == old // 4 and c % 4 >= 2 and old % 4 >= 2
+
+
+@wp.func
 def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, remembered: float):
     """Contact of point x with patch c.
 
-    Within a flat patch (a jaw) the side a vertex came from is remembered, so that a vertex
-    pressed through the jaw's middle plane is still pushed back where it came from.
+    Within a flat patch (a finger) the side a vertex came from is remembered, +1 for between
+    the jaws and -1 for outside, so that a vertex pressed through a finger's middle plane is
+    still pushed back where it came from.
     """
     r = Touch()
     a = s.a[b, c]
@@ -56,12 +63,14 @@ def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, remembered: float):
     r.depth = s.radius[b, c] - d
     inside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0
     if ww > 0.0 and inside:
-        n = wp.normalize(wp.cross(u, w))
-        height = wp.dot(p, n)
+        inward = wp.normalize(wp.cross(u, w))
+        if c % 4 == 2:
+            inward = -inward
+        height = wp.dot(p, inward)
         r.side = wp.sign(height)
         if remembered != 0.0:
             r.side = remembered
-        r.normal = n * r.side
+        r.normal = inward * r.side
         r.depth = s.radius[b, c] - r.side * height
     return r
 
@@ -91,7 +100,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
     old = t.contact_shape[b, i]
     for c in range(s.radius.shape[1]):
         remembered = float(0.0)
-        if c == old:
+        if same_jaws(c, old):
             remembered = t.contact_side[b, i]
         now = touch(s, b, c, x, remembered)
         if now.depth > 0.0 and now.depth < REACH and (best < 0 or now.depth > hit.depth):

@@ -51,6 +51,7 @@ def _part(tubes: Tubes, crossing: Crossing, T_world_tool: Array) -> bool:
     tube, r = crossing.tube, crossing.ring
     if not 0 < r < tubes.organ.neck_ring[tube]:
         return False
+    tubes.slide_ring(tube, r, crossing.station_m)
     tissue, b, ring = tubes.tissue, tubes.b, tubes.below[crossing.tube][r]
     local = transform(inverse_pose(T_world_tool), tissue.positions(b)[ring].astype(float))
     under = (local[:, 2] > -BLADE_LENGTH_M) & (local[:, 2] < 2.0e-4)

@@ -21,7 +21,7 @@ class Grasp:
 
     Attributes:
         vertices: held sac vertices; empty when nothing is held by both jaws.
-        place_tool_m: where they were in the tool frame when the hold began, (n, 3).
+        place_tool_m: where each was in the tool frame when it was caught, (n, 3).
         since_s: when it began, or began anew after a slip.
         slip_m: how far the tissue has moved in the jaws since.
         pinch_n: normal force between jaws and tissue, the smaller of the two jaws.
@@ -29,7 +29,7 @@ class Grasp:
     """
 
     vertices: tuple[int, ...] = ()
-    place_tool_m: Array | None = None
+    place_tool_m: tuple[tuple[float, ...], ...] = ()
     since_s: float = 0.0
     slip_m: float = 0.0
     pinch_n: float = 0.0
@@ -50,24 +50,18 @@ def follow_grasp(
     press = [abs(float((forces[h] @ closing).sum())) for h in held]
     total = np.sum([forces[h].sum(axis=0) for h in held], axis=0)
     x = transform(inverse_pose(T_world_tool), tissue.positions(b).astype(float))
-    pinch, traction = min(press), float(np.linalg.norm(total))
-    if before.vertices and before.place_tool_m is not None:
-        drift = x[list(before.vertices)] - before.place_tool_m
-        slip = float(np.median(np.linalg.norm(drift[:, [0, 2]], axis=1)))
-        if slip < GRASP_MOST_SLIP_M:
-            return Grasp(
-                vertices=before.vertices,
-                place_tool_m=before.place_tool_m,
-                since_s=before.since_s,
-                slip_m=slip,
-                pinch_n=pinch,
-                traction_n=traction,
-            )
     vertices = np.concatenate(held)
+    place = x[vertices]
+    known = {v: p for v, p in zip(before.vertices, before.place_tool_m, strict=True)}
+    for k, v in enumerate(vertices):
+        place[k] = known.get(int(v), place[k])
+    slip = float(np.median(np.linalg.norm((x[vertices] - place)[:, [0, 2]], axis=1)))
+    slipped = slip >= GRASP_MOST_SLIP_M or not before.vertices
     return Grasp(
         vertices=tuple(int(v) for v in vertices),
-        place_tool_m=x[vertices],
-        since_s=time_s,
-        pinch_n=pinch,
-        traction_n=traction,
+        place_tool_m=tuple(map(tuple, x[vertices] if slipped else place)),
+        since_s=time_s if slipped else before.since_s,
+        slip_m=slip,
+        pinch_n=min(press),
+        traction_n=float(np.linalg.norm(total)),
     )

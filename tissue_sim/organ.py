@@ -26,9 +26,10 @@ TUBES = ("duct", "artery")
 NECK_UP_M = 0.008  # where the neck stands in the field
 RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
 INFUNDIBULUM_M = 0.015  # the part of the sac, from the neck, that is free of the liver
-FUNDUS_SPACING_M = 0.008
+FUNDUS_SPACING_M = 0.010
+INFUNDIBULUM_SEGMENTS = 6
 EMBEDDED_M = 0.004  # how deep a tube's end reaches into the sac
-SAC_SECTORS, TUBE_SECTORS = 8, 6
+SAC_SECTORS, TUBE_SECTORS = 10, 6
 SAC_LUMEN, TUBE_LUMEN = 0.75, 0.5  # inner over outer radius
 BED_CLEARANCE = 0.82  # bed plane's distance from the axis over the body's radius: pressed in
 
@@ -108,7 +109,10 @@ def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
     length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
     n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
     stations = np.concatenate(
-        [np.arange(5) * INFUNDIBULUM_M / 5, np.linspace(INFUNDIBULUM_M, length, n_body + 1)]
+        [
+            np.arange(INFUNDIBULUM_SEGMENTS) * INFUNDIBULUM_M / INFUNDIBULUM_SEGMENTS,
+            np.linspace(INFUNDIBULUM_M, length, n_body + 1),
+        ]
     )
     neck = max(0.65 * anatomy.duct_diameter_m, 0.0024)
     knots = [0.0, 0.005, 0.012, 0.4 * length, 0.65 * length, 0.9 * length, length]
@@ -235,9 +239,10 @@ def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
 
 def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed) -> Indices:
     """The outer vertices of the body and fundus that face the liver."""
-    outer = sac_rings[7:, 1 + SAC_SECTORS :].ravel()
-    height = (vertices[outer] - bed.point_m) @ bed.normal
-    return outer[height < 0.006].astype(np.int32)
+    outer = sac_rings[INFUNDIBULUM_SEGMENTS + 1 :, 1 + SAC_SECTORS :].ravel()
+    offset = vertices[outer] - bed.point_m
+    lies = (offset @ bed.normal < 0.006) & (offset @ bed.along > bed.edge_m)
+    return outer[lies].astype(np.int32)
 
 
 def _remnants(anatomy: Anatomy, rings: dict[str, Indices]) -> Indices:

@@ -13,8 +13,10 @@ import sapien
 from numpy.typing import NDArray
 
 from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.drawn_surroundings import DrawnSurroundings
 from tissue_sim.drawn_tissue import DrawnTissue
 from tissue_sim.illumination import Illumination
+from tissue_sim.physics_system import physics_system
 from tissue_sim.shader_pack import (
     COLOR_PICTURE,
     POSITION_PICTURE,
@@ -34,13 +36,13 @@ class Visual(Protocol):
         ...
 
 
-VISUALS = (DrawnTissue, Illumination)
+VISUALS = (DrawnSurroundings, DrawnTissue, Illumination)
 
 
 def renderable_scene() -> sapien.Scene:
     """An empty scene with physics and a renderer: on a GPU where there is one, else on the CPU."""
     renderer = sapien.render.RenderSystem(_device())
-    return sapien.Scene([sapien.physx.PhysxCpuSystem(), renderer])
+    return sapien.Scene([physics_system(), renderer])
 
 
 def _device() -> sapien.Device:

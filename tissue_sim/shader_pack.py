@@ -26,6 +26,17 @@ PICTURE_FORMATS = {
 _ENVIRONMENT_BINDING = r"layout\(set = \d, binding = [78]\)[^\n]*\n"
 _FUNCTION = r"vec3 {}\(.*?\n}}\n"
 
+_TANGENTS = """\
+mat3 tangentFrame(vec3 n) {
+  vec3 along = dFdx(inPosition.xyz), down = dFdy(inPosition.xyz);
+  vec2 u = dFdx(inUV), v = dFdy(inUV);
+  vec3 t = cross(down, n) * u.x + cross(n, along) * v.x;
+  vec3 b = cross(down, n) * u.y + cross(n, along) * v.y;
+  float scale = inversesqrt(max(max(dot(t, t), dot(b, b)), 1e-20));
+  return mat3(t * scale, b * scale, n);
+}
+
+void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
 _SHEEN = """\
   float rim = 1.0 - max(dot(normal, camDir), 0.0);
   color += sceneBuffer.ambientLight.rgb * (albedo.rgb * (1.0 - 0.5 * rim) + specular * rim * rim);
@@ -92,6 +103,9 @@ def _surface(text: str) -> str:
     for function in ("getBackgroundColor", "diffuseIBL", "specularIBL"):
         text = _replaced(text, _FUNCTION.format(function), "")
     text = _replaced(text, _ENVIRONMENT_BINDING, "", count=2)
+    text = _replaced(text, r"void main\(\)", _TANGENTS)
+    text = _replaced(text, r"inTbn \* \(texture", "tangentFrame(normalize(inTbn[2])) * (texture")
+    text = _replaced(text, r"inTbn \* vec3\(0, 0, 1\)", "inTbn[2]")
     text = _replaced(text, r"  vec3 wnormal = .*?camDir\);\n", "")
     text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _SHEEN)
     text = _replaced(text, r"  outColorRaw = [^\n]*\n", _FILMIC)

@@ -23,7 +23,7 @@ from tissue_sim.material import (
     lame_of,
 )
 from tissue_sim.organ import REGIONS, TUBES, Organ
-from tissue_sim.sweep import signed_volumes
+from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.topology import block_pattern, boundary_faces
 
 SPARE_VERTICES = 96  # room for cuts: a transection takes 13
@@ -33,7 +33,7 @@ UNBREAKABLE = 1.0e9  # N
 
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
-    "n_vertex", "position", "velocity", "mass", "surface", "load", "tet", "tet_alive",
+    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface", "load", "tet", "tet_alive",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",
@@ -127,11 +127,27 @@ class Tissue:
         if n + len(parents) > self.host("position").shape[1]:
             raise ValueError(f"tissue: no spare vertices left (capacity {SPARE_VERTICES})")
         new = slice(n, n + len(parents))
-        for name in ("position", "velocity", "fixed", "contact_shape", "surface"):
+        for name in ("position", "rest", "velocity", "fixed", "contact_shape", "surface"):
             values = self.host(name)
             values[b, new] = values[b, list(parents)]
         self.host("contact_shape")[b, new] = -1
         self.host("n_vertex")[b] = n + len(parents)
+
+    def slide(self, b: int, vertices: Indices, towards: Indices, share: float) -> None:
+        """Move vertices along edges to others, by a share of them, at rest and now alike."""
+        for name in ("position", "velocity", "rest"):
+            values = self.host(name)[b]
+            values[vertices] += share * (values[towards] - values[vertices])
+        around = np.flatnonzero(np.isin(self.tets(b), vertices).any(axis=1))
+        self._shape_elements(b, around)
+
+    def _shape_elements(self, b: int, elements: Indices) -> None:
+        """Rest shape matrices and volumes from the rest positions."""
+        rest = self.host("rest")[b].astype(np.float64)
+        corners = rest[self.tets(b)[elements]]
+        edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+        self.host("rest_inverse")[b, elements] = np.linalg.inv(edges)
+        self.host("volume")[b, elements] = signed_volumes(rest, self.tets(b)[elements])
 
     def rewire(self, b: int) -> None:
         """Rebuild the matrix pattern, the masses and the surface after a change of topology."""
@@ -223,18 +239,16 @@ class Tissue:
     def _fill(self, b: int, organ: Organ, scale: float) -> None:
         n, n_tet = len(organ.vertices), len(organ.tets)
         mu, lam = lame_of(organ.region, REGIONS, scale)
-        corners = organ.vertices[organ.tets]
-        edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
         set_row = self._set_row
         set_row("n_vertex", b, n)
         set_row("n_tet", b, n_tet)
         set_row("position", b, organ.vertices)
+        set_row("rest", b, organ.vertices)
         set_row("fixed", b, organ.fixed)
         set_row("contact_shape", b, np.full(self.host("position").shape[1], -1))
         set_row("tet", b, organ.tets)
         set_row("tet_alive", b, np.ones(n_tet))
-        set_row("rest_inverse", b, np.linalg.inv(edges))
-        set_row("volume", b, signed_volumes(organ.vertices, organ.tets))
+        self._shape_elements(b, np.arange(n_tet))
         set_row("mu", b, mu)
         set_row("lam", b, lam)
         set_row("tie_corner", b, np.column_stack([organ.tie_vertex, organ.tie_corners]))

@@ -99,6 +99,19 @@ class Tubes:
                 )
         return best
 
+    def slide_ring(self, tube: str, ring: int, station_m: float) -> None:
+        """Move a ring of the mesh along the tube, at rest and now alike.
+
+        The ring slides on the straight edges to its neighbour, so the shape keeps, and a cut
+        lies where the blades were rather than at the nearest ring.
+        """
+        stations = self.stations_m[tube]
+        neighbour = ring + 1 if station_m > stations[ring] else ring - 1
+        share = (station_m - stations[ring]) / (stations[neighbour] - stations[ring])
+        here, there = self.below[tube][ring], self.below[tube][neighbour]
+        self.tissue.slide(self.b, here, there, float(share))
+        self.stations_m[tube][ring] = station_m
+
     def severed_rings(self, tube: str) -> Indices:
         """Rings whose two sides no longer share any vertex."""
         apart = (self.above[tube] != self.below[tube]).all(axis=1)

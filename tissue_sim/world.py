@@ -21,6 +21,7 @@ from tissue_sim.injury import Injury, InjuryMonitor, Reading
 from tissue_sim.leak import Leak, leaks
 from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.organ import LiverBed, build_organ
+from tissue_sim.physics_system import physics_system
 from tissue_sim.psm import joint_limits
 from tissue_sim.thresholds import (
     INSTRUMENT_CONTACT_MOST_N,
@@ -40,6 +41,7 @@ WORLD_VERSION = 1  # raise when physics changes: checkpoints record it
 JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
 SETTLE_STEPS = 45
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
+LIVER_GIVES_M = (0.006, 0.010)  # its soft surface and margin before a tool meets resistance, assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +121,7 @@ class World:
         self.arms.mount("clip_applier")
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
         self.record = Record()
+        self._target = self.arms.joints
         self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
         self._place_tools()
         for _ in range(SETTLE_STEPS):
@@ -139,10 +142,12 @@ class World:
         joints = np.asarray(command.joints, float)
         if joints.shape != (2, 7) or not np.isfinite(joints).all():
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
-        self.arms.command(JointCommand(joints=joints))
+        start, self._target = self._target, joints
         per_control, per_tissue = self._steps
+        shares = iter(np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:])
         for _ in range(per_control):
             for _ in range(per_tissue):
+                self.arms.command(JointCommand(joints=start + next(shares) * (joints - start)))
                 self.arms.apply_wrenches(*self._wrenches)
                 self.scene.step()
             self._place_tools()
@@ -222,6 +227,7 @@ class World:
             "tissue": self.tissue.state(),
             "above": {tube: rings.copy() for tube, rings in self.tubes.above.items()},
             "arms": self.arms.state(),
+            "target": self._target.copy(),
             "wrenches": tuple(w.copy() for w in self._wrenches),
             "record": self.record,
         }
@@ -238,6 +244,7 @@ class World:
         self.tissue.restore(state["tissue"])
         self.tubes.above = {tube: rings.copy() for tube, rings in state["above"].items()}
         self.arms.restore(state["arms"])
+        self._target = state["target"].copy()
         self._wrenches = tuple(w.copy() for w in state["wrenches"])
         self.record = state["record"]
         self._place_tools()
@@ -362,14 +369,16 @@ class World:
         builder.add_box_collision(half_size=LIVER_SIZE_M)
         self._liver = builder.build_static(name=LIVER)
         across = np.cross(bed.normal, bed.along)
-        middle = (bed.edge_m + LIVER_SIZE_M[2]) * bed.along - LIVER_SIZE_M[1] * bed.normal
+        deep, inward = LIVER_GIVES_M
+        middle = (bed.edge_m + inward + LIVER_SIZE_M[2]) * bed.along
+        middle = middle - (deep + LIVER_SIZE_M[1]) * bed.normal
         axes = np.stack([across, bed.normal, bed.along], axis=1)
         self._liver.set_pose(sapien.Pose(pose(axes, bed.point_m + middle)))
 
 
 def _new_scene(*, render: bool) -> sapien.Scene:
     if not render:
-        return sapien.Scene([sapien.physx.PhysxCpuSystem()])  # pyright: ignore[reportArgumentType]
+        return sapien.Scene([physics_system()])
     from tissue_sim.rendering import renderable_scene
 
     return renderable_scene()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from controller.action import Chunk
 from controller.expert.motion import Goal, chunk_towards
-from controller.expert.skills import GRASP_CLOSED_RAD, GRASP_OPEN_RAD, Phase, skill
+from controller.expert.skills import Phase, skill
 from planner.instruction import Instruction
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
@@ -21,7 +21,7 @@ class ControllerExpert:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._jaws_rad = [GRASP_OPEN_RAD, 0.35]
+        self._jaw_rad = world.arms.joints[:, 6]
         self.reset()
 
     def reset(self) -> None:
@@ -34,15 +34,16 @@ class ControllerExpert:
             self._begin(instruction.task, observation)
         if self._phase.done(self._world, observation.time_s - self._since_s):
             self._enter(self._at + 1, observation)
-        goal = self._phase.goal(self._world, self._start)
-        self._jaws_rad[self._phase.arm] = goal.jaw_rad
-        goals = [Goal(T_world_tool=None, jaw_rad=self._jaws_rad[arm]) for arm in range(2)]
-        goals[self._phase.arm] = goal
-        return chunk_towards(
+        goals = [Goal(), Goal()]
+        goals[self._phase.arm] = self._phase.goal(self._world, self._start)
+        chunk = chunk_towards(
             (goals[LEFT_ARM], goals[RIGHT_ARM]),
             self._world.arms.T_world_tool(),
+            self._jaw_rad,
             self._world.T_world_endoscope[:3, :3],
         )
+        self._jaw_rad = chunk[-1].jaw_rad
+        return chunk
 
     @property
     def _phase(self) -> Phase:

@@ -11,30 +11,36 @@ from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vecto
 
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S = 1.2
+JAW_SPEED_RAD_S = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """Where a tool should go and how; `T_world_tool` None means stay.
+    """Where a tool should go and how; None means stay as commanded.
 
     Attributes:
-        T_world_tool: (4, 4) or None.
+        T_world_tool: (4, 4).
         jaw_rad: total opening wanted.
         speed_m_s: of the tip.
     """
 
-    T_world_tool: Array | None
-    jaw_rad: float
+    T_world_tool: Array | None = None
+    jaw_rad: float | None = None
     speed_m_s: float = 0.04
 
 
-def chunk_towards(goals: tuple[Goal, Goal], T_world_tool: Array, R_world_endoscope: Array) -> Chunk:
-    """Motions of both arms from (2, 4, 4) towards their goals."""
-    T = T_world_tool.copy()
+def chunk_towards(
+    goals: tuple[Goal, Goal], T_world_tool: Array, jaw_rad: Array, R_world_endoscope: Array
+) -> Chunk:
+    """Motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals."""
+    T, jaw = T_world_tool.copy(), jaw_rad.copy()
     chunk = []
     for _ in range(CHUNK_STEPS):
         moves, turns = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
         for arm, goal in enumerate(goals):
+            if goal.jaw_rad is not None:
+                most = JAW_SPEED_RAD_S * CONTROL_STEP_S
+                jaw[arm] += np.clip(goal.jaw_rad - jaw[arm], -most, most)
             if goal.T_world_tool is not None:
                 moves[arm], turns[arm] = _step(T[arm], goal.T_world_tool, goal.speed_m_s)
                 T[arm, :3, 3] += moves[arm]
@@ -43,7 +49,7 @@ def chunk_towards(goals: tuple[Goal, Goal], T_world_tool: Array, R_world_endosco
             ToolAction(
                 move_endoscope_m=moves @ R_world_endoscope,
                 turn_tool=np.stack([rotation_to_6d(R) for R in turns]),
-                jaw_rad=np.array([g.jaw_rad for g in goals]),
+                jaw_rad=jaw.copy(),
             )
         )
     return tuple(chunk)

@@ -20,13 +20,14 @@ from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array
 from tissue_sim.world import World
 
-GRASP_OPEN_RAD, GRASP_CLOSED_RAD = 1.15, -0.3
+GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
+GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 APPLIER_OPEN_RAD, SCISSORS_OPEN_RAD, SHUT_RAD = 0.55, 0.75, -0.3
 STANDOFF_M = 0.022
 RETREAT_M = 0.030
 ARRIVED_M, ARRIVED_RAD = 0.0006, 0.03
 PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 1.5
-JAW_TIME_S = 0.5
+JAW_TIME_S = 0.7
 PHASE_MOST_S = 8.0
 
 
@@ -66,16 +67,16 @@ def _grab() -> tuple[Phase, ...]:
     stand = _go(arm, "in front of the infundibulum", lambda w: before(grasp_pose(w), STANDOFF_M),
                 GRASP_OPEN_RAD)  # fmt: skip
     astride = _go(arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=0.02)
-    close = _jaw(arm, "close", GRASP_CLOSED_RAD)
+    close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
-    return stand, astride, close, pull, _stay(arm, GRASP_CLOSED_RAD)
+    return stand, astride, close, pull, _stay(arm)
 
 
 def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, ...]:
     arm = RIGHT_ARM
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=0.02)
-    return stand, astride, _jaw(arm, "close", SHUT_RAD), _stay(arm, SHUT_RAD)
+    return stand, astride, _shut(arm), _stay(arm)
 
 
 def _go_back(opening: float) -> tuple[Phase, ...]:
@@ -87,7 +88,7 @@ def _go_back(opening: float) -> tuple[Phase, ...]:
 
     open_up = _jaw(RIGHT_ARM, "open", opening)
     back = Phase(name="go back", arm=RIGHT_ARM, goal=retreat, done=far)
-    return open_up, back, _stay(RIGHT_ARM, opening)
+    return open_up, back, _stay(RIGHT_ARM)
 
 
 def _go(
@@ -111,25 +112,41 @@ def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
     return Phase(
         name=name,
         arm=arm,
-        goal=lambda *_: Goal(T_world_tool=None, jaw_rad=jaw_rad),
+        goal=lambda *_: Goal(jaw_rad=jaw_rad),
         done=lambda _, time_s: time_s >= JAW_TIME_S,
     )
 
 
-def _stay(arm: int, jaw_rad: float) -> Phase:
+def _shut(arm: int) -> Phase:
+    def snapped(world: World, time_s: float) -> bool:
+        return not world.record.jaws_opened or time_s > JAW_TIME_S
+
     return Phase(
-        name="stay",
-        arm=arm,
-        goal=lambda *_: Goal(T_world_tool=None, jaw_rad=jaw_rad),
-        done=lambda *_: False,
+        name="close", arm=arm, goal=lambda *_: Goal(jaw_rad=SHUT_RAD), done=snapped
     )
+
+
+def _stay(arm: int) -> Phase:
+    return Phase(name="stay", arm=arm, goal=lambda *_: Goal(), done=lambda *_: False)
+
+
+def _pinch(world: World, start: Array) -> Goal:
+    return Goal() if _firm(world) else Goal(jaw_rad=GRASP_SHUT_RAD)
+
+
+def _firm(world: World) -> bool:
+    return world.record.grasp.pinch_n >= GRASP_PINCH_N
+
+
+def _pinched(world: World, time_s: float) -> bool:
+    return _firm(world) or time_s > GRASP_OPEN_RAD
 
 
 def _pull(world: World, start: Array) -> Goal:
     T = world.arms.T_world_tool()[LEFT_ARM].copy()
     T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes)
     T[:3, :3] = start[:3, :3]
-    return Goal(T_world_tool=T, jaw_rad=GRASP_CLOSED_RAD, speed_m_s=PULL_SPEED_M_S)
+    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
 
 
 def _pulled(world: World, time_s: float) -> bool:

@@ -10,14 +10,16 @@ from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import straightness
-from tissue_sim.thresholds import CLIP_LEAST_GAP_M
+from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
 from tissue_sim.tubes import Tubes
 from tissue_sim.world import World
 
-GRASP_RING = 4  # of the infundibulum, 12 mm above the neck
-LEFT_SLANT_RAD = 0.55  # the left tool comes in from the left
+GRASP_RING = 5  # of the infundibulum, 12 mm above the neck
+LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 RIGHT_SLANT_RAD = 0.30  # and the right tool from the right
-CLIP_MARGIN_M = 0.0026  # from a tube's end to the middle of a clip
+LOW_MARGIN_M, HIGH_MARGIN_M = 0.0024, 0.0042  # from a tube's ends to the middle of a clip
+SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0003  # between clips
+CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0004  # between the clips beside the cut
 TAUT = 0.990
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
 
@@ -38,24 +40,21 @@ def clip_pose(world: World, tube: str, k: int) -> Array:
 
 
 def cut_pose(world: World, tube: str) -> Array:
-    """`T_world_tool` of the scissors at the ring midway between clips 2 and 3."""
+    """`T_world_tool` of the scissors midway between clips 2 and 3."""
     stations = [
         crossing.station_m
         for clip in world.record.clips
         if not clip.lost and (crossing := clip.on(tube)) is not None
     ]
-    low, high = sorted(stations)[-2:] if len(stations) > 1 else clip_stations_m(world.tubes, tube)[1:]
-    rings = world.tubes.stations_m[tube][: world.organ.neck_ring[tube]]
-    nearest = float(rings[np.argmin(np.abs(rings - 0.5 * (low + high)))])
-    return _on_tube(world, tube, nearest, 0.5 * BLADE_LENGTH_M)
+    low, high = sorted(stations)[1:3] if len(stations) > 2 else clip_stations_m(world.tubes, tube)[1:]
+    return _on_tube(world, tube, 0.5 * (low + high), 0.5 * BLADE_LENGTH_M)
 
 
 def clip_stations_m(tubes: Tubes, tube: str) -> tuple[float, float, float]:
     """Where the three clips go: two low, the third near the gallbladder."""
-    length = tubes.length_m[tube]
-    first = max(CLIP_MARGIN_M, 0.12 * length)
-    second = first + max(CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0006, 0.16 * length)
-    return first, second, length - max(CLIP_MARGIN_M, 0.12 * length)
+    first, third = LOW_MARGIN_M, tubes.length_m[tube] - HIGH_MARGIN_M
+    spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
+    return first + 0.2 * spare, first + 0.4 * spare + SPACING_M, third - 0.2 * spare
 
 
 def pull_direction(tubes: Tubes) -> Array:

@@ -1,0 +1,154 @@
+"""What lies around the field and does not move: liver, fat, bile duct, hepatic artery, cavity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+from scipy.spatial import cKDTree
+
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.drawing import Drawn, Surface
+from tissue_sim.field import AWAY, RIGHT, UP, field_point
+from tissue_sim.frames import Array, unit
+from tissue_sim.organ import LiverBed, Organ
+from tissue_sim.shapes import drop, pipe, sheet
+from tissue_sim.textures import TILE_M, Look
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
+LOBULE_M = 0.010  # a lobule of fat
+LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
+COMMON_DUCT_RADIUS_M = 0.0032
+CAVITY_RADIUS_M = 0.28
+_GRID_M = 0.0035
+
+
+class DrawnSurroundings:
+    """The same from a patient's first step to the last."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._scene = scene
+        self._organ: Organ | None = None
+        self._drawn: list[Drawn] = []
+
+    def update(self, world: World) -> None:
+        """Draw another patient's surroundings, when it is another."""
+        if world.organ is self._organ:
+            return
+        self._organ = world.organ
+        for drawn in self._drawn:
+            drawn.remove()
+        self._drawn = []
+        for name, (surface, look) in surroundings(world.organ, world.anatomy).items():
+            self._drawn.append(Drawn(self._scene, name, look))
+            self._drawn[-1].show(surface)
+
+
+def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Look]]:
+    """All surfaces, world frame, by name."""
+    rng = np.random.default_rng([0x5CE4E, anatomy.seed])
+    red, green, blue = anatomy.duct_colour
+    return {
+        "liver": (
+            liver(organ.bed, 0.5 * anatomy.gallbladder_width_m, rng),
+            Look(colour=anatomy.liver_colour, mottle=0.13, relief=0.10, grain=22, specular=0.7,
+                 roughness=0.33),
+        ),
+        "fat": (
+            fat(rng),
+            Look(colour=(0.66, 0.43, 0.17), mottle=0.14, vessels=0.35, relief=0.10, grain=14,
+                 roughness=0.36),
+        ),
+        "common bile duct": (
+            pipe(_common_duct(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
+            Look(colour=(0.8 * red, 0.82 * green, 0.8 * blue), mottle=0.1, vessels=0.2,
+                 relief=0.10),
+        ),
+        "hepatic artery": (
+            pipe(_hepatic_artery(organ, anatomy), 0.8 * anatomy.artery_diameter_m, TILE_M),
+            Look(colour=anatomy.artery_colour, mottle=0.1, relief=0.10),
+        ),
+        "cavity": (
+            _inside_out(drop(np.zeros(3), np.full(3, CAVITY_RADIUS_M))),
+            Look(colour=(0.42, 0.12, 0.08), roughness=0.6, glow=0.02),
+        ),
+    }  # fmt: skip
+
+
+def liver(bed: LiverBed, half_width_m: float, rng: np.random.Generator) -> Surface:
+    """A lumpy slab from the bed's lower edge upward, hollowed where the gallbladder lies."""
+    across = np.cross(bed.normal, bed.along)
+    lateral = np.arange(-0.125, 0.1251, _GRID_M)
+    arc = np.linspace(-np.pi / 2 - 0.5, 0.0, 13)  # round the edge from below
+    edge = [(LIVER_EDGE_M * np.sin(t), LIVER_EDGE_M * (np.cos(t) - 1)) for t in arc]
+    flat = [(s, 0.0) for s in np.arange(_GRID_M, 0.17, _GRID_M)]
+    under = [(-LIVER_EDGE_M + 0.03, -0.075), (-LIVER_EDGE_M + 0.006, -0.035)]
+    s, h = np.array([*under, *edge, *flat]).T
+    s = s[:, None] + bed.edge_m + LIVER_EDGE_M + 0.004 * _waves(lateral, 0.045, rng)
+    shoulder = np.clip((np.abs(lateral) - 0.75 * half_width_m) / 0.035, 0.0, 1.0)
+    shoulder = 0.011 * shoulder**2 * (3 - 2 * shoulder)
+    lump = 0.0011 * _waves(lateral, 0.03, rng) * _waves(s[:, 0] + 0.1, 0.037, rng)[:, None]
+    height = h[:, None] - 0.0012 + shoulder + lump - 1.2 * np.maximum(np.abs(lateral) - 0.085, 0)
+    points = (
+        bed.point_m
+        + s[..., None] * bed.along
+        + lateral[:, None] * across
+        + height[..., None] * bed.normal
+    )
+    return sheet(points, TILE_M)
+
+
+def fat(rng: np.random.Generator) -> Surface:
+    """Lobulated fat behind the tubes, which comes nearer below and at the sides."""
+    u, v = np.meshgrid(np.arange(-0.17, 0.171, _GRID_M), np.arange(-0.15, 0.121, _GRID_M))
+    below = np.clip(-v - 0.032, 0.0, None)
+    beside = np.clip(np.abs(u) - 0.06, 0.0, None)
+    above = np.clip(v - 0.004, 0.0, None)
+    folds = 0.0022 * _waves(u[0], 0.05, rng) * _waves(v[:, 0], 0.043, rng)[:, None]
+    depth = FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2 - 0.18 * beside + folds
+    centres = rng.uniform(-0.18, 0.18, (int((0.36 / LOBULE_M) ** 2 / 2), 2))
+    nearest = cKDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
+    depth -= 0.0042 * np.sqrt(np.clip(1.0 - (0.75 * nearest) ** 2, 0.0, 1.0))
+    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
+    return sheet(points[:, ::-1], TILE_M)
+
+
+def _common_duct(organ: Organ, anatomy: Anatomy) -> Array:
+    """Down and away behind the fat one way, up towards the liver the other, through the end."""
+    side = -1.0 if anatomy.artery_on_left else 1.0
+    return _through_end(organ, "duct", field_point(-0.30 * side, 0.55, 0.55), (0.10 * side, 0.5))
+
+
+def _hepatic_artery(organ: Organ, anatomy: Anatomy) -> Array:
+    side = -1.0 if anatomy.artery_on_left else 1.0
+    return _through_end(organ, "artery", field_point(0.65 * side, 0.35, 0.5), (-0.3 * side, 0.5))
+
+
+def _through_end(organ: Organ, tube: str, up: Array, down: tuple[float, float]) -> Array:
+    """A bent line (n, 3) through a tube's fixed end, into the fat at both of its own ends."""
+    end = organ.vertices[organ.rings[tube][0, 0]]
+    ways = unit(up), unit(field_point(down[0], -0.85, down[1]))
+    t = np.linspace(-1.0, 1.0, 25)[:, None]
+    reach = 0.045 * np.abs(t)
+    arms = np.where(t < 0, reach * ways[0], reach * ways[1]) + 0.012 * t**2 * AWAY
+    blend = 0.006 * (1 - np.minimum(np.abs(t) / 0.4, 1.0)) ** 2 * unit(ways[0] + ways[1])
+    return end + arms + blend - 0.006 * unit(ways[0] + ways[1])
+
+
+def _waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:
+    """A smooth random wave over x, of about unit height."""
+    phase, stretch = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.7, 1.5, 3)
+    return sum(np.sin(2 * np.pi * x / (length_m * k) + p) for k, p in zip(stretch, phase, strict=True)) / 1.8
+
+
+def _inside_out(surface: Surface) -> Surface:
+    return Surface(
+        points=surface.points,
+        normals=-surface.normals,
+        triangles=surface.triangles[:, ::-1],
+        uv=surface.uv,
+    )
