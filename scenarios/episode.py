@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pkgutil import resolve_name
 
-import numpy as np
 
 from controller.action import Chunk
 from controller.base import Controller
@@ -26,16 +25,14 @@ from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskRes
 from tissue_sim import nurse
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
-from tissue_sim.frames import Array
 from tissue_sim.injury import Injury
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back, stumps_hold
-from tissue_sim.thresholds import TEST_PULL_N
+from tissue_sim.retention import pull_all_clips
 from tissue_sim.world import World
 
 PLAN_PERIOD_S = 1.0
 TASK_MOST_S = 90.0  # SRT-H's cap
-PULL_S = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,7 +169,8 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
     procedure_s = world.record.time_s - episode.exchange_s
     tasks = tuple(episode.tasks[k] for k in sorted(episode.tasks))
     done = len(tasks) == len(TASKS) and all(t.success for t in tasks)
-    passed = done and test_pull(world) and stumps_hold(world) and not world.record.injuries
+    pull_all_clips(world)
+    passed = done and stumps_hold(world) and not world.record.injuries
     result = EpisodeResult(
         scenario=config.scenario,
         seed=config.seed,
@@ -193,24 +191,6 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
     for observer in observers:
         observer.on_end(result)
     return result
-
-
-def test_pull(world: World) -> bool:
-    """Pull at every clip with 1 N, along its tube and across; whether all still hold."""
-    hold = JointCommand(joints=world.arms.joints)
-    for clip in world.record.clips:
-        for crossing in clip.crossings:
-            _, along = world.tubes.point(crossing.tube, crossing.station_m)
-            for direction in (along, clip.T_world_clip[:3, 1]):
-                _pull(world, clip.number, TEST_PULL_N * direction, hold)
-    return stumps_hold(world)
-
-
-def _pull(world: World, number: int, force_world_n: Array, hold: JointCommand) -> None:
-    world.pull_clip(number, force_world_n)
-    for _ in range(round(PULL_S / world.config.control_step_s)):
-        world.step(hold)
-    world.pull_clip(number, np.zeros(3))
 
 
 def _rig(world: World):

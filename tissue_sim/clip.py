@@ -14,9 +14,10 @@ from tissue_sim.tubes import Crossing, Tubes
 CLIP_LENGTH_M = 0.0095  # leg length of a medium-large polymer clip, assumed
 CLIP_WIDTH_M = 0.0022  # along the tube, assumed
 LATCH_GAP_M = 0.0016  # legs' distance at their middle at which the lock snaps, assumed
-SQUEEZE_STIFFNESS = 5000.0  # N/m a pair of opposite vertices
-LUMEN_REST = 0.02  # rest distance of opposite inner vertices over the lumen's radius
-WALL_REST = 0.25  # rest distance of opposite outer vertices over the tube's radius
+SQUEEZES = (  # layer of a ring, springs' stiffness (N/m a pair), rest distance over tube radius
+    ("inner", 15000.0, 0.02),
+    ("outer", 5000.0, 0.30),
+)
 CLIP_FRICTION = 0.8  # toothed legs on tissue, assumed
 
 
@@ -53,7 +54,7 @@ class Clip:
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
     """Close a clip where the applier's jaws are. The tissue is rewired."""
     local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
-    crossings, complete, pairs, rests, caught = [], [], [], [], []
+    crossings, complete, springs, caught = [], [], [], []
     for tube in TUBES:
         crossing = tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M)
         if crossing is None:
@@ -63,11 +64,9 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
         crossings.append(crossing)
         complete.append(bool(inside.all()))
         for ring, held in zip(rings, inside, strict=True):
-            p, r = _squeeze(ring, held, local, tubes.radius_m(tube))
-            pairs += p
-            rests += r
+            springs += _squeeze(ring, held, local, tubes.radius_m(tube))
             caught += ring[held].tolist()
-    links = _add(tubes, pairs, rests)
+    links = _add(tubes, springs)
     sac = local[tubes.organ.sac_rings.ravel()]
     return Clip(
         number=number,
@@ -130,34 +129,32 @@ def _in_mouth(local: Array) -> NDArray[np.bool_]:
 
 def _squeeze(
     ring: NDArray[np.int32], held: NDArray[np.bool_], local: Array, radius_m: float
-) -> tuple[list[tuple[int, int]], list[float]]:
-    """Pairs of opposite vertices of one ring, layer by layer, and their rest distances."""
+) -> list[tuple[int, int, float, float]]:
+    """Springs of one ring between its two flattened halves: vertices, rest (m), stiffness."""
     n = (len(ring) - 1) // 2
-    pairs: list[tuple[int, int]] = []
-    rests: list[float] = []
-    for layer, rest in ((slice(1, 1 + n), LUMEN_REST), (slice(1 + n, None), WALL_REST)):
-        vertices = ring[layer][held[layer]]
-        if len(vertices) < 2:
-            continue
-        y = local[vertices, 1] - np.median(local[vertices, 1])
-        order = np.argsort(local[vertices, 2])
-        upper = [int(vertices[k]) for k in order if y[k] > 0]
-        lower = [int(vertices[k]) for k in order if y[k] <= 0]
-        for k in range(max(len(upper), len(lower))):
-            if upper and lower:
-                pairs.append((upper[min(k, len(upper) - 1)], lower[min(k, len(lower) - 1)]))
-                rests.append(rest * radius_m)
-    return pairs, rests
+    middle = float(np.median(local[ring[held], 1]))
+    layers = {"inner": slice(1, 1 + n), "outer": slice(1 + n, None)}
+    springs = []
+    for name, stiffness, rest in SQUEEZES:
+        vertices = ring[layers[name]][held[layers[name]]]
+        vertices = vertices[np.argsort(local[vertices, 2])]
+        above = local[vertices, 1] > middle
+        upper, lower = vertices[above], vertices[~above]
+        for k in range(max(len(upper), len(lower)) if len(upper) and len(lower) else 0):
+            i, j = (int(half[min(k, len(half) - 1)]) for half in (upper, lower))
+            springs.append((i, j, rest * radius_m, stiffness))
+    return springs
 
 
-def _add(tubes: Tubes, pairs: list[tuple[int, int]], rests: list[float]) -> tuple[int, ...]:
-    if not pairs:
+def _add(tubes: Tubes, springs: list[tuple[int, int, float, float]]) -> tuple[int, ...]:
+    if not springs:
         return ()
+    table = np.array(springs)
     rows = tubes.tissue.add_links(
         tubes.b,
-        np.array(pairs),
-        rest_m=np.array(rests),
-        stiffness=SQUEEZE_STIFFNESS,
+        table[:, :2].astype(int),
+        rest_m=table[:, 2],
+        stiffness=table[:, 3],
         strength_n=1.0e9,
     )
     tubes.tissue.rewire(tubes.b)

@@ -55,6 +55,11 @@ class Drawn:
         self.entity.add_component(component)
         self._component = component
 
+    def keep(self, surface: Surface) -> None:
+        """Draw this surface unless one is drawn already: for what only moves."""
+        if self._component is None:
+            self.show(surface)
+
     def hide(self) -> None:
         """Draw nothing until shown again."""
         if self._component is not None:

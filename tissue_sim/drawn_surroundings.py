@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.drawing import Drawn, Surface
 from tissue_sim.field import AWAY, RIGHT, UP, field_point
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import Array
 from tissue_sim.organ import LiverBed, Organ
 from tissue_sim.shapes import drop, pipe, sheet
 from tissue_sim.textures import TILE_M, Look
@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 
 FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
 LOBULE_M = 0.010  # a lobule of fat
+FAT_TILE_M = 0.055
 LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
 COMMON_DUCT_RADIUS_M = 0.0032
 CAVITY_RADIUS_M = 0.28
-_GRID_M = 0.0035
+_GRID_M = 0.005
 
 
 class DrawnSurroundings:
@@ -60,8 +61,8 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
         ),
         "fat": (
             fat(rng),
-            Look(colour=(0.66, 0.43, 0.17), mottle=0.14, vessels=0.35, relief=0.10, grain=14,
-                 roughness=0.36),
+            Look(colour=(0.78, 0.52, 0.17), mottle=0.10, vessels=0.30, relief=0.05, grain=14,
+                 lobules=0.2, roughness=0.36),
         ),
         "common bile duct": (
             pipe(_common_duct(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
@@ -114,29 +115,28 @@ def fat(rng: np.random.Generator) -> Surface:
     nearest = cKDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
     depth -= 0.0042 * np.sqrt(np.clip(1.0 - (0.75 * nearest) ** 2, 0.0, 1.0))
     points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
-    return sheet(points[:, ::-1], TILE_M)
+    return sheet(points[:, ::-1], FAT_TILE_M)
 
 
 def _common_duct(organ: Organ, anatomy: Anatomy) -> Array:
-    """Down and away behind the fat one way, up towards the liver the other, through the end."""
     side = -1.0 if anatomy.artery_on_left else 1.0
-    return _through_end(organ, "duct", field_point(-0.30 * side, 0.55, 0.55), (0.10 * side, 0.5))
+    return _through_end(organ, "duct", (-0.35 * side, 0.9), (0.15 * side, -0.9))
 
 
 def _hepatic_artery(organ: Organ, anatomy: Anatomy) -> Array:
     side = -1.0 if anatomy.artery_on_left else 1.0
-    return _through_end(organ, "artery", field_point(0.65 * side, 0.35, 0.5), (-0.3 * side, 0.5))
+    return _through_end(organ, "artery", (0.85 * side, 0.35), (-0.15 * side, -0.9))
 
 
-def _through_end(organ: Organ, tube: str, up: Array, down: tuple[float, float]) -> Array:
-    """A bent line (n, 3) through a tube's fixed end, into the fat at both of its own ends."""
+def _through_end(
+    organ: Organ, tube: str, up: tuple[float, float], down: tuple[float, float]
+) -> Array:
+    """A line (n, 3) through a tube's fixed end that dives into the fat both ways (right, up)."""
     end = organ.vertices[organ.rings[tube][0, 0]]
-    ways = unit(up), unit(field_point(down[0], -0.85, down[1]))
-    t = np.linspace(-1.0, 1.0, 25)[:, None]
-    reach = 0.045 * np.abs(t)
-    arms = np.where(t < 0, reach * ways[0], reach * ways[1]) + 0.012 * t**2 * AWAY
-    blend = 0.006 * (1 - np.minimum(np.abs(t) / 0.4, 1.0)) ** 2 * unit(ways[0] + ways[1])
-    return end + arms + blend - 0.006 * unit(ways[0] + ways[1])
+    t = np.linspace(-1.0, 1.0, 31)[:, None]
+    aside = np.where(t < 0, field_point(*up, 0.0), field_point(*down, 0.0))
+    dive = FAT_BEHIND_M + 0.007 - end @ AWAY
+    return end + 0.034 * np.abs(t) * aside + (0.35 * np.abs(t) + 0.65 * t**2) * dive * AWAY
 
 
 def _waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:

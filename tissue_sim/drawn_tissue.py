@@ -23,7 +23,7 @@ def looks(anatomy: Anatomy) -> dict[str, Look]:
     """The parts' materials."""
     return {
         "gallbladder": Look(
-            colour=anatomy.gallbladder_colour, mottle=0.16, vessels=0.5, relief=0.10, grain=10
+            colour=anatomy.gallbladder_colour, mottle=0.12, vessels=0.65, relief=0.06, grain=10
         ),
         "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
         "artery": Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24),
@@ -83,13 +83,11 @@ class DrawnTissue:
 
     def _unwrapped(self, world: World) -> dict[str, Floats]:
         """Texture coordinates: where each point was in the resting view, so without a seam."""
-        rest = np.zeros((self._skin.n_vertex, 3))
+        rest = np.zeros((world.tissue.n_vertex(), 3))
         rest[self._tets] = world.organ.vertices[world.organ.tets[_alive(world)]]
         flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
-        return {
-            name: (patch.weights[:, :, None] * flat[patch.corners]).sum(1)
-            for name, patch in self._skin.patches.items()
-        }
+        fine = self._skin.weights @ flat
+        return {name: fine[patch.rows] for name, patch in self._skin.patches.items()}
 
 
 def _alive(world: World) -> NDArray[np.bool_]:

@@ -13,13 +13,14 @@ import sapien
 from numpy.typing import NDArray
 
 from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.drawn_clips import DrawnClips
+from tissue_sim.drawn_leaks import DrawnLeaks
 from tissue_sim.drawn_surroundings import DrawnSurroundings
 from tissue_sim.drawn_tissue import DrawnTissue
 from tissue_sim.illumination import Illumination
 from tissue_sim.physics_system import physics_system
 from tissue_sim.shader_pack import (
     COLOR_PICTURE,
-    POSITION_PICTURE,
     set_picture_formats,
     shader_pack,
 )
@@ -36,7 +37,7 @@ class Visual(Protocol):
         ...
 
 
-VISUALS = (DrawnSurroundings, DrawnTissue, Illumination)
+VISUALS = (DrawnSurroundings, DrawnTissue, DrawnClips, DrawnLeaks, Illumination)
 
 
 def renderable_scene() -> sapien.Scene:
@@ -81,11 +82,6 @@ class View:
         for camera in cameras:
             camera.take_picture()
         return {n: c.get_picture(COLOR_PICTURE)[..., :3] for n, c in zip(names, cameras, strict=True)}
-
-    def geometry(self, name: str) -> NDArray[np.float32]:
-        """(height, width, 4) of the camera's last picture: points in its frame (x right, y up,
-        z back, m), and the number of the entity seen."""
-        return self._camera(name).get_picture(POSITION_PICTURE)
 
     def _camera(self, name: str) -> sapien.render.RenderCameraComponent:
         if name not in self._specs:

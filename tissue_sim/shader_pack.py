@@ -2,7 +2,7 @@
 
 Derived from the installed SAPIEN at run time. Without image-based lighting (an environment map and
 a table that take seconds to prepare) the first picture comes at once. Besides: a filmic curve in
-place of clipping, softened edges, and positions in metres instead of whole millimetres.
+place of clipping, softened edges, and positions in micrometres instead of millimetres.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from pathlib import Path
 import sapien
 
 COLOR_PICTURE = "Color"  # (H, W, 4) uint8
-POSITION_PICTURE = "MetricPosition"  # (H, W, 4) float32: camera x right, y up, z back (m); entity
+POSITION_PICTURE = "MicrometrePosition"  # (H, W, 4) int32: camera x right, y up, z back; entity
+MICROMETRE = 1.0e-6
 PICTURE_FORMATS = {
     COLOR_PICTURE: "r8g8b8a8unorm",
     "ColorRaw": "r8g8b8a8unorm",
-    POSITION_PICTURE: "r32g32b32a32sfloat",
+    POSITION_PICTURE: "r32g32b32a32sint",
 }
 
 _ENVIRONMENT_BINDING = r"layout\(set = \d, binding = [78]\)[^\n]*\n"
@@ -37,15 +38,24 @@ mat3 tangentFrame(vec3 n) {
 }
 
 void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
+_TWO_SIDED = """\
+  vec3 camDir = -normalize(csPosition.xyz);
+  if (dot(normal, camDir) < 0.0) normal = -normal;  // a surface's back peeps out at its outline
+"""
 _SHEEN = """\
   float rim = 1.0 - max(dot(normal, camDir), 0.0);
   color += sceneBuffer.ambientLight.rgb * (albedo.rgb * (1.0 - 0.5 * rim) + specular * rim * rim);
 """
 _FILMIC = """\
-  color = (color * (2.51 * color + 0.03)) / (color * (2.43 * color + 0.59) + 0.14);
+  float peak = max(max(color.r, color.g), max(color.b, 1e-4));  // by the peak: keeps the hue
+  color *= (2.51 * peak + 0.03) / (peak * (2.43 * peak + 0.59) + 0.14);
   outColorRaw = vec4(pow(clamp(color, vec3(0), vec3(1)), vec3(1/2.2)), albedo.a);
 """  # Narkowicz, "ACES filmic tone mapping curve", 2015
-_METRES = f"  out{POSITION_PICTURE} = vec4(inPosition.xyz, float(inSegmentation[1]));\n"
+_SOFT_DIFFUSE = """\
+float diffuse(float NoL) {  // light that goes in and comes out beside: no hard terminator
+  return max((NoL + 0.35) / 1.35, 0.0) / 3.141592653589793f;
+}"""
+_POSITION = f"  out{POSITION_PICTURE} = ivec4(ivec3(inPosition * 1e6), inSegmentation[1]);\n"
 
 _COMPOSITE = """\
 float luma(vec3 c) { return dot(c, vec3(0.299, 0.587, 0.114)); }
@@ -85,9 +95,11 @@ def shader_pack() -> Path:
     source = Path(sapien.__file__).parent / "vulkan_shader"
     root = Path(_folder().name)
     shutil.copytree(source / "common", root / "common")
+    lights = root / "common" / "lights.glsl"
+    lights.write_text(_light(lights.read_text()))
     pack = root / "field"
     shutil.copytree(source / "minimal", pack)
-    for name, edit in (("gbuffer.frag", _surface), ("composite0.frag", _picture)):
+    for name, edit in _EDITS.items():
         shader = pack / name
         shader.write_text(edit(shader.read_text()))
     return pack
@@ -99,6 +111,11 @@ def set_picture_formats() -> None:
         sapien.render.set_picture_format(name, picture_format)
 
 
+def _light(text: str) -> str:
+    text = _replaced(text, r"float diffuse\(float NoL\) \{[^}]*\}", _SOFT_DIFFUSE)
+    return _replaced(text, r"diffuse\(NoL\) / d / d", "diffuse(dot(normal, lightDir)) / d / d", count=3)
+
+
 def _surface(text: str) -> str:
     for function in ("getBackgroundColor", "diffuseIBL", "specularIBL"):
         text = _replaced(text, _FUNCTION.format(function), "")
@@ -106,16 +123,25 @@ def _surface(text: str) -> str:
     text = _replaced(text, r"void main\(\)", _TANGENTS)
     text = _replaced(text, r"inTbn \* \(texture", "tangentFrame(normalize(inTbn[2])) * (texture")
     text = _replaced(text, r"inTbn \* vec3\(0, 0, 1\)", "inTbn[2]")
+    text = _replaced(text, r"  vec3 camDir = [^\n]*\n", _TWO_SIDED)
     text = _replaced(text, r"  vec3 wnormal = .*?camDir\);\n", "")
     text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _SHEEN)
     text = _replaced(text, r"  outColorRaw = [^\n]*\n", _FILMIC)
-    text = _replaced(text, r"  outPositionSegmentation = [^\n]*\n", _METRES)
-    return _replaced(text, r"ivec4 outPositionSegmentation", f"vec4 out{POSITION_PICTURE}")
+    text = _replaced(text, r"  outPositionSegmentation = [^\n]*\n", _POSITION)
+    return _replaced(text, r"ivec4 outPositionSegmentation", f"ivec4 out{POSITION_PICTURE}")
 
 
 def _picture(text: str) -> str:
     text = _replaced(text, _ENVIRONMENT_BINDING, "", count=2)
     return _replaced(text, r"vec3 getBackgroundColor.*", _COMPOSITE)
+
+
+def _vertex(text: str) -> str:
+    """Nothing drawn is stretched: normals turn as points do."""
+    return _replaced(text, r"mat3\(transpose\(inverse\(modelView\)\)\)", "mat3(modelView)")
+
+
+_EDITS = {"gbuffer.vert": _vertex, "gbuffer.frag": _surface, "composite0.frag": _picture}
 
 
 def _replaced(text: str, pattern: str, new: str, *, count: int = 1) -> str:

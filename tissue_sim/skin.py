@@ -2,7 +2,7 @@
 
 A coarse surface is refined by Phong tessellation (Boubekeur and Alexa, 2008): each fine point is
 projected on the tangent planes of its triangle's corners, so that a hexagonal tube looks round and
-the corners stay where the tissue is. What depends on topology is found once, as index arrays.
+the corners stay where the tissue is. What depends on topology is found once, as a sparse matrix.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from tissue_sim.sweep import Indices
 
@@ -21,40 +22,51 @@ CUT_WALL, CUT_LUMEN = "cut wall", "cut lumen"
 ROUNDNESS = 0.62  # share of the projection: makes a circle of a hexagon and of an octagon
 
 _CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
+_SYMMETRIC = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])  # xx yy zz xy xz yz
+_FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # places of those in a matrix
 
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """How one part's fine surface follows from the vertices.
+    """One part of the surface.
 
     Attributes:
-        corners: (n_fine, 3) vertices whose triangle a fine point lies in.
-        weights: (n_fine, 3) its barycentric weights there.
-        triangles: (n_triangle, 3) fine points, outward.
-        coarse: (n_coarse, 3) the part's faces, vertices.
-        is_cut: made by scissors, flat.
+        rows: its fine points among all.
+        triangles: (n_triangle, 3) outward, numbered within the part.
+        coarse: (n_coarse, 3) the faces of the mesh it refines.
     """
 
-    corners: Indices
-    weights: Floats
+    rows: slice
     triangles: NDArray[np.uint32]
     coarse: Indices
-    is_cut: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skin:
-    """All parts of one topology, by name; `n_vertex` vertices carry them."""
+    """The surface of one topology.
+
+    Attributes:
+        patches: its parts by name.
+        weights: (n_fine, n_vertex), barycentric weights of the fine points.
+    """
 
     patches: dict[str, Patch]
-    n_vertex: int
+    weights: csr_matrix
 
     def surfaces(self, positions: NDArray[np.floating]) -> dict[str, tuple[Floats, Floats]]:
         """For each part the fine points and normals (n_fine, 3) at vertex positions (n, 3), m."""
         x = np.asarray(positions, np.float32)
-        whole = [p.coarse for p in self.patches.values() if not p.is_cut]
-        outer = vertex_normals(x, np.concatenate(whole), self.n_vertex)
-        return {name: _surface(patch, x, outer) for name, patch in self.patches.items()}
+        whole = [p.coarse for name, p in self.patches.items() if name in PARTS]
+        normals = vertex_normals(x, np.concatenate(whole))
+        points, fine_normals = _rounded(self.weights, x, normals)
+        return {
+            name: (points[p.rows], fine_normals[p.rows] if name in PARTS else self._flat(x, p))
+            for name, p in self.patches.items()
+        }
+
+    def _flat(self, x: Floats, patch: Patch) -> Floats:
+        """A cut face is shaded by its own faces only."""
+        return _unit(self.weights[patch.rows] @ vertex_normals(x, patch.coarse))
 
 
 def build_skin(
@@ -69,19 +81,20 @@ def build_skin(
         n_vertex: vertices in use.
         splits: into how many pieces each edge is divided.
     """
-    now = surface_faces(tets)
+    now, part = surface_faces(tets), region[:, None] // 2
     faces = tets[:, _CORNERS]  # (n_tet, 4, 3)
-    old, new = now & rest, now & ~rest
-    in_part = region[:, None] // 2
-    chosen = {name: faces[old & (in_part == k)] for k, name in enumerate(PARTS)}
+    chosen = {name: faces[now & rest & (part == k)] for k, name in enumerate(PARTS)}
     for name, odd in ((CUT_WALL, 0), (CUT_LUMEN, 1)):
-        chosen[name] = faces[new & (region[:, None] % 2 == odd)]
-    patches = {
-        name: _patch(coarse, splits, is_cut=name in (CUT_WALL, CUT_LUMEN))
-        for name, coarse in chosen.items()
-        if len(coarse)
-    }
-    return Skin(patches=patches, n_vertex=n_vertex)
+        chosen[name] = faces[now & ~rest & (region[:, None] % 2 == odd)]
+    patches, blocks, n_fine = {}, [], 0
+    for name, coarse in chosen.items():
+        if len(coarse):
+            weights, triangles = _divided(coarse, splits, n_vertex)
+            rows = slice(n_fine, n_fine + len(weights.indptr) - 1)
+            patches[name] = Patch(rows=rows, triangles=triangles, coarse=coarse)
+            blocks.append(weights)
+            n_fine = rows.stop
+    return Skin(patches=patches, weights=_stacked(blocks, n_vertex))
 
 
 def surface_faces(tets: Indices) -> NDArray[np.bool_]:
@@ -92,40 +105,41 @@ def surface_faces(tets: Indices) -> NDArray[np.bool_]:
     return (count[which] == 1).reshape(-1, 4)
 
 
-def vertex_normals(x: Floats, faces: Indices, n_vertex: int) -> Floats:
+def vertex_normals(x: Floats, faces: Indices) -> Floats:
     """(n_vertex, 3) unit normals, faces weighted by their angle; zero where there is no face."""
-    a, b, c = (x[faces[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
-    across /= np.linalg.norm(across, axis=1, keepdims=True) + 1e-20
-    total = np.zeros((n_vertex, 3), np.float32)
-    for k, (p, q, r) in enumerate(((a, b, c), (b, c, a), (c, a, b))):
-        weighted = across * _angles(q - p, r - p)[:, None]
-        for axis in range(3):
-            total[:, axis] += np.bincount(faces[:, k], weighted[:, axis], n_vertex)
-    return total / (np.linalg.norm(total, axis=1, keepdims=True) + 1e-20)
+    corners = x[faces]  # (n_face, 3, 3)
+    ahead = _unit(np.roll(corners, -1, axis=1) - corners)  # edge from each corner to the next
+    across = _unit(np.cross(ahead[:, 0], ahead[:, 1]))
+    cosine = -(ahead * np.roll(ahead, 1, axis=1)).sum(axis=2)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0)).ravel()
+    which = np.repeat(np.arange(len(faces)), 3)
+    spread = csr_matrix(
+        (angle, (faces.ravel(), which)), shape=(len(x), len(faces)), dtype=np.float32
+    )
+    return _unit(spread @ across)
 
 
-def _angles(u: Floats, v: Floats) -> Floats:
-    cosine = (u * v).sum(1) / np.sqrt((u * u).sum(1) * (v * v).sum(1) + 1e-30)
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
+def _rounded(weights: csr_matrix, x: Floats, normals: Floats) -> tuple[Floats, Floats]:
+    """Fine points on the tangent planes: flat - R sum_i w_i ((flat - x_i) . n_i) n_i."""
+    along = (x * normals).sum(axis=1, keepdims=True) * normals
+    squares = normals[:, _SYMMETRIC[0]] * normals[:, _SYMMETRIC[1]]
+    fine = weights @ np.concatenate([x, normals, along, squares], axis=1)  # (n_fine, 15)
+    flat, normal, along = fine[:, :3], fine[:, 3:6], fine[:, 6:9]
+    outer = fine[:, 9:][:, _FULL]  # (n_fine, 3, 3)
+    above = np.einsum("nij,nj->ni", outer, flat) - along
+    return flat - ROUNDNESS * above, _unit(normal)
 
 
-def _surface(patch: Patch, x: Floats, outer: Floats) -> tuple[Floats, Floats]:
-    """Fine points and normals; the rim of a cut follows the wall's roundness."""
-    corners, bulge = x[patch.corners], outer[patch.corners]  # (n_fine, 3, 3)
-    w = patch.weights[:, :, None]
-    flat = (w * corners).sum(1)
-    above = ((flat[:, None] - corners) * bulge).sum(2, keepdims=True)
-    points = flat - ROUNDNESS * (w * above * bulge).sum(1)
-    shading = vertex_normals(x, patch.coarse, len(outer)) if patch.is_cut else outer
-    normals = (w * shading[patch.corners]).sum(1)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-20
-    return points, normals
+def _unit(vectors: Floats) -> Floats:
+    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))[..., None]
+    return vectors / (length + 1e-20)
 
 
-def _patch(coarse: Indices, splits: int, *, is_cut: bool) -> Patch:
-    """Divide each triangle into splits squared; points on a shared edge are one point."""
-    grid, pieces = _pattern(splits)  # (n_grid, 3) whole-number weights, (splits^2, 3)
+def _divided(
+    coarse: Indices, splits: int, n_vertex: int
+) -> tuple[csr_matrix, NDArray[np.uint32]]:
+    """Each triangle in splits squared: weights (n_fine, n_vertex) and the small triangles."""
+    grid, pieces = _pattern(splits)
     corners = np.repeat(coarse, len(grid), axis=0)
     weights = np.tile(grid, (len(coarse), 1))
     mixed = np.where(weights > 0, corners, -1)  # a point of an edge knows nothing of the third
@@ -133,12 +147,22 @@ def _patch(coarse: Indices, splits: int, *, is_cut: bool) -> Patch:
     key = np.concatenate([np.take_along_axis(m, order, 1) for m in (mixed, weights)], axis=1)
     _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
     fine = which.reshape(len(coarse), len(grid))
-    return Patch(
-        corners=corners[first].astype(np.int32),
-        weights=(weights[first] / splits).astype(np.float32),
-        triangles=fine[:, pieces].reshape(-1, 3).astype(np.uint32),
-        coarse=coarse,
-        is_cut=is_cut,
+    matrix = csr_matrix(
+        (
+            (weights[first] / splits).astype(np.float32).ravel(),
+            corners[first].ravel(),
+            np.arange(0, 3 * len(first) + 1, 3),
+        ),
+        shape=(len(first), n_vertex),
+    )
+    return matrix, fine[:, pieces].reshape(-1, 3).astype(np.uint32)
+
+
+def _stacked(blocks: list[csr_matrix], n_vertex: int) -> csr_matrix:
+    indices = np.concatenate([b.indices for b in blocks])
+    return csr_matrix(
+        (np.concatenate([b.data for b in blocks]), indices, np.arange(0, len(indices) + 1, 3)),
+        shape=(len(indices) // 3, n_vertex),
     )
 
 

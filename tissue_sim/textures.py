@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import sapien
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from tissue_sim.frames import Array
 
@@ -26,6 +27,8 @@ class Look:
         vessels: how red fine vessels are drawn on it.
         relief: slope of the fine bumps.
         grain: wavelengths of bumps and mottle in a tile.
+        glow: light of its own.
+        lobules: slope of the lobes of fat.
     """
 
     colour: Colour
@@ -37,6 +40,7 @@ class Look:
     relief: float = 0.0
     grain: int = 12
     glow: float = 0.0
+    lobules: float = 0.0
 
 
 @cache
@@ -52,7 +56,7 @@ def material(look: Look) -> sapien.render.RenderMaterial:
     if look.mottle or look.vessels:
         made.base_color_texture = _texture(_coloured(look), srgb=True)
     if look.relief:
-        made.normal_texture = _texture(_relief(look.grain, look.relief), srgb=False)
+        made.normal_texture = _texture(_relief(look), srgb=False)
     return made
 
 
@@ -67,22 +71,42 @@ def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
     return field / field.std()
 
 
+@cache
+def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
+    """(size, size) seamless cushions, 1 at their middle and 0 in the creases between them."""
+    centres = np.random.default_rng([0x7E57, seed]).uniform(0, size, (count, 2))
+    pixels = np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
+    warp = 0.04 * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
+    near, far = np.moveaxis(cKDTree(centres, boxsize=size).query((pixels + warp) % size, 2)[0], 2, 0)
+    return np.tanh((far - near) / (0.07 * size))
+
+
 def _coloured(look: Look) -> Array:
     """(size, size, 3) linear colours."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
+    if look.lobules:
+        lightness *= 0.72 + 0.28 * lobes()
     colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None]
     line = np.exp(-((noise(2, 9, 3) / 0.06) ** 2)) * np.clip(0.6 + 0.5 * noise(1, 4, 4), 0, 1)
     share = look.vessels * np.clip(line, 0.0, 1.0)[..., None]
     return np.clip(colour * (1 - share) + share * np.array([0.36, 0.045, 0.04]), 0.0, 1.0)
 
 
-def _relief(grain: int, slope: float) -> Array:
+def _relief(look: Look) -> Array:
     """(size, size, 3) normals, in 0 to 1."""
-    height = noise(max(2, grain // 3), 3 * grain, 5)
-    dy, dx = np.gradient(np.pad(height, 1, mode="wrap"))
-    dx, dy = (g[1:-1, 1:-1] / (g.std() + 1e-12) * slope for g in (dx, dy))
+    dx, dy = (look.relief * s for s in _slopes(noise(max(2, look.grain // 3), 3 * look.grain, 5)))
+    if look.lobules:
+        lx, ly = _slopes(lobes())
+        dx, dy = dx + look.lobules * lx, dy + look.lobules * ly
     normals = np.stack([-dx, -dy, np.ones_like(dx)], axis=-1)
     return 0.5 + 0.5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def _slopes(height: Array) -> tuple[Array, Array]:
+    """Slopes along x and y of a seamless relief, of unit spread."""
+    dy, dx = np.gradient(np.pad(height, 1, mode="wrap"))
+    spread = np.hypot(dx.std(), dy.std())
+    return dx[1:-1, 1:-1] / spread, dy[1:-1, 1:-1] / spread
 
 
 def _texture(values: Array, *, srgb: bool) -> sapien.render.RenderTexture2D:

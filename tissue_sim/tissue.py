@@ -27,7 +27,7 @@ from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.topology import block_pattern, boundary_faces
 
 SPARE_VERTICES = 96  # room for cuts: a transection takes 13
-LINK_CAPACITY = 192  # room for remnants and clips: a clip takes about 20
+LINK_CAPACITY = 512  # room for remnants and clips: a clip takes about 27
 N_SHAPES = 8  # shaft, wrist and two jaws of two arms
 UNBREAKABLE = 1.0e9  # N
 
@@ -104,7 +104,7 @@ class Tissue:
         return self.shapes.force.numpy()[b], self.shapes.torque.numpy()[b]
 
     def add_links(
-        self, b: int, pairs: Array, *, rest_m: Array, stiffness: float, strength_n: float
+        self, b: int, pairs: Array, *, rest_m: Array, stiffness: Array | float, strength_n: float
     ) -> NDArray[np.int64]:
         """New springs between pairs (n, 2) of vertices; call `rewire` after. Returns their rows.
 

@@ -23,6 +23,7 @@ from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observat
 from tissue_sim.organ import LiverBed, build_organ
 from tissue_sim.physics_system import physics_system
 from tissue_sim.psm import joint_limits
+from tissue_sim.sweep import Indices
 from tissue_sim.thresholds import (
     INSTRUMENT_CONTACT_MOST_N,
     JOINT_MARGIN_RAD,
@@ -104,7 +105,7 @@ class World:
             whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0,
         )
         self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
-        self._view = _new_view(self.scene) if render else None
+        self.view = _new_view(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
         """A new patient, the instruments at home, the tissue come to rest."""
@@ -189,9 +190,9 @@ class World:
         Raises:
             ValueError: there is no such camera, or the world was made without `render`.
         """
-        if self._view is None:
+        if self.view is None:
             raise ValueError("world: it has no cameras: make it with render=True")
-        return self._view.images(self, names)
+        return self.view.images(self, names)
 
     def endoscope_rgb(self) -> NDArray[np.uint8]:
         """(height, width, 3) of what the endoscope's left eye sees now."""
@@ -205,11 +206,18 @@ class World:
         )
         self._place_tools()
 
-    def pull_clip(self, number: int, force_world_n: Array) -> None:
-        """Pull at a clip with a steady force (3,) N until pulled otherwise; zero lets go."""
+    @property
+    def target(self) -> Array:
+        """(2, 7) joints commanded last."""
+        return self._target.copy()
+
+    def pull_clip(self, number: int, force_world_n: Array, clamp: Indices) -> None:
+        """Pull at a clip with a steady force (3,) N against clamped vertices; zero lets go."""
         clip = next(c for c in self.record.clips if c.number == number)
         load = self.tissue.host("load")[0]
-        load[list(clip.vertices)] = force_world_n / max(len(clip.vertices), 1)
+        load[:] = 0.0
+        for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
+            load[vertices] += force / max(len(vertices), 1)
         pulls = dict(self.record.pulls_n) | {number: float(np.linalg.norm(force_world_n))}
         self.record = replace(self.record, pulls_n=tuple(pulls.items()))
 
@@ -340,7 +348,7 @@ class World:
         """The clip, lost if it is pulled harder than it holds."""
         if clip.lost or pull_n <= retention_n(self.tubes, clip):
             return clip
-        self.tissue.host("load")[0, list(clip.vertices)] = 0.0
+        self.tissue.host("load")[0] = 0.0
         return lose(self.tubes, clip)
 
     def _readings(self, joints: Array, grasp: Grasp, leaked_m3: float) -> Iterator[Reading]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from controller.expert.motion import Goal, distance
 from controller.expert.targets import (
+    applier_opening_rad,
     before,
     clip_pose,
     cut_pose,
@@ -22,13 +23,13 @@ from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
-APPLIER_OPEN_RAD, SCISSORS_OPEN_RAD, SHUT_RAD = 0.55, 0.75, -0.3
+SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 STANDOFF_M = 0.022
 RETREAT_M = 0.030
 ARRIVED_M, ARRIVED_RAD = 0.0006, 0.03
-PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 1.5
+PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 2.5
 JAW_TIME_S = 0.7
-PHASE_MOST_S = 8.0
+PHASE_MOST_S = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,11 +56,12 @@ def skill(task: Task, world: World) -> tuple[Phase, ...]:
         return _grab()
     if task.kind == "clip":
         k = task.clip or 1
-        return _close_on(lambda w: clip_pose(w, tube, k), APPLIER_OPEN_RAD)
+        return _close_on(lambda w: clip_pose(w, tube, k), applier_opening_rad(world.tubes, tube))
     if task.kind == "cut":
         return _close_on(lambda w: cut_pose(w, tube), SCISSORS_OPEN_RAD)
-    opening = APPLIER_OPEN_RAD if task.right_tool == "clip_applier" else SCISSORS_OPEN_RAD
-    return _go_back(opening)
+    if task.kind == "go_back":
+        return _go_back(applier_opening_rad(world.tubes, tube))
+    return _go_back(SCISSORS_OPEN_RAD)
 
 
 def _grab() -> tuple[Phase, ...]:

@@ -8,6 +8,7 @@ from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.cut import BLADE_LENGTH_M
 from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, pose, unit
+from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import straightness
 from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
@@ -16,10 +17,11 @@ from tissue_sim.world import World
 
 GRASP_RING = 5  # of the infundibulum, 12 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-RIGHT_SLANT_RAD = 0.30  # and the right tool from the right
+RIGHT_SLANT_RAD = {"left": 0.30, "right": 0.0}  # the right tool, by tube: its tip turns from the sac
 LOW_MARGIN_M, HIGH_MARGIN_M = 0.0024, 0.0042  # from a tube's ends to the middle of a clip
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0003  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0004  # between the clips beside the cut
+CLEARANCE_M = 0.0018  # between tube and finger on either side
 TAUT = 0.990
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
 
@@ -54,7 +56,13 @@ def clip_stations_m(tubes: Tubes, tube: str) -> tuple[float, float, float]:
     """Where the three clips go: two low, the third near the gallbladder."""
     first, third = LOW_MARGIN_M, tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
-    return first + 0.2 * spare, first + 0.4 * spare + SPACING_M, third - 0.2 * spare
+    return first + 0.1 * spare, first + 0.3 * spare + SPACING_M, third - 0.4 * spare
+
+
+def applier_opening_rad(tubes: Tubes, tube: str) -> float:
+    """Jaw opening that clears the tube by a little, so that its neighbours stay outside."""
+    reach = INSTRUMENTS["clip_applier"].yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
+    return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach))
 
 
 def pull_direction(tubes: Tubes) -> Array:
@@ -95,5 +103,6 @@ def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> 
 
 def _on_tube(world: World, tube: str, station_m: float, beyond_m: float) -> Array:
     point, along = world.tubes.point(tube, station_m)
-    approach = np.cos(RIGHT_SLANT_RAD) * AWAY + np.sin(RIGHT_SLANT_RAD) * LEFT
+    slant = RIGHT_SLANT_RAD["left" if world.anatomy.structure("left") == tube else "right"]
+    approach = np.cos(slant) * AWAY + np.sin(slant) * LEFT
     return astride(point, along, approach, beyond_m=beyond_m)

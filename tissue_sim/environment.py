@@ -1,0 +1,370 @@
+"""`Calot-Cholecystectomy-v1`: the world as a ManiSkill environment.
+
+The only file that knows ManiSkill. It adds no physics: a step is `World.step`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import gymnasium as gym
+import mani_skill.envs  # noqa: F401  before its parts: they import each other
+import numpy as np
+import sapien
+import torch
+from mani_skill.envs.sapien_env import BaseEnv
+from mani_skill.render.shaders import ShaderConfig
+from mani_skill.sensors.camera import Camera, CameraConfig
+from mani_skill.utils.registration import register_env
+from mani_skill.utils.structs.types import SceneConfig, SimConfig
+
+from tissue_sim.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.frames import Array
+from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.observation import Observation
+from tissue_sim.organ import TUBES
+from tissue_sim.outcome import procedure_flags, stumps_hold
+from tissue_sim.psm import joint_limits
+from tissue_sim.renderer_probe import renderer_available
+from tissue_sim.shader_pack import (
+    COLOR_PICTURE,
+    MICROMETRE,
+    POSITION_PICTURE,
+    set_picture_formats,
+    shader_pack,
+)
+from tissue_sim.state_tensors import state_from_tensors, state_to_tensors
+from tissue_sim.world import World, WorldConfig
+
+ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
+MAX_EPISODE_STEPS = 9000  # five minutes
+SENSOR_PIXELS = 128
+TRAINING_SEEDS = 10_000  # what a reset without a seed draws from
+CPU_BACKENDS = ("auto", "cpu", "physx_cpu")
+BLIND_MODES = ("state", "state_dict", "none")
+PASSING = ("gallbladder grasped",)  # a flag that the finished procedure need not show
+
+
+@register_env(ENVIRONMENT_ID, max_episode_steps=MAX_EPISODE_STEPS)
+class CholecystectomyEnv(BaseEnv):
+    """Clip and cut the cystic duct and the cystic artery.
+
+    Action: (14,) joint targets, left arm then right: yaw, pitch (rad), insertion (m), roll, wrist
+    pitch, wrist yaw, jaw (rad). Values beyond the limits are brought to the limit.
+
+    `reset(seed=n)` is the patient `anatomy_from_seed(n)`; `options={"anatomy": ...}` is any other.
+    """
+
+    SUPPORTED_REWARD_MODES = ("sparse", "none")
+    _UNBATCHED = (14,)
+
+    def __init__(
+        self,
+        *args: Any,
+        num_envs: int = 1,
+        obs_mode: str | None = None,
+        render_mode: str | None = None,
+        sim_backend: str = "auto",
+        render_backend: str | None = None,
+        sim_config: SimConfig | dict[str, Any] | None = None,
+        robot_uids: str = "none",
+        **kwargs: Any,
+    ) -> None:
+        _check_backend(num_envs, sim_backend)
+        sim_config = sim_config or {}
+        self._world_config = _world_config(sim_config)
+        if render_backend is None:
+            seen = obs_mode not in (None, *BLIND_MODES) or render_mode is not None
+            render_backend = "gpu" if seen else "none"
+        if render_backend != "none" and not renderer_available():
+            raise ValueError(
+                f"render_backend = {render_backend!r}: there is no renderer here; use 'none' with "
+                f"obs_mode in {BLIND_MODES} (see `calot doctor`)"
+            )
+        super().__init__(
+            *args,
+            num_envs=num_envs,
+            obs_mode=obs_mode,
+            render_mode=render_mode,
+            sim_backend="physx_cpu",
+            render_backend=render_backend,
+            sim_config=sim_config,
+            robot_uids=robot_uids,
+            **kwargs,
+        )
+        low, high = action_limits()
+        self.single_action_space = gym.spaces.Box(low, high, dtype=np.float32)
+        self.action_space = gym.spaces.Box(low[None], high[None], dtype=np.float32)
+        self._orig_single_action_space = self.single_action_space
+
+    @property
+    def control_mode(self) -> str:
+        """Actions are joint targets."""
+        return "joint_targets"
+
+    def equip(self, instrument: str) -> None:
+        """The scrub nurse: mount "clip_applier" (with a clip) or "scissors" on the right arm."""
+        self.world.equip(instrument)
+
+    def reset(
+        self, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """A new patient: the seed's, the one in `options["anatomy"]`, or one drawn for training."""
+        first = int(next(iter(seed))) if isinstance(seed, Iterable) else seed
+        anatomy = (options or {}).get("anatomy")
+        if anatomy is None and first is not None:
+            anatomy = anatomy_from_seed(first)
+        gym.Env.reset(self, seed=first)
+        self._anatomy = anatomy or anatomy_from_seed(int(self.np_random.integers(TRAINING_SEEDS)))
+        return super().reset(seed=None if first is None else [first], options=options)
+
+    def evaluate(self) -> dict[str, torch.Tensor]:
+        """What of the procedure is done; success is all of it, every stump closed."""
+        flags = procedure_flags(self.world)
+        done = all(v for name, v in flags.items() if name not in PASSING)
+        flags["success"] = done and stumps_hold(self.world)
+        return {name.replace(" ", "_"): torch.tensor([value]) for name, value in flags.items()}
+
+    def compute_sparse_reward(
+        self, obs: Any, action: torch.Tensor, info: dict[str, Any]
+    ) -> torch.Tensor:
+        """One when the procedure is done, else zero."""
+        return info["success"].float()
+
+    def get_state_dict(self) -> dict[str, torch.Tensor]:
+        """Everything the next step depends on: tissue topology, arms, clips, patient."""
+        return state_to_tensors({"anatomy": self.world.anatomy, "world": self.world.state()})
+
+    def set_state_dict(self, state: dict[str, Any], env_idx: torch.Tensor | None = None) -> None:
+        """Put back what `get_state_dict` returned, of this patient or another.
+
+        Raises:
+            ValueError: it is not such a state.
+        """
+        whole = state_from_tensors(state)
+        anatomy: Anatomy = whole["anatomy"]
+        if anatomy != self.world.anatomy:
+            self.world.reset(anatomy)
+        self.world.restore(whole["world"])
+        self._observation = self.world.observe()
+
+    def get_state(self) -> torch.Tensor:
+        """The state's bytes (1, n)."""
+        parts = [v.numpy().reshape(-1).view(np.uint8) for v in self.get_state_dict().values()]
+        return torch.from_numpy(np.concatenate(parts))[None]
+
+    def set_state(self, state: torch.Tensor, env_idx: torch.Tensor | None = None) -> None:
+        """Put back what `get_state` returned, of this patient.
+
+        Raises:
+            ValueError: it is of another size, so of another patient.
+        """
+        data = np.asarray(state, np.uint8).reshape(-1)
+        own = {k: v.numpy() for k, v in self.get_state_dict().items()}
+        if data.size != sum(v.nbytes for v in own.values()):
+            raise ValueError(f"state: {data.size} bytes, not of this patient: use set_state_dict")
+        ends = np.cumsum([v.nbytes for v in own.values()])
+        tensors = {
+            name: torch.from_numpy(piece.copy().view(v.dtype).reshape(v.shape))
+            for (name, v), piece in zip(own.items(), np.split(data, ends[:-1]), strict=True)
+        }
+        self.set_state_dict(tensors)
+
+    def segmentation_names(self) -> dict[int, str]:
+        """What each number of a segmentation image stands for."""
+        from tissue_sim.segmentation import CLASSES
+
+        return dict(enumerate(CLASSES))
+
+    @property
+    def _default_sim_config(self) -> SimConfig:
+        return SimConfig(
+            sim_freq=round(1.0 / WorldConfig().physics_step_s),
+            control_freq=round(1.0 / WorldConfig().control_step_s),
+            scene_config=SceneConfig(),
+        )
+
+    @property
+    def _default_sensor_configs(self) -> list[CameraConfig]:
+        return [self._camera_config(spec, spec.name, SENSOR_PIXELS) for spec in CAMERAS]
+
+    @property
+    def _default_human_render_camera_configs(self) -> list[CameraConfig]:
+        return [self._camera_config(CAMERAS[0], "render_camera", None)]
+
+    def _camera_config(self, spec: CameraSpec, uid: str, pixels: int | None) -> CameraConfig:
+        return CameraConfig(
+            uid=uid,
+            pose=sapien.Pose(),
+            width=pixels or spec.width,
+            height=pixels or spec.height,
+            fov=spec.fov_rad,
+            near=NEAR_M,
+            far=FAR_M,
+            shader_config=ShaderConfig(
+                shader_pack=str(shader_pack()),
+                texture_names={
+                    COLOR_PICTURE: ["rgb"],
+                    POSITION_PICTURE: ["position", "depth", "segmentation"],
+                },
+                texture_transforms={COLOR_PICTURE: _rgb, POSITION_PICTURE: self._geometry},
+            ),
+        )
+
+    def _geometry(self, picture: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Positions and depth in metres (float32), and the class of what is seen (int16)."""
+        classes = torch.from_numpy(self._classes)[picture[..., [3]].long()]
+        return {
+            "position": picture[..., :3] * MICROMETRE,
+            "depth": -picture[..., [2]] * MICROMETRE,
+            "segmentation": classes.to(torch.int16),
+        }
+
+    def _set_scene_config(self) -> None:
+        """SAPIEN's own settings, as those of a world without ManiSkill."""
+        sapien.physx.set_shape_config(sapien.physx.PhysxShapeConfig())
+        sapien.physx.set_body_config(sapien.physx.PhysxBodyConfig())
+        sapien.physx.set_scene_config(sapien.physx.PhysxSceneConfig())
+        sapien.physx.set_default_material(0.3, 0.3, 0.1)
+
+    def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        self.agent = None  # the arms belong to the world  # pyright: ignore
+
+    def _load_scene(self, options: dict[str, Any]) -> None:
+        self.world = World(
+            self.scene.sub_scenes[0], render=self.scene.can_render(), config=self._world_config
+        )
+
+    def _load_lighting(self, options: dict[str, Any]) -> None:
+        """None: the world's view brings its lamp."""
+
+    def _setup_sensors(self, options: dict[str, Any]) -> None:
+        set_picture_formats()
+        super()._setup_sensors(options)
+
+    def _initialize_episode(self, env_idx: torch.Tensor, options: dict[str, Any]) -> None:
+        self._observation = self.world.reset(self._anatomy)
+        self._targets = self._observation.joints
+
+    def _step_action(self, action: Any) -> torch.Tensor | None:
+        """One control step of the world; without an action, to the last targets."""
+        if action is not None:
+            self._targets = self._checked(action).reshape(2, 7)
+        self._observation = self.world.step(
+            JointCommand(joints=self._targets), intended=_nearest_tube(self.world)
+        )
+        return None if action is None else torch.from_numpy(self._targets.reshape(1, 14)).float()
+
+    def _checked(self, action: Any) -> Array:
+        values = action.cpu().numpy() if isinstance(action, torch.Tensor) else np.asarray(action)
+        if values.shape not in (self._UNBATCHED, (1, *self._UNBATCHED)):
+            raise ValueError(f"action: its shape is {values.shape}, allowed: (14,) or (1, 14)")
+        if not np.isfinite(values).all():
+            raise ValueError(f"action: it must be (14,) finite numbers, got {values.tolist()}")
+        low, high = action_limits()
+        return np.clip(values.reshape(-1).astype(float), low, high)
+
+    def _get_obs_agent(self) -> dict[str, torch.Tensor]:
+        velocities = self.world.arms.joint_velocities
+        return {"qpos": _row(self._observation.joints), "qvel": _row(velocities)}
+
+    def _get_obs_extra(self, info: dict[str, Any]) -> dict[str, torch.Tensor]:
+        """Tools always; what only the simulation knows of the tissue, in the state modes."""
+        seen = self._observation
+        extra = {
+            "tips_endoscope": _row(seen.tips_endoscope[:, :3]),
+            "forces_n": _row(seen.forces_n),
+            "clip_loaded": _row([seen.clip_loaded]),
+            "scissors": _row([seen.tools[RIGHT_ARM] == "scissors"]),
+        }
+        return extra | _hidden(seen) if self.obs_mode_struct.use_state else extra
+
+    def _get_obs_sensor_data(self, apply_texture_transforms: bool = True) -> dict[str, Any]:
+        self._draw(self._sensors)
+        return super()._get_obs_sensor_data(apply_texture_transforms)
+
+    def render_rgb_array(self, camera_name: str | None = None) -> torch.Tensor | None:
+        """What the endoscope's left eye sees, (1, height, width, 3)."""
+        self._draw(self._human_render_cameras)
+        return super().render_rgb_array(camera_name)  # pyright: ignore[reportArgumentType]
+
+    def _draw(self, cameras: dict[str, Any]) -> None:
+        """Bring the picture up to date and point the cameras."""
+        from tissue_sim.segmentation import classes_of_entities
+
+        if self.world.view is None:
+            raise ValueError("render_backend is 'none': choose another to see anything")
+        self.world.view.update(self.world)
+        self._classes = classes_of_entities(self.world.scene)
+        for uid, camera in cameras.items():
+            if isinstance(camera, Camera):
+                name = CAMERAS[0].name if uid == "render_camera" else uid
+                T = sapien.Pose(T_world_camera(self.world, name))
+                camera.camera._render_cameras[0].entity.set_pose(T)
+
+
+def action_limits() -> tuple[Array, Array]:
+    """(14,) lowest and highest joint targets, over all tools of each arm."""
+    right = [INSTRUMENTS["clip_applier"], INSTRUMENTS["scissors"]]
+    arms = ([INSTRUMENTS["grasper"]], right)
+    limits = [
+        np.stack([np.vstack([joint_limits(t), t.jaw_range_rad]) for t in tools]) for tools in arms
+    ]
+    low = np.concatenate([tools[:, :, 0].min(axis=0) for tools in limits])
+    high = np.concatenate([tools[:, :, 1].max(axis=0) for tools in limits])
+    return low.astype(np.float32), high.astype(np.float32)
+
+
+def _check_backend(num_envs: int, sim_backend: str) -> None:
+    if num_envs != 1:
+        raise ValueError(f"num_envs = {num_envs}: only 1; use gymnasium's vector environments")
+    if sim_backend not in CPU_BACKENDS:
+        raise ValueError(f"sim_backend = {sim_backend!r}: choose from {CPU_BACKENDS}")
+
+
+def _world_config(sim_config: SimConfig | dict[str, Any]) -> WorldConfig:
+    """The periods that ManiSkill's frequencies ask for.
+
+    Raises:
+        ValueError: they do not divide.
+    """
+    given = sim_config if isinstance(sim_config, dict) else sim_config.dict()
+    own = WorldConfig()
+    control_hz = given.get("control_freq", round(1.0 / own.control_step_s))
+    sim_hz = given.get("sim_freq", round(1.0 / own.physics_step_s))
+    tissue_hz = round(1.0 / own.tissue.step_s)
+    if min(control_hz, sim_hz) <= 0 or sim_hz % tissue_hz or tissue_hz % control_hz:
+        raise ValueError(
+            f"control_freq = {control_hz}, sim_freq = {sim_hz}: control_freq must divide "
+            f"{tissue_hz} Hz, the tissue's rate, and that must divide sim_freq"
+        )
+    return WorldConfig(control_step_s=1.0 / control_hz, physics_step_s=1.0 / sim_hz)
+
+
+def _nearest_tube(world: World) -> str:
+    """No one says which tube is meant: the one nearest to the right tip is taken to be."""
+    tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
+    return min(TUBES, key=lambda t: np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min())
+
+
+def _hidden(seen: Observation) -> dict[str, torch.Tensor]:
+    return {
+        "left_tube_m": _row(seen.left_tube_m),
+        "right_tube_m": _row(seen.right_tube_m),
+        "sac_m": _row(seen.sac_m),
+        "clips_m": _row(seen.clips_m),
+        "n_clips": _row([seen.n_clips]),
+        "severed": _row(seen.severed),
+    }
+
+
+def _row(values: Any) -> torch.Tensor:
+    """(1, n) float32."""
+    return torch.from_numpy(np.asarray(values, np.float32).reshape(1, -1).copy())
+
+
+def _rgb(picture: torch.Tensor) -> dict[str, torch.Tensor]:
+    return {"rgb": picture[..., :3]}
