@@ -28,6 +28,7 @@ class TissueArrays:
     mass: wp.array2d(dtype=float)
     fixed: wp.array2d(dtype=int)
     surface: wp.array2d(dtype=int)
+    covered: wp.array2d(dtype=int)
     load: wp.array2d(dtype=wp.vec3)
     force: wp.array2d(dtype=wp.vec3)
     # tetrahedra

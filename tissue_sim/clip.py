@@ -52,7 +52,7 @@ class Clip:
 
 
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
-    """Close a clip where the applier's jaws are. The tissue is rewired."""
+    """Close a clip where the applier's jaws are; its legs cover what they hold."""
     local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
     crossings, complete, springs, caught = [], [], [], []
     for tube in TUBES:
@@ -66,6 +66,7 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
         for ring, held in zip(rings, inside, strict=True):
             springs += _squeeze(ring, held, local, tubes.radius_m(tube))
             caught += ring[held].tolist()
+    tubes.tissue.host("covered")[tubes.b, caught] = 1
     links = _add(tubes, springs)
     sac = local[tubes.organ.sac_rings.ravel()]
     return Clip(
@@ -97,6 +98,8 @@ def retention_n(tubes: Tubes, clip: Clip) -> float:
 def lose(tubes: Tubes, clip: Clip) -> Clip:
     """The clip comes off: its springs go, the tissue springs back."""
     tubes.tissue.host("link_stiffness")[tubes.b, list(clip.links)] = 0.0
+    tubes.tissue.host("covered")[tubes.b, list(clip.vertices)] = 0
+    tubes.tissue.rewire(tubes.b)
     return replace(clip, lost=True)
 
 

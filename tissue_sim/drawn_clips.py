@@ -45,8 +45,10 @@ class DrawnClips:
 
 
 def T_world_clip(world: World, clip: Clip) -> Array:
-    """Where a clip is now (4, 4), from the tissue it holds: square to the tube, its legs along
-    the flattened section's width."""
+    """Where a clip is now (4, 4), from the tissue it holds.
+
+    It stands square to the tube, its legs along the flattened section's width.
+    """
     crossing = clip.crossings[0]
     point, tangent = world.tubes.point(crossing.tube, crossing.station_m)
     x_closed, _, z_closed = clip.T_world_clip[:3, :3].T

@@ -25,7 +25,7 @@ FAT_TILE_M = 0.055
 LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
 COMMON_DUCT_RADIUS_M = 0.0032
 CAVITY_RADIUS_M = 0.28
-_GRID_M = 0.005
+_GRID_M = 0.006
 
 
 class DrawnSurroundings:
@@ -62,7 +62,7 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
         "fat": (
             fat(rng),
             Look(colour=(0.78, 0.52, 0.17), mottle=0.10, vessels=0.30, relief=0.05, grain=14,
-                 lobules=0.2, roughness=0.36),
+                 lobules=0.2, roughness=0.38, specular=0.4),
         ),
         "common bile duct": (
             pipe(_common_duct(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
@@ -105,7 +105,7 @@ def liver(bed: LiverBed, half_width_m: float, rng: np.random.Generator) -> Surfa
 
 def fat(rng: np.random.Generator) -> Surface:
     """Lobulated fat behind the tubes, which comes nearer below and at the sides."""
-    u, v = np.meshgrid(np.arange(-0.17, 0.171, _GRID_M), np.arange(-0.15, 0.121, _GRID_M))
+    u, v = np.meshgrid(np.arange(-0.138, 0.139, _GRID_M), np.arange(-0.102, 0.103, _GRID_M))
     below = np.clip(-v - 0.032, 0.0, None)
     beside = np.clip(np.abs(u) - 0.06, 0.0, None)
     above = np.clip(v - 0.004, 0.0, None)
@@ -142,7 +142,10 @@ def _through_end(
 def _waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:
     """A smooth random wave over x, of about unit height."""
     phase, stretch = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.7, 1.5, 3)
-    return sum(np.sin(2 * np.pi * x / (length_m * k) + p) for k, p in zip(stretch, phase, strict=True)) / 1.8
+    return (
+        sum(np.sin(2 * np.pi * x / (length_m * k) + p) for k, p in zip(stretch, phase, strict=True))
+        / 1.8
+    )
 
 
 def _inside_out(surface: Surface) -> Surface:

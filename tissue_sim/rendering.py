@@ -81,7 +81,9 @@ class View:
         self._scene.update_render()
         for camera in cameras:
             camera.take_picture()
-        return {n: c.get_picture(COLOR_PICTURE)[..., :3] for n, c in zip(names, cameras, strict=True)}
+        return {
+            n: c.get_picture(COLOR_PICTURE)[..., :3] for n, c in zip(names, cameras, strict=True)
+        }
 
     def _camera(self, name: str) -> sapien.render.RenderCameraComponent:
         if name not in self._specs:

@@ -14,7 +14,7 @@ from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tubes import Crossing
 from tissue_sim.world import World
 
-PULL_S = 0.3
+PULL_S = (0.25, 0.15, 0.25)  # pull harder, hold, let go: as slowly as a test machine
 CLAMP_RINGS = 2  # rings between clip and clamp
 
 
@@ -40,7 +40,7 @@ def _pull(
     rings = world.tubes.below[crossing.tube]
     clamp = rings[int(np.clip(crossing.ring - away * CLAMP_RINGS, 0, len(rings) - 1))]
     hold = JointCommand(joints=world.target)
-    world.pull_clip(clip.number, force_world_n, clamp)
-    for _ in range(round(PULL_S / world.config.control_step_s)):
+    up, steady, down = (round(t / world.config.control_step_s) for t in PULL_S)
+    for share in (*np.linspace(0, 1, up + 1)[1:], *np.ones(steady), *np.linspace(1, 0, down + 1)):
+        world.pull_clip(clip.number, share * force_world_n, clamp)
         world.step(hold)
-    world.pull_clip(clip.number, np.zeros(3), clamp)

@@ -113,7 +113,9 @@ def set_picture_formats() -> None:
 
 def _light(text: str) -> str:
     text = _replaced(text, r"float diffuse\(float NoL\) \{[^}]*\}", _SOFT_DIFFUSE)
-    return _replaced(text, r"diffuse\(NoL\) / d / d", "diffuse(dot(normal, lightDir)) / d / d", count=3)
+    return _replaced(
+        text, r"diffuse\(NoL\) / d / d", "diffuse(dot(normal, lightDir)) / d / d", count=3
+    )
 
 
 def _surface(text: str) -> str:

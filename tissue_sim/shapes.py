@@ -27,7 +27,8 @@ def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Su
     side, across = section_axes(line)
     angle = np.linspace(0.0, 2 * np.pi, around + 1)
     out = (
-        np.cos(angle)[None, :, None] * side[:, None] + np.sin(angle)[None, :, None] * across[:, None]
+        np.cos(angle)[None, :, None] * side[:, None]
+        + np.sin(angle)[None, :, None] * across[:, None]
     )
     surface = sheet(line[:, None] + radius_m * out, tile_m)
     return Surface(
@@ -39,14 +40,18 @@ def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Su
 
 
 def loft(rings: Array) -> Surface:
-    """A closed flat-shaded body through rings (n, k, 3) that run counter-clockwise seen from the
-    last ring's outside."""
+    """A closed flat-shaded body through rings (n, k, 3), counter-clockwise seen from its end."""
     n, k = rings.shape[:2]
     i, j = np.arange(n - 1)[:, None] * k, np.arange(k)
     a, b = (i + j).ravel(), (i + (j + 1) % k).ravel()
     fan = np.column_stack([np.zeros(k - 2, int), np.arange(1, k - 1), np.arange(2, k)])
     faces = np.concatenate(
-        [np.stack([a, b, b + k], 1), np.stack([a, b + k, a + k], 1), fan[:, ::-1], fan + (n - 1) * k]
+        [
+            np.stack([a, b, b + k], 1),
+            np.stack([a, b + k, a + k], 1),
+            fan[:, ::-1],
+            fan + (n - 1) * k,
+        ]
     )
     corners = rings.reshape(-1, 3)[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -72,7 +77,9 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 def drop(centre: Array, radii_m: Array) -> Surface:
     """An ellipsoid along the world's axes."""
-    polar, turn = np.meshgrid(np.linspace(0, np.pi, 9), np.linspace(0, 2 * np.pi, 13), indexing="ij")
+    polar, turn = np.meshgrid(
+        np.linspace(0, np.pi, 9), np.linspace(0, 2 * np.pi, 13), indexing="ij"
+    )
     ball = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], -1)
     return Surface(
         points=centre + radii_m * ball.reshape(-1, 3),

@@ -135,9 +135,7 @@ def _unit(vectors: Floats) -> Floats:
     return vectors / (length + 1e-20)
 
 
-def _divided(
-    coarse: Indices, splits: int, n_vertex: int
-) -> tuple[csr_matrix, NDArray[np.uint32]]:
+def _divided(coarse: Indices, splits: int, n_vertex: int) -> tuple[csr_matrix, NDArray[np.uint32]]:
     """Each triangle in splits squared: weights (n_fine, n_vertex) and the small triangles."""
     grid, pieces = _pattern(splits)
     corners = np.repeat(coarse, len(grid), axis=0)

@@ -38,7 +38,11 @@ def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
     """
     if REST not in tensors:
         raise ValueError(f"state: {REST!r} is missing; it has {sorted(tensors)}")
-    skeleton = _Unpickler(io.BytesIO(np.asarray(tensors[REST])[0].tobytes())).load()
+    data = _array(tensors[REST]).tobytes()
+    try:
+        skeleton = _Unpickler(io.BytesIO(data)).load()
+    except (pickle.UnpicklingError, EOFError) as error:
+        raise ValueError(f"state: {REST!r} is not a world's: {error}") from error
     return _filled(skeleton, tensors, "")
 
 
@@ -81,7 +85,7 @@ def _without_arrays(node: Any) -> Any:
 
 def _filled(node: Any, tensors: dict[str, Any], path: str) -> Any:
     if path and path in tensors:
-        return np.array(tensors[path])[0]
+        return _array(tensors[path])
     if node is None:
         raise ValueError(f"state: {path!r} is missing")
     if isinstance(node, dict):
@@ -89,3 +93,7 @@ def _filled(node: Any, tensors: dict[str, Any], path: str) -> Any:
     if isinstance(node, tuple):
         return tuple(_filled(v, tensors, f"{path}/{i}") for i, v in enumerate(node))
     return node
+
+
+def _array(tensor: Any) -> NDArray[Any]:
+    return torch.as_tensor(tensor)[0].numpy().copy()

@@ -77,7 +77,9 @@ def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
     centres = np.random.default_rng([0x7E57, seed]).uniform(0, size, (count, 2))
     pixels = np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
     warp = 0.04 * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
-    near, far = np.moveaxis(cKDTree(centres, boxsize=size).query((pixels + warp) % size, 2)[0], 2, 0)
+    near, far = np.moveaxis(
+        cKDTree(centres, boxsize=size).query((pixels + warp) % size, 2)[0], 2, 0
+    )
     return np.tanh((far - near) / (0.07 * size))
 
 
@@ -114,6 +116,4 @@ def _texture(values: Array, *, srgb: bool) -> sapien.render.RenderTexture2D:
         values = np.clip(values, 0.0, 1.0) ** (1 / 2.2)
     opaque = np.concatenate([values, np.ones((*values.shape[:2], 1))], axis=-1)
     pixels: NDArray[np.uint8] = np.round(255 * opaque).astype(np.uint8)
-    return sapien.render.RenderTexture2D(
-        pixels, format="r8g8b8a8unorm", mipmap_levels=5, srgb=srgb
-    )
+    return sapien.render.RenderTexture2D(pixels, format="r8g8b8a8unorm", mipmap_levels=5, srgb=srgb)

@@ -33,7 +33,7 @@ UNBREAKABLE = 1.0e9  # N
 
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
-    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface", "load", "tet", "tet_alive",
+    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface", "covered", "load", "tet", "tet_alive",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",
@@ -150,7 +150,7 @@ class Tissue:
         self.host("volume")[b, elements] = signed_volumes(rest, self.tets(b)[elements])
 
     def rewire(self, b: int) -> None:
-        """Rebuild the matrix pattern, the masses and the surface after a change of topology."""
+        """Rebuild matrix pattern, masses and touchable surface after a change of topology."""
         n, tets = self.n_vertex(b), self.tets(b)
         row, column, (tet, tie, link) = block_pattern(
             n, [tets, self.host("tie_corner")[b], self.host("link")[b]]
@@ -168,6 +168,8 @@ class Tissue:
         surface = self.host("surface")[b]
         surface[:] = 0
         surface[np.unique(faces)] = 1
+        surface[self.host("covered")[b] != 0] = 0
+        self.host("contact_shape")[b, surface == 0] = -1
 
     def state(self) -> dict[str, NDArray]:
         """A copy of everything that changes, topology included."""

@@ -38,7 +38,7 @@ def block_pattern(
     row = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n_vertex))])
     ends = np.cumsum([n_vertex, *(len(f) for f in first)])
     slots = [
-        slot[a:b].reshape(len(g), -1).astype(np.int32)
+        slot[a:b].reshape(len(g), g.shape[1] ** 2).astype(np.int32)
         for a, b, g in zip(ends[:-1], ends[1:], groups, strict=True)
     ]
     return row.astype(np.int32), columns, slots

@@ -11,7 +11,7 @@ from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vecto
 
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S = 1.2
-JAW_SPEED_RAD_S = 1.5
+JAW_SPEED_RAD_S = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class Goal:
 
     T_world_tool: Array | None = None
     jaw_rad: float | None = None
-    speed_m_s: float = 0.04
+    speed_m_s: float = 0.03
 
 
 def chunk_towards(

@@ -24,11 +24,12 @@ from tissue_sim.world import World
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
-STANDOFF_M = 0.022
+FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
+STANDOFF_M = 0.020
 RETREAT_M = 0.030
 ARRIVED_M, ARRIVED_RAD = 0.0006, 0.03
 PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 2.5
-JAW_TIME_S = 0.7
+JAW_TIME_S = 1.0
 PHASE_MOST_S = 10.0
 
 
@@ -68,7 +69,7 @@ def _grab() -> tuple[Phase, ...]:
     arm = LEFT_ARM
     stand = _go(arm, "in front of the infundibulum", lambda w: before(grasp_pose(w), STANDOFF_M),
                 GRASP_OPEN_RAD)  # fmt: skip
-    astride = _go(arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=0.02)
+    astride = _go(arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
     return stand, astride, close, pull, _stay(arm)
@@ -77,16 +78,16 @@ def _grab() -> tuple[Phase, ...]:
 def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, ...]:
     arm = RIGHT_ARM
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
-    astride = _go(arm, "astride the tube", target, opening, speed_m_s=0.02)
+    astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
     return stand, astride, _shut(arm), _stay(arm)
 
 
 def _go_back(opening: float) -> tuple[Phase, ...]:
     def retreat(world: World, start: Array) -> Goal:
-        return Goal(T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=0.04)
+        return Goal(T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=FREE_SPEED_M_S)
 
     def far(world: World, time_s: float) -> bool:
-        return time_s > RETREAT_M / 0.04 + 0.5
+        return time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
 
     open_up = _jaw(RIGHT_ARM, "open", opening)
     back = Phase(name="go back", arm=RIGHT_ARM, goal=retreat, done=far)
@@ -94,7 +95,7 @@ def _go_back(opening: float) -> tuple[Phase, ...]:
 
 
 def _go(
-    arm: int, name: str, target: Callable[[World], Array], jaw_rad: float, speed_m_s: float = 0.04
+    arm: int, name: str, target: Callable[[World], Array], jaw_rad: float, speed_m_s: float = FREE_SPEED_M_S
 ) -> Phase:
     """Move to a target that is worked out anew as the tissue moves."""
 

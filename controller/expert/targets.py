@@ -15,7 +15,7 @@ from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
 from tissue_sim.tubes import Tubes
 from tissue_sim.world import World
 
-GRASP_RING = 5  # of the infundibulum, 12 mm above the neck
+GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 RIGHT_SLANT_RAD = {"left": 0.30, "right": 0.0}  # the right tool, by tube: its tip turns from the sac
 LOW_MARGIN_M, HIGH_MARGIN_M = 0.0024, 0.0042  # from a tube's ends to the middle of a clip
@@ -32,7 +32,7 @@ def grasp_pose(world: World) -> Array:
     axis = world.tissue.positions()[rings].astype(float)
     along = unit(axis[GRASP_RING + 1] - axis[GRASP_RING - 1])
     approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
-    radius = 0.20 * world.anatomy.gallbladder_width_m
+    radius = 0.22 * world.anatomy.gallbladder_width_m
     return astride(axis[GRASP_RING], along, approach, beyond_m=0.5 * radius + 0.004)
 
 

@@ -1,0 +1,203 @@
+"""The ManiSkill environment: seeds, shapes, whole states, refusals. No renderer is needed."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import JointCommand
+from tissue_sim.world import World
+
+environment = pytest.importorskip("tissue_sim.environment")
+
+
+def make(**options: Any) -> gym.Env:
+    return gym.make(environment.ENVIRONMENT_ID, obs_mode="state", **options)
+
+
+@pytest.fixture(scope="module")
+def env() -> Iterator[gym.Env]:
+    made = make()
+    yield made
+    made.close()
+
+
+def reach(k: int) -> np.ndarray:
+    """The grasper into the field and on the tissue, the other jaws working, the arms apart."""
+    q = np.array([0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4, 0.1, 0.0, 0.08, 0.0, 0.1, 0.0, 0.5])
+    q[2] += 0.0012 * k
+    q[[6, 13]] *= np.cos(0.3 * k)
+    return q.astype(np.float32)
+
+
+def run(env: gym.Env, first: int, last: int) -> torch.Tensor:
+    return torch.cat([env.step(reach(k))[0] for k in range(first, last)])
+
+
+def test_seed_is_the_patient_and_the_episode(env: gym.Env) -> None:
+    first = env.reset(seed=5)[0]
+    path = run(env, 0, 20)
+    assert env.unwrapped.world.anatomy == anatomy_from_seed(5)
+    other = env.reset(seed=6)[0]
+    assert env.unwrapped.world.anatomy == anatomy_from_seed(6)
+    again = env.reset(seed=5)[0]
+    assert torch.equal(first, again)
+    assert torch.equal(path, run(env, 0, 20))
+    assert not torch.equal(first, other)
+
+
+def test_resets_without_a_seed_differ_but_follow_from_the_last_seed(env: gym.Env) -> None:
+    def patients() -> list[str]:
+        env.reset(seed=1)
+        return [_hash_after_reset(env) for _ in range(3)]
+
+    once = patients()
+    assert len(set(once)) == 3
+    assert once == patients()
+
+
+def _hash_after_reset(env: gym.Env) -> str:
+    env.reset()
+    return env.unwrapped.world.anatomy.hash
+
+
+def test_anatomy_is_an_option(env: gym.Env) -> None:
+    patient = anatomy_from_seed(20_007)
+    env.reset(seed=0, options={"anatomy": patient})
+    assert env.unwrapped.world.anatomy == patient
+
+
+def test_step_is_gymnasiums_five_batched_by_one(env: gym.Env) -> None:
+    obs, _ = env.reset(seed=0)
+    stepped, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    assert obs.shape == stepped.shape == env.observation_space.shape
+    assert stepped.dtype == torch.float32
+    assert stepped.isfinite().all()
+    assert reward.shape == terminated.shape == truncated.shape == (1,)
+    assert reward.item() == 0.0
+    assert not terminated
+    assert not truncated
+    assert info["elapsed_steps"] == 1
+    assert info["success"].shape == (1,)
+    env.step(None)  # ManiSkill's way to wait
+    assert env.unwrapped.elapsed_steps == 2
+
+
+def test_steps_are_the_worlds_bit_for_bit(env: gym.Env) -> None:
+    env.reset(seed=2)
+    world = World()
+    world.reset(anatomy_from_seed(2))
+    for k in range(25):
+        env.step(reach(k))
+        world.step(JointCommand(joints=reach(k).astype(float).reshape(2, 7)))
+    own = env.unwrapped.world
+    assert np.array_equal(own.tissue.positions(), world.tissue.positions())
+    assert np.array_equal(own.arms.joints, world.arms.joints)
+
+
+def test_saved_run_restored_repeats_bit_for_bit(env: gym.Env) -> None:
+    env.reset(seed=3)
+    run(env, 0, 20)
+    saved = env.unwrapped.get_state_dict()
+    onward = run(env, 20, 50)
+    env.reset(seed=4)  # another patient in between
+    run(env, 0, 5)
+    env.unwrapped.set_state_dict(saved)
+    assert env.unwrapped.world.anatomy == anatomy_from_seed(3)
+    assert torch.equal(onward, run(env, 20, 50))
+
+
+def test_flat_state_is_the_same_state(env: gym.Env) -> None:
+    env.reset(seed=3)
+    run(env, 0, 10)
+    flat = env.unwrapped.get_state()
+    onward = run(env, 10, 20)
+    env.unwrapped.set_state(flat)
+    assert torch.equal(onward, run(env, 10, 20))
+
+
+def test_foreign_states_are_refused(env: gym.Env) -> None:
+    env.reset(seed=3)
+    saved = env.unwrapped.get_state_dict()
+    before = env.unwrapped.world.tissue.positions().copy()
+    zeros = torch.zeros(1, 8, dtype=torch.uint8)
+    zeros = torch.zeros(1, 8, dtype=torch.uint8)
+    for broken in ({}, {"rest": saved["rest"]}, saved | {"rest": zeros}):
+        with pytest.raises(ValueError, match="state"):
+            env.unwrapped.set_state_dict(broken)
+    assert np.array_equal(before, env.unwrapped.world.tissue.positions())
+
+
+@pytest.mark.parametrize(
+    "action",
+    [np.zeros(13), np.zeros((2, 7)), np.full(14, np.nan), np.array([np.inf] + 13 * [0.0]), 0.5],
+)
+def test_bad_action_is_refused_and_nothing_moves(env: gym.Env, action: Any) -> None:
+    env.reset(seed=0)
+    before = env.unwrapped.get_state()
+    with pytest.raises(ValueError, match="14") as caught:
+        env.step(action)
+    assert "\n" not in str(caught.value)
+    assert torch.equal(before, env.unwrapped.get_state())
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"num_envs": 2}, "num_envs"),
+        ({"sim_backend": "gpu"}, "sim_backend"),
+        ({"sim_config": {"control_freq": 25}}, "control_freq"),
+        ({"sim_config": {"sim_freq": 100}}, "sim_freq"),
+    ],
+)
+def test_impossible_set_ups_are_refused(options: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        make(**options)
+
+
+def test_slower_control_is_more_time_a_step() -> None:
+    slow = make(sim_config={"control_freq": 15, "sim_freq": 120})
+    slow.reset(seed=0)
+    slow.step(slow.action_space.sample())
+    assert slow.unwrapped.world.record.time_s == pytest.approx(1 / 15)
+    slow.close()
+
+
+def test_nurse_changes_the_right_tool(env: gym.Env) -> None:
+    env.reset(seed=0)
+    env.unwrapped.equip("scissors")
+    assert env.unwrapped.world.arms.mounted[1].name == "scissors"
+    env.step(reach(0))
+    env.unwrapped.equip("clip_applier")
+    assert env.unwrapped.world.record.clip_loaded
+    with pytest.raises(ValueError, match="scissors"):
+        env.unwrapped.equip("spoon")
+
+
+def test_conforms_to_gymnasium_when_unbatched() -> None:
+    from gymnasium.utils import env_checker
+    from mani_skill.utils.wrappers.gymnasium import CPUGymWrapper
+
+    plain = CPUGymWrapper(make(), record_metrics=True)
+    obs, _ = plain.reset(seed=1)
+    assert plain.observation_space.contains(obs)
+    obs, reward, terminated, truncated, info = plain.step(plain.action_space.sample())
+    assert plain.observation_space.contains(obs)
+    assert np.ndim(reward) == np.ndim(terminated) == np.ndim(truncated) == 0
+    assert info["episode"]["episode_len"] == 1
+    env_checker.check_reset_seed_determinism(plain)
+    env_checker.check_step_determinism(plain)
+    env_checker.check_reset_options(plain)
+    plain.close()
+
+
+def test_episode_is_truncated_at_the_step_limit() -> None:
+    short = make(max_episode_steps=3)
+    short.reset(seed=0)
+    truncated = [bool(short.step(reach(k))[3]) for k in range(3)]
+    assert truncated == [False, False, True]
+    short.close()
