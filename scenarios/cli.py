@@ -10,6 +10,7 @@ from typing import Protocol
 
 from tyro.extras import subcommand_cli_from_dict
 
+from scenarios.commands.bench import Bench
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.errors import BadInputError
@@ -28,6 +29,7 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "bench": Bench,
     "doctor": Doctor,
 }
 
@@ -73,3 +75,7 @@ def _one_line(box: str) -> str:
     text = " ".join(row.strip() for row in rows if not row.startswith(("╭", "╰")))
     said, *_ = re.split(r"─{3,} (?:Argument helptext|For full helptext)", text)
     return re.sub(r"\s*─{3,}\s*", "; ", said).strip(" ─")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,7 +1,7 @@
 """One episode: the loop in which planner, controller and world meet. Read this file first.
 
-    world --Observation--> planner (1 Hz) --Instruction--> controller (a chunk at a time)
-      --ToolAction--> driver (30 Hz) --JointCommand--> world --Outcome--> observers
+world --Observation--> planner (1 Hz) --Instruction--> controller (a chunk at a time)
+--ToolAction--> driver (30 Hz) --JointCommand--> world --Outcome--> Step --> observers
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pkgutil import resolve_name
 
-
-from controller.action import Chunk
+from controller.action import ToolAction
 from controller.base import Controller
-from controller.driver import Driver, rig_of
+from controller.driver import Driver, Rig, rig_of
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
-from planner.instruction import TASKS, Instruction, Task
+from planner.instruction import TASKS, Instruction
 from scenarios.catalogue import CONTROLLERS, PLANNERS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
@@ -32,7 +31,37 @@ from tissue_sim.retention import pull_all_clips
 from tissue_sim.world import World
 
 PLAN_PERIOD_S = 1.0
-TASK_MOST_S = 90.0  # SRT-H's cap
+
+
+def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> EpisodeResult:
+    """Run one episode to its end and judge it.
+
+    An exception ends the episode and is the caller's to record: it is no failed episode.
+    """
+    start_s = time.perf_counter()
+    episode = begin(config, render=any(getattr(o, "needs_images", False) for o in observers))
+    for observer in observers:
+        observer.on_reset(episode.world)
+    for step in episode.steps():
+        for observer in observers:
+            observer.on_step(step)
+    result = _judge(episode, start_s)
+    for observer in observers:
+        observer.on_end(result)
+    return result
+
+
+def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
+    """The patient on the table, planner and controller ready, nothing done yet."""
+    world = World(render=render)
+    observation = world.reset(anatomy_from_seed(config.seed))
+    return Episode(
+        world=world,
+        planner=resolve_name(PLANNERS[config.planner])(world),
+        controller=resolve_name(CONTROLLERS[config.controller])(world),
+        observation=observation,
+        config=config,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +74,12 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One control step, as observers see it."""
+    """One control step, as observers see it.
+
+    Attributes:
+        observation: After the command.
+        exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
+    """
 
     time_s: float
     instruction: Instruction
@@ -57,141 +91,141 @@ class Step:
 
 @dataclass(kw_only=True)
 class Episode:
-    """The running state of one episode."""
+    """The running state of one episode.
+
+    Attributes:
+        observation: What is seen now.
+        tasks: What became of each task begun so far, by its index.
+        exchange_s: Simulated time of tool exchanges so far.
+    """
 
     config: EpisodeConfig
     world: World
     planner: Planner[Observation]
     controller: Controller
-    driver: Driver
     observation: Observation
-    observers: Sequence[Observer]
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
 
-    def run(self) -> None:
+    def __post_init__(self) -> None:
+        self.driver = Driver(_rig(self.world), self.observation.joints)
+        self._chunk: Iterator[ToolAction] = iter(())
+
+    def steps(self) -> Iterator[Step]:
         """The loop: plan, exchange tools when needed, act; until done or out of time."""
-        instruction = self.planner.plan(self.observation)
-        planned_s = self._time_s
-        chunk: Iterator = iter(())
+        self._instruction = self._plan()
         while True:
-            if self._needs_exchange(instruction):
-                chunk = iter(())
-                self._exchange(instruction)
-            if (action := next(chunk, None)) is None:
-                chunk = iter(self.controller.act(self.observation, instruction))
-                action = next(chunk)
-            done = self._step(self.driver.drive(action), instruction).outcome.task_done
-            self._note(instruction.task, done)
-            if self.tasks[instruction.task.index].time_s > TASK_MOST_S:
+            if self._needs_exchange():
+                yield from self._exchange()
+            step = self._step(self.driver.drive(self._next_action()))
+            self._note(step)
+            yield step
+            if self._is_over(step):
                 return
-            if done and instruction.task == TASKS[-1]:
-                return
-            if done or self._time_s - planned_s >= PLAN_PERIOD_S - 1e-9:
-                planned_s, before = self._time_s, instruction
-                instruction = self.planner.plan(self.observation)
-                if instruction.text != before.text:
-                    chunk = iter(())
+            if step.outcome.task_done or self._plan_is_due():
+                before, self._instruction = self._instruction, self._plan()
+                if self._instruction.text != before.text:
+                    self._drop_chunk()
+
+    def _plan(self) -> Instruction:
+        self._planned_s = self._time_s
+        return self.planner.plan(self.observation)
+
+    def _plan_is_due(self) -> bool:
+        return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
+
+    def _next_action(self) -> ToolAction:
+        """Of the running chunk; when that has ended, the first of a new one."""
+        if (action := next(self._chunk, None)) is not None:
+            return action
+        chunk = self.controller.act(self.observation, self._instruction)
+        if not chunk:
+            raise ValueError("controller: a chunk must hold at least one action, got none")
+        self._chunk = iter(chunk[1:])
+        return chunk[0]
+
+    def _drop_chunk(self) -> None:
+        self._chunk = iter(())
+
+    def _needs_exchange(self) -> bool:
+        """The nurse acts only while the right arm is clear of the tubes."""
+        task = self._instruction.task
+        clip = task.kind == "clip" and not task_done(task, self.world)
+        needed = nurse.is_needed(self.world, task.right_tool, clip=clip)
+        return needed and right_arm_back(self.world)
+
+    def _exchange(self) -> Iterator[Step]:
+        start_s, joints = self._time_s, self.driver.joints
+        self._drop_chunk()
+        for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
+            yield self._step(command, exchange=True)
+        self.driver.attach(_rig(self.world), joints)
+        self.controller.reset()
+        self.exchange_s += self._time_s - start_s
+
+    def _step(self, command: JointCommand, *, exchange: bool = False) -> Step:
+        task, n_before = self._instruction.task, len(self.world.record.injuries)
+        self.observation = self.world.step(command, intended=structure_of(task, self.world))
+        return Step(
+            time_s=self._time_s,
+            instruction=self._instruction,
+            command=command,
+            observation=self.observation,
+            outcome=Outcome(
+                events=self.world.record.injuries[n_before:],
+                task_done=task_done(task, self.world),
+            ),
+            exchange=exchange,
+        )
+
+    def _note(self, step: Step) -> None:
+        """Count the step's time to its task; done once is done, unless it is taken up again."""
+        task = step.instruction.task
+        before = self.tasks.get(task.index)
+        self.tasks[task.index] = TaskResult(
+            index=task.index,
+            instruction=task.text,
+            success=step.outcome.task_done,
+            time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
+            corrections=0,
+        )
+
+    def _is_over(self, step: Step) -> bool:
+        task = step.instruction.task
+        out_of_time = self.tasks[task.index].time_s > self.config.task_cap_s
+        return out_of_time or (step.outcome.task_done and task == TASKS[-1])
 
     @property
     def _time_s(self) -> float:
         return self.observation.time_s
 
-    def _needs_exchange(self, instruction: Instruction) -> bool:
-        """The nurse acts only while the right arm is clear of the tubes."""
-        task = instruction.task
-        clip = task.kind == "clip" and not task_done(task, self.world)
-        needed = nurse.is_needed(self.world, task.right_tool, clip=clip)
-        return needed and right_arm_back(self.world)
 
-    def _exchange(self, instruction: Instruction) -> None:
-        start_s = self._time_s
-        joints = self.driver.joints
-        for command in nurse.exchange(self.world, instruction.task.right_tool, joints):
-            self._step(command, instruction, exchange=True)
-        self.driver.attach(_rig(self.world), joints)
-        self.controller.reset()
-        self.exchange_s += self._time_s - start_s
-
-    def _step(
-        self, command: JointCommand, instruction: Instruction, *, exchange: bool = False
-    ) -> Step:
-        before = len(self.world.record.injuries)
-        intended = structure_of(instruction.task, self.world)
-        self.observation = self.world.step(command, intended=intended)
-        step = Step(
-            time_s=self._time_s,
-            instruction=instruction,
-            command=command,
-            observation=self.observation,
-            outcome=Outcome(
-                events=self.world.record.injuries[before:],
-                task_done=task_done(instruction.task, self.world),
-            ),
-            exchange=exchange,
-        )
-        for observer in self.observers:
-            observer.on_step(step)
-        return step
-
-    def _note(self, task: Task, done: bool) -> None:
-        """Count a step's time to its task; done once is done, unless it is taken up again."""
-        before = self.tasks.get(task.index)
-        self.tasks[task.index] = TaskResult(
-            index=task.index,
-            instruction=task.text,
-            success=done,
-            time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
-            corrections=0,
-        )
-
-
-def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> EpisodeResult:
-    """Run one episode to its end and judge it.
-
-    An exception ends the episode and is the caller's to record: it is no failed episode.
-    """
-    start_s = time.perf_counter()
-    world = World(render=any(getattr(o, "needs_images", False) for o in observers))
-    observation = world.reset(anatomy_from_seed(config.seed))
-    episode = Episode(
-        config=config,
-        world=world,
-        planner=resolve_name(PLANNERS[config.planner])(world),
-        controller=resolve_name(CONTROLLERS[config.controller])(world),
-        driver=Driver(_rig(world), observation.joints),
-        observation=observation,
-        observers=observers,
-    )
-    for observer in observers:
-        observer.on_reset(world)
-    episode.run()
-    procedure_s = world.record.time_s - episode.exchange_s
+def _judge(episode: Episode, start_s: float) -> EpisodeResult:
+    """Pull at the clips and sum the episode up; `start_s` is on the clock of `perf_counter`."""
+    config, world = episode.config, episode.world
     tasks = tuple(episode.tasks[k] for k in sorted(episode.tasks))
     done = len(tasks) == len(TASKS) and all(t.success for t in tasks)
+    procedure_s = world.record.time_s - episode.exchange_s
     pull_all_clips(world)
-    passed = done and stumps_hold(world) and not world.record.injuries
-    result = EpisodeResult(
+    injuries = world.record.injuries
+    return EpisodeResult(
         scenario=config.scenario,
         seed=config.seed,
         planner=config.planner,
         controller=config.controller,
-        success=passed,
+        success=done and stumps_hold(world) and not injuries,
         tasks=tasks,
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
         injuries=tuple(
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
-            for i in world.record.injuries
+            for i in injuries
         ),
         safety=SafetyResult(interventions=episode.driver.refused),
         anatomy_hash=world.anatomy.hash,
     )
-    for observer in observers:
-        observer.on_end(result)
-    return result
 
 
-def _rig(world: World):
+def _rig(world: World) -> Rig:
     return rig_of(world.arms.T_world_rcm, world.T_world_endoscope, world.arms.mounted)

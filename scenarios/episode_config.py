@@ -1,5 +1,6 @@
 """What makes one episode."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -15,15 +16,19 @@ class EpisodeConfig:
         seed: Of the anatomy and of everything random; 0 or more.
         planner: A key of `scenarios.catalogue.PLANNERS`.
         controller: A key of `scenarios.catalogue.CONTROLLERS`.
+        task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
+            default that of SRT-H.
 
     Raises:
-        ValueError: For an unknown name or a seed that is not a whole number of at least 0.
+        ValueError: For an unknown name, a seed that is not a whole number of at least 0, or a
+            cap that is not a number above 0.
     """
 
     scenario: str = "nominal"
     seed: int = 20_000
     planner: str = "scripted"
     controller: str = "expert"
+    task_cap_s: float = 90.0
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
@@ -31,6 +36,8 @@ class EpisodeConfig:
         _require_known("controller", self.controller, CONTROLLERS)
         if not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
+        if not 0.0 < self.task_cap_s < math.inf:
+            raise ValueError(f"task_cap_s must be a number above 0, got {self.task_cap_s!r}")
 
 
 def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:

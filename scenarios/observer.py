@@ -1,18 +1,27 @@
 """Who watches an episode: recorder, video, progress, viewer."""
 
-from typing import Any, Protocol
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
 
 from scenarios.results import EpisodeResult
 
+if TYPE_CHECKING:  # both are heavy to import
+    from scenarios.episode import Step
+    from tissue_sim.world import World
+
 
 class Observer(Protocol):
-    """Sees an episode and changes nothing in it."""
+    """Sees an episode and changes nothing in it.
 
-    def on_reset(self, world: Any) -> None:
+    One with a true attribute `needs_images` gets a world that has cameras.
+    """
+
+    def on_reset(self, world: World) -> None:
         """The world is ready and nothing has moved yet."""
         ...
 
-    def on_step(self, step: Any) -> None:
+    def on_step(self, step: Step) -> None:
         """One control step is done."""
         ...
 

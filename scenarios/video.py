@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from scenarios.results import EpisodeResult
 
@@ -17,6 +17,7 @@ class VideoWriter:
     Asks the world for `endoscope_rgb()`, an image (H, W, 3) of uint8, once a control step.
     """
 
+    needs_images: ClassVar[bool] = True
     path: Path
     _world: Any = None
     _frames: Any = None

@@ -139,7 +139,7 @@ class _Psm:
         self.articulation.set_root_pose(sapien.Pose(T_world_rcm))
 
     def command(self, joints: Array) -> None:
-        self.set_drive_targets(_split_jaw(self._limited(joints)))
+        self.set_drive_targets(_split_jaw(self.limited(joints)))
 
     def set_drive_targets(self, targets: Array) -> None:
         """Targets (8,) of the simulator's joints, in `JOINT_ORDER`."""
@@ -148,7 +148,7 @@ class _Psm:
             joint.set_drive_target(target)
 
     def set_joints(self, joints: Array) -> None:
-        limited = self._limited(joints)
+        limited = self.limited(joints)
         limited[6] = max(limited[6], 0.0)
         split = _split_jaw(limited)
         self.set_drive_targets(split)
@@ -171,7 +171,7 @@ class _Psm:
     def T_world_tool(self) -> Array:
         return self._palm.entity_pose.to_transformation_matrix() @ self._T_palm_tool
 
-    def _limited(self, joints: Array) -> Array:
+    def limited(self, joints: Array) -> Array:
         return np.clip(joints, self._limits[:, 0], self._limits[:, 1])
 
 
@@ -278,6 +278,10 @@ class Arms:
         self._select(instrument_name)
         self._mounted[RIGHT_ARM].set_joints(joints)
         self._mounted[RIGHT_ARM].command(targets)
+
+    def limited(self, joints: Array) -> Array:
+        """Joints (2, 7) brought within the mounted instruments' limits."""
+        return np.stack([p.limited(q) for p, q in zip(self._mounted, joints, strict=True)])
 
     def command(self, command: JointCommand) -> None:
         """Set the drive targets; joint targets beyond a limit are brought to the limit."""

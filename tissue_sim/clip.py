@@ -15,7 +15,7 @@ CLIP_LENGTH_M = 0.0095  # leg length of a medium-large polymer clip, assumed
 CLIP_WIDTH_M = 0.0022  # along the tube, assumed
 LATCH_GAP_M = 0.0016  # legs' distance at their middle at which the lock snaps, assumed
 SQUEEZES = (  # layer of a ring, springs' stiffness (N/m a pair), rest distance over tube radius
-    ("inner", 15000.0, 0.02),
+    ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),
 )
 CLIP_FRICTION = 0.8  # toothed legs on tissue, assumed

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import sapien
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.drawing import Drawn, Surface
@@ -61,8 +61,8 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
         ),
         "fat": (
             fat(rng),
-            Look(colour=(0.78, 0.52, 0.17), mottle=0.10, vessels=0.30, relief=0.05, grain=14,
-                 lobules=0.2, roughness=0.38, specular=0.4),
+            Look(colour=(0.78, 0.52, 0.17), mottle=0.06, vessels=0.30, relief=0.035, grain=14,
+                 lobules=0.42, roughness=0.38, specular=0.4),
         ),
         "common bile duct": (
             pipe(_common_duct(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
@@ -112,7 +112,7 @@ def fat(rng: np.random.Generator) -> Surface:
     folds = 0.0022 * _waves(u[0], 0.05, rng) * _waves(v[:, 0], 0.043, rng)[:, None]
     depth = FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2 - 0.18 * beside + folds
     centres = rng.uniform(-0.18, 0.18, (int((0.36 / LOBULE_M) ** 2 / 2), 2))
-    nearest = cKDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
+    nearest = KDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
     depth -= 0.0042 * np.sqrt(np.clip(1.0 - (0.75 * nearest) ** 2, 0.0, 1.0))
     points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
     return sheet(points[:, ::-1], FAT_TILE_M)
@@ -142,10 +142,7 @@ def _through_end(
 def _waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:
     """A smooth random wave over x, of about unit height."""
     phase, stretch = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.7, 1.5, 3)
-    return (
-        sum(np.sin(2 * np.pi * x / (length_m * k) + p) for k, p in zip(stretch, phase, strict=True))
-        / 1.8
-    )
+    return np.sin(2 * np.pi * x[:, None] / (length_m * stretch) + phase).sum(axis=1) / 1.8
 
 
 def _inside_out(surface: Surface) -> Surface:

@@ -23,7 +23,13 @@ def looks(anatomy: Anatomy) -> dict[str, Look]:
     """The parts' materials."""
     return {
         "gallbladder": Look(
-            colour=anatomy.gallbladder_colour, mottle=0.12, vessels=0.65, relief=0.06, grain=10
+            colour=anatomy.gallbladder_colour,
+            mottle=0.12,
+            vessels=0.65,
+            relief=0.05,
+            grain=10,
+            roughness=0.27,
+            specular=0.8,
         ),
         "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
         "artery": Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24),

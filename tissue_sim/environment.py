@@ -17,6 +17,7 @@ from mani_skill.envs.sapien_env import BaseEnv
 from mani_skill.render.shaders import ShaderConfig
 from mani_skill.sensors.camera import Camera, CameraConfig
 from mani_skill.utils.registration import register_env
+from mani_skill.utils.structs.pose import Pose
 from mani_skill.utils.structs.types import SceneConfig, SimConfig
 
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
@@ -27,8 +28,10 @@ from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.observation import Observation
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import procedure_flags, stumps_hold
+from tissue_sim.physics_system import physics_system
 from tissue_sim.psm import joint_limits
 from tissue_sim.renderer_probe import renderer_available
+from tissue_sim.segmentation import CLASSES, classes_of_entities
 from tissue_sim.shader_pack import (
     COLOR_PICTURE,
     MICROMETRE,
@@ -96,6 +99,7 @@ class CholecystectomyEnv(BaseEnv):
             **kwargs,
         )
         low, high = action_limits()
+        low, high = low.astype(np.float32), high.astype(np.float32)
         self.single_action_space = gym.spaces.Box(low, high, dtype=np.float32)
         self.action_space = gym.spaces.Box(low[None], high[None], dtype=np.float32)
         self._orig_single_action_space = self.single_action_space
@@ -175,8 +179,6 @@ class CholecystectomyEnv(BaseEnv):
 
     def segmentation_names(self) -> dict[int, str]:
         """What each number of a segmentation image stands for."""
-        from tissue_sim.segmentation import CLASSES
-
         return dict(enumerate(CLASSES))
 
     @property
@@ -198,7 +200,7 @@ class CholecystectomyEnv(BaseEnv):
     def _camera_config(self, spec: CameraSpec, uid: str, pixels: int | None) -> CameraConfig:
         return CameraConfig(
             uid=uid,
-            pose=sapien.Pose(),
+            pose=Pose.create(sapien.Pose()),
             width=pixels or spec.width,
             height=pixels or spec.height,
             fov=spec.fov_rad,
@@ -224,11 +226,8 @@ class CholecystectomyEnv(BaseEnv):
         }
 
     def _set_scene_config(self) -> None:
-        """SAPIEN's own settings, as those of a world without ManiSkill."""
-        sapien.physx.set_shape_config(sapien.physx.PhysxShapeConfig())
-        sapien.physx.set_body_config(sapien.physx.PhysxBodyConfig())
-        sapien.physx.set_scene_config(sapien.physx.PhysxSceneConfig())
-        sapien.physx.set_default_material(0.3, 0.3, 0.1)
+        """The simulator's settings of a world without ManiSkill."""
+        physics_system()  # sets them for the whole process
 
     def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         self.agent = None  # the arms belong to the world  # pyright: ignore
@@ -286,15 +285,13 @@ class CholecystectomyEnv(BaseEnv):
         self._draw(self._sensors)
         return super()._get_obs_sensor_data(apply_texture_transforms)
 
-    def render_rgb_array(self, camera_name: str | None = None) -> torch.Tensor | None:
-        """What the endoscope's left eye sees, (1, height, width, 3)."""
+    def render(self) -> Any:
+        """What the endoscope's left eye sees, (1, height, width, 3), or as `render_mode` says."""
         self._draw(self._human_render_cameras)
-        return super().render_rgb_array(camera_name)  # pyright: ignore[reportArgumentType]
+        return super().render()
 
     def _draw(self, cameras: dict[str, Any]) -> None:
         """Bring the picture up to date and point the cameras."""
-        from tissue_sim.segmentation import classes_of_entities
-
         if self.world.view is None:
             raise ValueError("render_backend is 'none': choose another to see anything")
         self.world.view.update(self.world)
@@ -315,7 +312,7 @@ def action_limits() -> tuple[Array, Array]:
     ]
     low = np.concatenate([tools[:, :, 0].min(axis=0) for tools in limits])
     high = np.concatenate([tools[:, :, 1].max(axis=0) for tools in limits])
-    return low.astype(np.float32), high.astype(np.float32)
+    return low, high
 
 
 def _check_backend(num_envs: int, sim_backend: str) -> None:

@@ -13,7 +13,7 @@ from tissue_sim.frames import pose
 if TYPE_CHECKING:
     from tissue_sim.world import World
 
-LAMP_W_SR = 0.021 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
+LAMP_W_SR = 0.0185 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
 FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: light that has met tissue before
 
@@ -24,7 +24,7 @@ class Illumination:
     def __init__(self, scene: sapien.Scene) -> None:
         self._lamp = sapien.render.RenderPointLightComponent()
         self._lamp.shadow = False
-        self._lamp.color = LAMP_W_SR
+        self._lamp.color = LAMP_W_SR.tolist()
         self._mount = sapien.Entity()
         self._mount.name = "lamp"
         self._mount.add_component(self._lamp)

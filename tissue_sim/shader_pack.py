@@ -38,9 +38,10 @@ mat3 tangentFrame(vec3 n) {
 }
 
 void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
-_TWO_SIDED = """\
+_OUTLINE = """\
   vec3 camDir = -normalize(csPosition.xyz);
-  if (dot(normal, camDir) < 0.0) normal = -normal;  // a surface's back peeps out at its outline
+  // At an outline the surface's back peeps out and light grazes: bend the normal to the eye.
+  normal = normalize(normal + max(0.3 - dot(normal, camDir), 0.0) * camDir);
 """
 _SHEEN = """\
   float rim = 1.0 - max(dot(normal, camDir), 0.0);
@@ -53,7 +54,7 @@ _FILMIC = """\
 """  # Narkowicz, "ACES filmic tone mapping curve", 2015
 _SOFT_DIFFUSE = """\
 float diffuse(float NoL) {  // light that goes in and comes out beside: no hard terminator
-  return max((NoL + 0.35) / 1.35, 0.0) / 3.141592653589793f;
+  return max((NoL + 0.2) / 1.2, 0.0) / 3.141592653589793f;
 }"""
 _POSITION = f"  out{POSITION_PICTURE} = ivec4(ivec3(inPosition * 1e6), inSegmentation[1]);\n"
 
@@ -125,7 +126,7 @@ def _surface(text: str) -> str:
     text = _replaced(text, r"void main\(\)", _TANGENTS)
     text = _replaced(text, r"inTbn \* \(texture", "tangentFrame(normalize(inTbn[2])) * (texture")
     text = _replaced(text, r"inTbn \* vec3\(0, 0, 1\)", "inTbn[2]")
-    text = _replaced(text, r"  vec3 camDir = [^\n]*\n", _TWO_SIDED)
+    text = _replaced(text, r"  vec3 camDir = [^\n]*\n", _OUTLINE)
     text = _replaced(text, r"  vec3 wnormal = .*?camDir\);\n", "")
     text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _SHEEN)
     text = _replaced(text, r"  outColorRaw = [^\n]*\n", _FILMIC)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissue_sim.drawing import Surface
 from tissue_sim.frames import Array, unit
@@ -89,7 +90,7 @@ def drop(centre: Array, radii_m: Array) -> Surface:
     )
 
 
-def _grid(rows: int, columns: int) -> Array:
+def _grid(rows: int, columns: int) -> NDArray[np.int64]:
     """Two triangles a cell (n, 3), facing the side of rows x columns."""
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     b, c, d = a + columns, a + columns + 1, a + 1

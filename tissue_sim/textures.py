@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from tissue_sim.frames import Array
 
@@ -43,7 +43,7 @@ class Look:
     lobules: float = 0.0
 
 
-@cache
+@lru_cache(maxsize=64)  # a few patients' worth
 def material(look: Look) -> sapien.render.RenderMaterial:
     """The renderer's material."""
     made = sapien.render.RenderMaterial(
@@ -60,6 +60,7 @@ def material(look: Look) -> sapien.render.RenderMaterial:
     return made
 
 
+@cache
 def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
     """(size, size) seamless noise of unit spread with wavelengths of 1/low to 1/high tile."""
     rng = np.random.default_rng([0x7E57, seed])
@@ -77,17 +78,17 @@ def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
     centres = np.random.default_rng([0x7E57, seed]).uniform(0, size, (count, 2))
     pixels = np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
     warp = 0.04 * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
-    near, far = np.moveaxis(
-        cKDTree(centres, boxsize=size).query((pixels + warp) % size, 2)[0], 2, 0
-    )
-    return np.tanh((far - near) / (0.07 * size))
+    tree = KDTree(centres, boxsize=size)
+    distances = np.asarray(tree.query((pixels + warp) % size, k=2)[0]).reshape(size, size, 2)
+    near, far = distances[..., 0], distances[..., 1]
+    return 1.0 - (2.0 * near / (near + far)) ** 2
 
 
 def _coloured(look: Look) -> Array:
     """(size, size, 3) linear colours."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
     if look.lobules:
-        lightness *= 0.72 + 0.28 * lobes()
+        lightness *= 0.70 + 0.30 * np.sqrt(lobes())
     colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None]
     line = np.exp(-((noise(2, 9, 3) / 0.06) ** 2)) * np.clip(0.6 + 0.5 * noise(1, 4, 4), 0, 1)
     share = look.vessels * np.clip(line, 0.0, 1.0)[..., None]
@@ -106,9 +107,9 @@ def _relief(look: Look) -> Array:
 
 def _slopes(height: Array) -> tuple[Array, Array]:
     """Slopes along x and y of a seamless relief, of unit spread."""
-    dy, dx = np.gradient(np.pad(height, 1, mode="wrap"))
+    dy, dx = (0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1))
     spread = np.hypot(dx.std(), dy.std())
-    return dx[1:-1, 1:-1] / spread, dy[1:-1, 1:-1] / spread
+    return dx / spread, dy / spread
 
 
 def _texture(values: Array, *, srgb: bool) -> sapien.render.RenderTexture2D:

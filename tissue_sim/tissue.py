@@ -47,7 +47,7 @@ class TissueConfig:
     step_s: float = 1.0 / 60.0  # two steps a control step: one leaves tangles after a crush
     damping_per_s: float = 5.0  # mass-proportional, assumed
     gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    iterations: int = 40
+    iterations: int = 60
     tolerance: float = 1.0e-2
 
 

@@ -143,12 +143,12 @@ class World:
         joints = np.asarray(command.joints, float)
         if joints.shape != (2, 7) or not np.isfinite(joints).all():
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
-        start, self._target = self._target, joints
+        start, self._target = self._target, self.arms.limited(joints)
         per_control, per_tissue = self._steps
         shares = iter(np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:])
         for _ in range(per_control):
             for _ in range(per_tissue):
-                self.arms.command(JointCommand(joints=start + next(shares) * (joints - start)))
+                self.arms.command(JointCommand(joints=start + next(shares) * (self._target - start)))
                 self.arms.apply_wrenches(*self._wrenches)
                 self.scene.step()
             self._place_tools()
@@ -236,6 +236,7 @@ class World:
             "above": {tube: rings.copy() for tube, rings in self.tubes.above.items()},
             "arms": self.arms.state(),
             "target": self._target.copy(),
+            "T_world_endoscope": self.T_world_endoscope.copy(),
             "wrenches": tuple(w.copy() for w in self._wrenches),
             "record": self.record,
         }
@@ -253,6 +254,7 @@ class World:
         self.tubes.above = {tube: rings.copy() for tube, rings in state["above"].items()}
         self.arms.restore(state["arms"])
         self._target = state["target"].copy()
+        self.T_world_endoscope = state["T_world_endoscope"].copy()
         self._wrenches = tuple(w.copy() for w in state["wrenches"])
         self.record = state["record"]
         self._place_tools()

@@ -17,9 +17,9 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-RIGHT_SLANT_RAD = {"left": 0.30, "right": 0.0}  # the right tool, by tube: its tip turns from the sac
-LOW_MARGIN_M, HIGH_MARGIN_M = 0.0024, 0.0042  # from a tube's ends to the middle of a clip
-SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0003  # between clips
+RIGHT_SLANT_RAD = {"duct": 0.30, "artery": 0.0}  # the right tool comes from the right
+LOW_MARGIN_M, HIGH_MARGIN_M = 0.0022, 0.0042  # from a tube's ends to the middle of a clip
+SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0004  # between the clips beside the cut
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 TAUT = 0.990
@@ -103,6 +103,6 @@ def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> 
 
 def _on_tube(world: World, tube: str, station_m: float, beyond_m: float) -> Array:
     point, along = world.tubes.point(tube, station_m)
-    slant = RIGHT_SLANT_RAD["left" if world.anatomy.structure("left") == tube else "right"]
+    slant = RIGHT_SLANT_RAD[tube]
     approach = np.cos(slant) * AWAY + np.sin(slant) * LEFT
     return astride(point, along, approach, beyond_m=beyond_m)

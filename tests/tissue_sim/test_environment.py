@@ -30,7 +30,7 @@ def reach(k: int) -> np.ndarray:
     """The grasper into the field and on the tissue, the other jaws working, the arms apart."""
     q = np.array([0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4, 0.1, 0.0, 0.08, 0.0, 0.1, 0.0, 0.5])
     q[2] += 0.0012 * k
-    q[[6, 13]] *= np.cos(0.3 * k)
+    q[[6, 13]] *= 0.5 + 0.5 * np.cos(0.3 * k)
     return q.astype(np.float32)
 
 

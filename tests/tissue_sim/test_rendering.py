@@ -58,7 +58,7 @@ def reach(k: int) -> JointCommand:
     """The grasper into the field and on the tissue, the other jaws working, the arms apart."""
     q = np.array([[0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4], [0.1, 0.0, 0.08, 0.0, 0.1, 0.0, 0.5]])
     q[0, 2] += 0.0012 * k
-    q[:, 6] *= np.cos(0.3 * k)
+    q[:, 6] *= 0.5 + 0.5 * np.cos(0.3 * k)
     return JointCommand(joints=q)
 
 

@@ -1,0 +1,35 @@
+"""Laws of an action: what is no motion of two tools is refused, and holding moves nothing."""
+
+import numpy as np
+import pytest
+
+from controller.action import ToolAction, hold
+from tissue_sim.frames import rotation_from_6d
+
+STILL = {"move_endoscope_m": np.zeros((2, 3)), "jaw_rad": np.zeros(2)}
+STILL["turn_tool"] = np.tile([1.0, 0.0, 0.0, 0.0, 1.0, 0.0], (2, 1))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "shape"),
+    [
+        ("move_endoscope_m", np.zeros(3), "(2, 3)"),
+        ("move_endoscope_m", np.full((2, 3), np.nan), "(2, 3)"),
+        ("turn_tool", np.zeros((2, 3, 3)), "(2, 6)"),
+        ("turn_tool", np.full((2, 6), np.inf), "(2, 6)"),
+        ("jaw_rad", 0.3, "(2,)"),
+        ("jaw_rad", np.array([0.3, np.nan]), "(2,)"),
+    ],
+)
+def test_wrong_shape_or_no_number_is_refused_and_says_which(name, value, shape):
+    with pytest.raises(ValueError, match="finite numbers") as refusal:
+        ToolAction(**STILL | {name: value})
+    assert f"{name} must be {shape}" in str(refusal.value)
+
+
+def test_hold_asks_for_no_motion_and_the_jaws_given():
+    action = hold([0.3, -0.1])
+    assert not action.move_endoscope_m.any()
+    for six in action.turn_tool:
+        np.testing.assert_array_equal(rotation_from_6d(six), np.eye(3))
+    np.testing.assert_array_equal(action.jaw_rad, [0.3, -0.1])

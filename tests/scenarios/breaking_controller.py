@@ -1,0 +1,18 @@
+"""A controller that fails as a program, not as a surgeon."""
+
+from controller.idle import ControllerIdle
+
+BREAKS_AT_S = 0.2
+
+
+class ControllerBreaks(ControllerIdle):
+    """Breaks off the episodes of even seeds after a while; holds still in the others."""
+
+    def __init__(self, world):
+        super().__init__(world)
+        self._even = world.anatomy.seed % 2 == 0
+
+    def act(self, observation, instruction):
+        if self._even and observation.time_s > BREAKS_AT_S:
+            raise RuntimeError("a string snapped")
+        return super().act(observation, instruction)

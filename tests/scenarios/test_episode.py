@@ -1,0 +1,259 @@
+"""Laws of the loop, on real patients: who passes, what is counted, what an instruction stops."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from itertools import groupby, islice, takewhile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.action import hold
+from planner.instruction import CORRECTIONS, TASKS, Instruction
+from planner.scripted import PlannerScripted
+from scenarios.attempt import attempt_episode
+from scenarios.catalogue import CONTROLLERS
+from scenarios.episode import PLAN_PERIOD_S, begin, run_episode
+from scenarios.episode_config import EpisodeConfig
+from scenarios.recorder import load
+from tests.scenarios.breaking_controller import BREAKS_AT_S
+from tests.scenarios.conftest import run
+from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.nurse import EXCHANGE_S
+
+ROOT = Path(__file__).parents[2]
+SEED = 10_004
+CONTROL_STEP_S = 1 / 30
+ONE_STEP = 1.01 * CONTROL_STEP_S
+BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
+LONG_CHUNK = 45  # longer than the planner's period of 30 steps
+
+
+# --- a whole procedure ---
+
+
+def test_the_expert_does_all_tasks_and_injures_nothing(procedure):
+    assert procedure.result.error is None
+    assert [task.success for task in procedure.result.tasks] == [True] * len(TASKS)
+    assert procedure.result.injuries == ()
+    assert procedure.result.success
+
+
+def test_each_task_has_its_entry_in_order(procedure):
+    tasks = procedure.result.tasks
+    assert [(task.index, task.instruction) for task in tasks] == [(t.index, t.text) for t in TASKS]
+    assert all(task.time_s > 0 for task in tasks)
+
+
+def test_the_tasks_were_asked_for_in_order_and_none_twice(procedure):
+    asked = [task.index for task, _ in groupby(step.instruction.task for step in procedure.steps)]
+    assert asked == [task.index for task in TASKS]
+
+
+def test_exchange_time_is_counted_apart(procedure):
+    result, steps = procedure.result, procedure.steps
+    exchanging = sum(step.exchange for step in steps)
+    n_exchanges = 3 + 1 + 3  # a tube: two clips reloaded, scissors; between them the applier
+    assert result.exchange_time_s == pytest.approx(n_exchanges * 2 * EXCHANGE_S)
+    assert result.exchange_time_s == pytest.approx(exchanging * CONTROL_STEP_S)
+    assert result.procedure_time_s == pytest.approx((len(steps) - exchanging) * CONTROL_STEP_S)
+    assert result.procedure_time_s == pytest.approx(sum(task.time_s for task in result.tasks))
+
+
+def test_observers_see_every_control_step_once(procedure):
+    time_s = [step.time_s for step in procedure.steps]
+    np.testing.assert_allclose(time_s, CONTROL_STEP_S * np.arange(1, len(time_s) + 1))
+    np.testing.assert_array_equal(procedure.recording.arrays["time_s"], time_s)
+
+
+def test_a_new_planner_goes_over_a_finished_patient_task_by_task(procedure):
+    planner, observation = PlannerScripted(procedure.world), procedure.steps[-1].observation
+    said = [planner.plan(observation).task for _ in range(len(TASKS) + 2)]
+    assert said == [*TASKS[1:], TASKS[-1], TASKS[-1], TASKS[-1]]
+
+
+# --- who fails, and what is an error ---
+
+
+def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
+    result = run_episode(EpisodeConfig(seed=SEED, controller="idle", task_cap_s=2.0))
+    assert not result.success
+    assert result.error is None
+    assert [(task.index, task.success) for task in result.tasks] == [(1, False)]
+    assert result.tasks[0].time_s == pytest.approx(2.0, abs=ONE_STEP)
+
+
+@pytest.mark.parametrize("cap_s", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_cap_that_is_no_time_is_refused(cap_s):
+    with pytest.raises(ValueError, match="task_cap_s must be a number above 0"):
+        EpisodeConfig(task_cap_s=cap_s)
+
+
+def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monkeypatch):
+    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    result = attempt_episode(EpisodeConfig(seed=SEED, controller="breaks"), tmp_path)
+    assert result.error == "RuntimeError: a string snapped"
+    assert not result.success
+    assert "breaking_controller.py" in (tmp_path / "errors" / f"{SEED}.txt").read_text()
+    recording = load(tmp_path / "episodes" / f"{SEED}.npz")
+    assert recording.error == result.error
+    assert recording.arrays["time_s"][-1] == pytest.approx(BREAKS_AT_S, abs=ONE_STEP)
+
+
+RUN_WITH_A_BREAKING_CONTROLLER = f"""
+import signal, sys
+from scenarios.catalogue import CONTROLLERS
+CONTROLLERS["breaks"] = "{BREAKS}"
+from scenarios.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
+sys.exit(main())
+"""
+
+
+def test_ctrl_c_keeps_the_finished_episodes(tmp_path):
+    words = f"run --controller breaks --seed {SEED} --episodes 3 --out {tmp_path}".split()
+    program = subprocess.Popen(
+        [sys.executable, "-c", RUN_WITH_A_BREAKING_CONTROLLER, *words],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        while not _finished_seeds(tmp_path) and program.poll() is None:
+            time.sleep(0.05)
+        time.sleep(1.0)  # into the second episode, which would hold still for 90 s
+        program.send_signal(signal.SIGINT)
+        out, err = program.communicate(timeout=60)
+    finally:
+        program.kill()
+    assert program.returncode == 130, err
+    assert _finished_seeds(tmp_path) == [SEED]
+    assert f"seed {SEED} ended in error: RuntimeError: a string snapped" in out
+    assert "Traceback" not in err
+    assert load(tmp_path / "episodes" / f"{SEED + 1}.npz").error == "KeyboardInterrupt"
+
+
+def _finished_seeds(out):
+    results = out / "results.json"
+    if not results.exists():
+        return []
+    return [episode["seed"] for episode in json.loads(results.read_text())["episodes"]]
+
+
+# --- what stops a chunk ---
+
+
+class PlannerSays:
+    """Says these, one a call; the last one stays."""
+
+    def __init__(self, *instructions):
+        self._instructions = list(instructions)
+
+    def reset(self):
+        pass
+
+    def plan(self, observation):
+        return self._instructions.pop(0) if len(self._instructions) > 1 else self._instructions[0]
+
+
+class ControllerCounts:
+    """Gives long chunks of holding still; the jaws asked for tell which chunk."""
+
+    def __init__(self, length=LONG_CHUNK):
+        self.length = length
+        self.heard = []  # an instruction a chunk
+        self.resets = 0
+
+    def reset(self):
+        self.resets += 1
+
+    def act(self, observation, instruction):
+        self.heard.append(instruction.text)
+        return self.length * (hold(np.full(2, jaw_of(len(self.heard)))),)
+
+
+def jaw_of(chunk):
+    return 0.3 + 0.01 * chunk
+
+
+def chunks(steps):
+    """How many steps in a row were of which chunk; 0 is the nurse's."""
+    jaws = [0 if s.exchange else round((s.command.joints[0, 6] - 0.3) / 0.01) for s in steps]
+    return [(chunk, len(list(group))) for chunk, group in groupby(jaws)]
+
+
+def episode_of(planner, controller):
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.planner, episode.controller = planner, controller
+    return episode
+
+
+def test_the_same_instruction_lets_the_chunk_run_to_its_end():
+    episode = episode_of(PlannerSays(Instruction(task=TASKS[0])), ControllerCounts())
+    assert chunks(islice(episode.steps(), LONG_CHUNK + 5)) == [(1, LONG_CHUNK), (2, 5)]
+
+
+def test_a_new_instruction_drops_the_running_chunk_at_once():
+    first = Instruction(task=TASKS[0])
+    second = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
+    controller = ControllerCounts()
+    episode = episode_of(PlannerSays(first, second), controller)
+    period = round(PLAN_PERIOD_S / CONTROL_STEP_S)
+    assert chunks(islice(episode.steps(), period + 5)) == [(1, period), (2, 5)]
+    assert controller.heard == [first.text, second.text]
+
+
+def test_an_exchange_drops_the_chunk_and_resets_the_controller():
+    clip, cut = Instruction(task=TASKS[1]), Instruction(task=TASKS[7])
+    controller = ControllerCounts()
+    episode = episode_of(PlannerSays(clip, cut), controller)
+    period, exchange = round(PLAN_PERIOD_S / CONTROL_STEP_S), round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    steps = list(islice(episode.steps(), period + exchange + 5))
+    assert chunks(steps) == [(1, period), (0, exchange), (2, 5)]
+    assert controller.resets == 1
+    assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
+    assert 1 not in episode.tasks  # and a cut's time is without the exchange
+    assert episode.tasks[8].time_s == pytest.approx(5 * CONTROL_STEP_S)
+
+
+def test_a_controller_without_an_action_is_told_so():
+    episode = episode_of(PlannerSays(Instruction(task=TASKS[0])), ControllerCounts(length=0))
+    with pytest.raises(ValueError, match="controller: a chunk must hold at least one action"):
+        next(episode.steps())
+
+
+# --- what follows from what ---
+
+
+def test_a_clip_closed_in_the_air_is_reloaded_and_the_task_done():
+    episode = begin(EpisodeConfig(seed=SEED))
+    joints = episode.driver.joints
+    for jaw_rad in (0.35, -0.1):
+        joints[RIGHT_ARM, 6] = jaw_rad
+        for _ in range(10):
+            episode.world.step(JointCommand(joints=joints), intended="duct")
+    assert not episode.world.record.clip_loaded
+    assert [clip.crossings for clip in episode.world.record.clips] == [()]
+    steps = list(takewhile(lambda step: 2 not in done(episode), episode.steps()))
+    assert any(step.exchange for step in steps)
+    assert done(episode) == {1, 2}
+    assert len(episode.world.record.clips) == 2
+
+
+def done(episode):
+    return {task.index for task in episode.tasks.values() if task.success}
+
+
+def test_the_same_seed_gives_the_same_recording_bit_for_bit(tmp_path):
+    once, again, other = (
+        run(EpisodeConfig(seed=seed, task_cap_s=1.5), tmp_path / name).recording
+        for name, seed in (("once", SEED), ("again", SEED), ("other", SEED + 1))
+    )
+    assert once.arrays["forces_n"].any()
+    for name, array in once.arrays.items():
+        np.testing.assert_array_equal(array, again.arrays[name])
+    assert not np.array_equal(once.arrays["tips_endoscope"], other.arrays["tips_endoscope"])
