@@ -1,53 +1,11 @@
 """One whole real procedure, run once for every test that looks at it."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
-
 import pytest
 
-from scenarios.attempt import attempt_episode
-from scenarios.episode import Step
 from scenarios.episode_config import EpisodeConfig
-from scenarios.recorder import Recording, load
-from scenarios.results import EpisodeResult
-from tissue_sim.world import World
-
-CONFIG = EpisodeConfig(seed=10_004)
-
-
-@dataclass(kw_only=True)
-class Witness:
-    """Remembers every step."""
-
-    world: World | None = None
-    steps: list[Step] = field(default_factory=list)
-
-    def on_reset(self, world: World) -> None:
-        self.world = world
-
-    def on_step(self, step: Step) -> None:
-        self.steps.append(step)
-
-    def on_end(self, result: EpisodeResult) -> None:
-        pass
-
-
-@dataclass(frozen=True, kw_only=True)
-class Procedure:
-    result: EpisodeResult
-    steps: list[Step]
-    recording: Recording
-    world: World  # as it was in the end
-
-
-def run(config: EpisodeConfig, out: Path) -> Procedure:
-    witness = Witness()
-    result = attempt_episode(config, out, [witness])
-    recording = load(out / "episodes" / f"{config.seed}.npz")
-    assert witness.world is not None
-    return Procedure(result=result, steps=witness.steps, recording=recording, world=witness.world)
+from tests.scenarios.procedures import Procedure, run
 
 
 @pytest.fixture(scope="session")
 def procedure(tmp_path_factory) -> Procedure:
-    return run(CONFIG, tmp_path_factory.mktemp("procedure"))
+    return run(EpisodeConfig(seed=10_004), tmp_path_factory.mktemp("procedure"))

@@ -1,0 +1,108 @@
+"""Laws of the scripted planner, on a real patient: in order, patient, and none left out."""
+
+from dataclasses import replace
+
+import pytest
+
+from planner.criteria import task_done
+from planner.instruction import TASKS
+from planner.scripted import PATIENCE_S, PlannerScripted
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.outcome import right_arm_back
+
+GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP = TASKS[:3]
+OUT_INSERTION_M = 0.05
+
+
+@pytest.fixture(scope="module")
+def approach():
+    """A world at two moments: before anything, and grasped with the right arm at the tubes."""
+    episode = begin(EpisodeConfig(seed=10_004))
+    begun = episode.world.state()
+    for step in episode.steps():
+        if step.instruction.task == FIRST_CLIP and not right_arm_back(episode.world):
+            break
+    return episode.world, begun, episode.world.state()
+
+
+@pytest.fixture
+def untouched(approach):
+    world, begun, _ = approach
+    world.restore(begun)
+    return world
+
+
+@pytest.fixture
+def at_the_tubes(approach):
+    world, _, grasped = approach
+    world.restore(grasped)
+    return world
+
+
+def ask(planner, world, after_s=0.0):
+    """What it says now, or what it would say if the world stayed so for a time."""
+    seen = world.observe()
+    return planner.plan(replace(seen, time_s=seen.time_s + after_s)).task
+
+
+def move_right_arm(world, *, insertion_m=None, jaw_rad=None, steps=30):
+    joints = world.target
+    start = joints[RIGHT_ARM].copy()
+    for k in range(steps):
+        share = (k + 1) / steps
+        if insertion_m is not None:
+            joints[RIGHT_ARM, 2] = start[2] + share * (insertion_m - start[2])
+        if jaw_rad is not None:
+            joints[RIGHT_ARM, 6] = start[6] + share * (jaw_rad - start[6])
+        world.step(JointCommand(joints=joints), intended="duct")
+
+
+def test_a_task_stays_until_it_is_done(untouched):
+    planner = PlannerScripted(untouched)
+    for after_s in (0.0, 1.0, 5 * PATIENCE_S, 50 * PATIENCE_S):
+        assert ask(planner, untouched, after_s) == GRAB
+
+
+def test_the_next_task_follows_when_the_criterion_is_met(at_the_tubes):
+    planner = PlannerScripted(at_the_tubes)
+    assert task_done(GRAB, at_the_tubes)
+    assert [ask(planner, at_the_tubes, k) for k in range(3)] == 3 * [FIRST_CLIP]
+
+
+def test_a_clip_closed_in_the_air_is_no_reason_to_go_on(at_the_tubes):
+    planner = PlannerScripted(at_the_tubes)
+    ask(planner, at_the_tubes)
+    move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M, jaw_rad=0.35)
+    move_right_arm(at_the_tubes, jaw_rad=-0.1, steps=15)
+    (clip,) = at_the_tubes.record.clips
+    assert clip.crossings == ()
+    assert ask(planner, at_the_tubes) == FIRST_CLIP
+
+
+def test_it_backs_off_after_its_patience_and_tries_again_once_the_arm_is_back(at_the_tubes):
+    planner = PlannerScripted(at_the_tubes)
+    assert ask(planner, at_the_tubes) == FIRST_CLIP
+    assert ask(planner, at_the_tubes, PATIENCE_S - 0.1) == FIRST_CLIP
+    assert ask(planner, at_the_tubes, PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
+    assert ask(planner, at_the_tubes, 3 * PATIENCE_S) == BACK_FROM_FIRST_CLIP
+    move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M)
+    assert right_arm_back(at_the_tubes)
+    assert ask(planner, at_the_tubes, 4 * PATIENCE_S) == FIRST_CLIP
+    assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # patient anew
+    assert ask(planner, at_the_tubes, 5 * PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
+
+
+def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
+    planner = PlannerScripted(at_the_tubes)
+    assert ask(planner, at_the_tubes) == FIRST_CLIP
+    planner.reset()
+    at_the_tubes.restore(approach[1])
+    assert ask(planner, at_the_tubes) == GRAB
+
+
+def test_an_instruction_carries_the_time_it_was_given(untouched):
+    seen = replace(untouched.observe(), time_s=7.5)
+    said = PlannerScripted(untouched).plan(seen)
+    assert (said.time_s, said.source, said.correction) == (7.5, "planner", None)

@@ -1,0 +1,100 @@
+"""Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from scenarios.bench_world import watch_step
+from scenarios.cli import main
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from scenarios.stopwatch import REST, Stopwatch
+
+
+class Kitchen:
+    """Cooks for 6 s on its own clock: 1 of its own, 2 stirring, 3 heating within the stirring."""
+
+    def __init__(self):
+        self.time_s = 0.0
+
+    def cook(self, dish):
+        self.time_s += 1.0
+        self.stir()
+        return f"hot {dish}"
+
+    def stir(self):
+        self.time_s += 2.0
+        self.heat()
+
+    def heat(self):
+        self.time_s += 3.0
+
+
+@pytest.fixture
+def kitchen(monkeypatch):
+    kitchen = Kitchen()
+    monkeypatch.setattr("scenarios.stopwatch.perf_counter", lambda: kitchen.time_s)
+    return kitchen
+
+
+@pytest.fixture
+def stopwatch(kitchen):
+    stopwatch = Stopwatch(kitchen, "cook")
+    stopwatch.stage(kitchen, "stir", "stir")
+    stopwatch.stage(kitchen, "heat", "heat")
+    return stopwatch
+
+
+def test_a_stage_is_timed_without_the_stages_within_it(kitchen, stopwatch):
+    assert kitchen.cook("soup") == "hot soup"
+    assert stopwatch.stages_s == [{"stir": 2.0, "heat": 3.0, REST: 1.0}]
+    assert stopwatch.whole_s == [6.0]
+
+
+def test_a_lap_is_one_call_and_stages_outside_it_are_not_counted(kitchen, stopwatch):
+    kitchen.heat()
+    kitchen.cook("soup")
+    kitchen.heat()
+    kitchen.cook("rice")
+    assert stopwatch.whole_s == [6.0, 6.0]
+    assert [stages["heat"] for stages in stopwatch.stages_s] == [3.0, 3.0]
+
+
+def test_timing_the_world_changes_nothing_in_it():
+    def run(*, timed):
+        episode = begin(EpisodeConfig(seed=10_004))
+        stopwatch = watch_step(episode.world) if timed else None
+        for _ in islice(episode.steps(), 90):
+            pass
+        return episode.world.tissue.state(), episode.observation.vector(), stopwatch
+
+    (tissue, seen, _), (tissue_timed, seen_timed, stopwatch) = run(timed=False), run(timed=True)
+    np.testing.assert_array_equal(seen, seen_timed)
+    for name, array in tissue.items():
+        np.testing.assert_array_equal(array, tissue_timed[name])
+    assert stopwatch is not None
+    assert len(stopwatch.whole_s) == 90
+    assert all(spent_s > 0 for stages in stopwatch.stages_s for spent_s in stages.values())
+    shares = [
+        sum(stages.values()) / whole_s
+        for stages, whole_s in zip(stopwatch.stages_s, stopwatch.whole_s, strict=True)
+    ]
+    assert np.median(shares) == pytest.approx(1.0, abs=0.01)  # the rest is the stopwatch's own
+
+
+def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
+    assert main(["bench", "wrld"]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err == "calot: Error parsing {world}: unknown 'wrld'; allowed: world\n"
+
+
+def test_the_report_says_how_fast_and_what_was_measured(capsys):
+    assert main(["bench", "world", "--seed", "10004", "--steps", "5"]) == 0
+    said = capsys.readouterr().out
+    assert "5 control steps" in said
+    for word in ("tissue: elements", "arms: PhysX", "judge", "observe", "whole step"):
+        assert word in said
+    for words in ("times real time", "tetrahedra", "vertices", "cores", "load"):
+        assert words in said

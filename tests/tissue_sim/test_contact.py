@@ -1,0 +1,272 @@
+"""Laws of contact: weight on the bed, push and opposite push, Coulomb's cone, grasp, tubes apart."""
+
+import numpy as np
+import pytest
+
+from tests.tissue_sim.bodies import EPS, NOWHERE, RUBBER, box, forces, organ_of, put, tissue_of
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.contact import BED_STIFFNESS, STICK_STIFFNESS
+from tissue_sim.field import AWAY
+from tissue_sim.frames import Array, axis_angle, pose, transform, unit
+from tissue_sim.grasp import LEFT_FINGERS, Grasp, follow_grasp
+from tissue_sim.instruments import INSTRUMENTS, link_patches
+from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
+from tissue_sim.tissue import N_SHAPES, Tissue
+
+CAPSULE, CAPSULE_RADIUS_M = 4, 0.003
+T_WORLD_LINK = pose(axis_angle([1.0, 1.0, 0.0], 0.4), np.array([0.05, -0.02, 0.03]))
+
+
+def place(tissue: Tissue, rows: dict[int, dict[str, Array | float]]) -> None:
+    """Put some contact shapes into the field and all others out of it."""
+    out = {
+        "a": np.full((N_SHAPES, 3), 9.0),
+        "b": np.full((N_SHAPES, 3), 9.0),
+        "half_width": np.zeros((N_SHAPES, 3)),
+        "radius": np.zeros(N_SHAPES),
+        "friction": np.zeros(N_SHAPES),
+        "T_world_link": np.tile(np.eye(4), (N_SHAPES, 1, 1)),
+    }
+    for row, values in rows.items():
+        for name, value in values.items():
+            out[name][row] = value
+    tissue.place_tools(0, **out)
+
+
+def touching(tissue: Tissue) -> Array:
+    return tissue.host("contact_shape")[0, : tissue.n_vertex()]
+
+
+def felt(tissue: Tissue) -> Array:
+    """(n, 3) force of the instruments on each vertex."""
+    f = tissue.host("contact_force")[0, : tissue.n_vertex()].astype(float)
+    return np.where(touching(tissue)[:, None] >= 0, f, 0.0)
+
+
+def test_a_body_on_the_bed_comes_to_rest_where_the_bed_carries_its_weight() -> None:
+    axis = unit(np.array([1.0, 2.0, 10.0]))
+    R = np.stack([unit(np.cross([0.0, 1.0, 0.0], axis)), np.zeros(3), axis], axis=1)
+    R[:, 1] = np.cross(axis, R[:, 0])
+    # it sinks in by 0.15 mm, more than the 0.04 mm it falls in a step
+    rest, tets = box((0.03,) * 3, (3, 3, 3))
+    bed = LiverBed(point_m=np.zeros(3), normal=axis, along=R[:, 0], edge_m=-1.0)
+    tissue = tissue_of(
+        organ_of(rest @ R.T + 1e-5 * axis, tets, bed=bed),
+        gravity_m_s2=tuple(-9.81 * axis), damping_per_s=100.0, step_s=1 / 480,
+    )  # fmt: skip
+    for _ in range(400):
+        tissue.step()
+    weight = 9.81 * tissue.host("mass").sum()
+    assert np.abs(tissue.host("velocity")).max() < 1e-5
+    height = tissue.positions() @ axis
+    assert -BED_STIFFNESS * np.minimum(height, 0.0).sum() == pytest.approx(weight, rel=1e-2)
+    assert tissue.host("bed_force")[0] @ axis == pytest.approx(weight, rel=1e-2)
+    assert np.abs(tissue.host("bed_force")[0] @ R[:, :2]).max() < 1e-3 * weight
+
+
+def test_beside_the_bed_tissue_falls_on() -> None:
+    rest, tets = box((0.002,) * 3, (1, 1, 1))
+    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.zeros(3), "edge_m": 0.005}))
+    tissue = tissue_of(organ_of(rest, tets, bed=bed), gravity_m_s2=(0.0, 0.0, -9.81))
+    for _ in range(10):
+        tissue.step()
+    assert not tissue.host("bed_force").any()
+    assert tissue.positions()[:, 2].max() < -0.1
+
+
+@pytest.fixture(scope="module")
+def pressed() -> Tissue:
+    """A block held below, a capsule lowered into its upper side by 1.5 mm and dragged a little."""
+    rest, tets = box((0.02, 0.02, 0.01), (6, 6, 3))
+    tissue = tissue_of(organ_of(rest, tets, fixed=rest[:, 2] == 0), damping_per_s=20.0)
+    for k in range(150):
+        lower, drag = 0.0015 * min(k / 60, 1.0), 0.0004 * np.clip((k - 60) / 40, 0.0, 1.0)
+        put_capsule(tissue, 0.01 + CAPSULE_RADIUS_M - lower, drag)
+        tissue.step()
+    return tissue
+
+
+def put_capsule(tissue: Tissue, height_m: float, drag_m: float = 0.0) -> None:
+    T = T_WORLD_LINK.copy()
+    T[0, 3] += drag_m
+    ends = np.array([[-0.01, 0.0105, height_m], [0.03, 0.0105, height_m]]) + [drag_m, 0.0, 0.0]
+    place(
+        tissue,
+        {CAPSULE: {"a": ends[0], "b": ends[1], "radius": CAPSULE_RADIUS_M, "friction": 0.3,
+                   "T_world_link": T}},
+    )  # fmt: skip
+
+
+def test_an_instrument_pushes_tissue_out(pressed: Tissue) -> None:
+    """At rest each touched vertex stands as deep as its force over the contact's stiffness."""
+    axis = pressed.shapes.a.numpy()[0, CAPSULE]
+    off = pressed.positions()[:, 1:] - axis[1:]
+    depth = CAPSULE_RADIUS_M - np.linalg.norm(off, axis=1)
+    held = touching(pressed) == CAPSULE
+    assert held.sum() >= 5
+    assert depth[held].max() < 0.0003  # of 1.5 mm that it was lowered
+    np.testing.assert_array_equal(depth > 0, held)
+    normal = off[held] / np.linalg.norm(off[held], axis=1, keepdims=True)
+    push = (felt(pressed)[held][:, 1:] * normal).sum(axis=1)
+    assert (push > 0).all()
+    np.testing.assert_allclose(push, 1500.0 * depth[held], rtol=1e-2, atol=1500 * 8 * EPS * 0.03)
+
+
+def test_instrument_and_tissue_feel_opposite_forces_and_torques(pressed: Tissue) -> None:
+    force, torque = (w[CAPSULE].astype(float) for w in pressed.tool_wrenches())
+    f = felt(pressed)
+    arms = pressed.positions() - pressed.shapes.T_world_link.numpy()[0, CAPSULE, :3, 3]
+    assert np.linalg.norm(force) > 0.1
+    rounding = 50 * EPS * np.abs(f).sum()
+    np.testing.assert_allclose(force, -f.sum(axis=0), atol=rounding)
+    np.testing.assert_allclose(
+        torque, -np.cross(arms, f).sum(axis=0), atol=rounding * np.abs(arms).max()
+    )
+    others = np.delete(pressed.tool_wrenches()[0][0 : N_SHAPES], CAPSULE, axis=0)
+    assert not others.any()
+
+
+def test_at_rest_the_held_side_carries_what_the_instrument_presses(pressed: Tissue) -> None:
+    """Statics through the whole solver: elastic force at the fixed side balances the contact."""
+    velocity = np.abs(pressed.host("velocity")).max()
+    assert velocity < 1e-5
+    before = pressed.state()
+    carried = forces(pressed, "elements")[pressed.host("fixed")[0, : pressed.n_vertex()] != 0]
+    pressed.restore(before)
+    total = felt(pressed).sum(axis=0)
+    np.testing.assert_allclose(carried.sum(axis=0), total, atol=1e-2 * np.linalg.norm(total))
+
+
+def test_friction_never_leaves_its_cone_and_sticks_inside_it(pressed: Tissue) -> None:
+    axis = pressed.shapes.a.numpy()[0, CAPSULE]
+    held = touching(pressed) == CAPSULE
+    off = pressed.positions()[held] - axis
+    off[:, 0] = 0.0
+    normal = unit(off.astype(float))
+    f = felt(pressed)[held]
+    along = (f * normal).sum(axis=1)
+    tangential = np.linalg.norm(f - along[:, None] * normal, axis=1)
+    # a force is that of the linearised step: at rest it differs from the cone by a rounding
+    assert (tangential <= 0.3 * along * 1.01 + 1e-5).all()
+    assert tangential.max() > 0.01  # dragged: it does rub
+    # inside the cone the place on the capsule is kept, and the pull is the sticking spring's
+    T = pressed.shapes.T_world_link.numpy()[0, CAPSULE].astype(float)
+    stuck = transform(T, pressed.host("stick_point")[0, : pressed.n_vertex()][held].astype(float))
+    slip = pressed.positions()[held] - stuck
+    slip -= (slip * normal).sum(axis=1, keepdims=True) * normal
+    inside = tangential < 0.25 * along
+    assert inside.any()
+    expected = float(STICK_STIFFNESS) * np.linalg.norm(slip, axis=1)
+    np.testing.assert_allclose(tangential[inside], expected[inside], rtol=0.05, atol=2e-4)
+
+
+def test_tissue_that_nothing_touches_feels_nothing() -> None:
+    tissue = tissue_of(organ_of(*box((0.01,) * 3, (2, 2, 2))))
+    put_capsule(tissue, 0.1)
+    tissue.step()
+    assert (touching(tissue) == -1).all()
+    assert not tissue.tool_wrenches()[0].any()
+
+
+GRASPER = INSTRUMENTS["grasper"]
+GRASPER_FRICTION = 0.7
+
+
+def put_grasper(tissue: Tissue, T_world_tool: Array, jaw_rad: float, friction: float) -> None:
+    """The grasper's two fingers, turned about their joint by half the jaw's opening each."""
+    patches = link_patches(GRASPER)
+    rows = {}
+    for row, sign in zip(LEFT_FINGERS, (1.0, -1.0), strict=True):
+        T = T_world_tool.copy()
+        T[:3, 3] -= GRASPER.yaw_to_tip_m * T_world_tool[:3, 2]
+        T[:3, :3] = T[:3, :3] @ axis_angle([1.0, 0.0, 0.0], -sign * jaw_rad / 2)
+        rows[row] = {
+            "a": transform(T, patches.a_link_m[row][None])[0],
+            "b": transform(T, patches.b_link_m[row][None])[0],
+            "half_width": T[:3, :3] @ patches.w_link_m[row],
+            "radius": patches.radius_m[row],
+            "friction": friction,
+            "T_world_link": T,
+        }
+    place(tissue, rows)
+
+
+def pulled_by(friction: float, jaw_rad: float, pull_m: float) -> tuple[Grasp, float, float]:
+    """Grasp the infundibulum and draw it: the hold, how far the tissue came, how far the tool."""
+    organ = build_organ(anatomy_from_seed(1))
+    tissue = Tissue([organ])
+    ring = organ.sac_rings[5]
+    centre = organ.vertices[ring[0]]
+    along = unit(organ.vertices[organ.sac_rings[6, 0]] - organ.vertices[organ.sac_rings[4, 0]])
+    z = unit(AWAY - (AWAY @ along) * along)
+    T = pose(np.stack([along, np.cross(z, along), z], axis=1), centre + 0.006 * z)
+    grasp, time_s = Grasp(), 0.0
+    start = np.zeros(3)
+    for k in range(220):
+        close = np.clip(k / 60, 0.0, 1.0)
+        moved = pull_m * np.clip((k - 80) / 100, 0.0, 1.0)
+        now = T.copy()
+        now[:3, 3] -= moved * z
+        put_grasper(tissue, now, 0.9 + close * (jaw_rad - 0.9), friction)
+        tissue.step()
+        time_s += tissue.config.step_s
+        grasp = follow_grasp(grasp, tissue, organ, now, time_s)
+        if k == 80:
+            start = tissue.positions()[ring].mean(axis=0).astype(float)
+    came = float((start - tissue.positions()[ring].mean(axis=0)) @ z)
+    return grasp, came, pull_m
+
+
+def test_a_grasp_below_the_friction_limit_holds_and_above_it_slips() -> None:
+    pull = 0.006
+    held, came, _ = pulled_by(GRASPER_FRICTION, 0.10, pull)
+    assert held.vertices
+    assert came > 0.7 * pull
+    assert held.traction_n <= 2 * GRASPER_FRICTION * held.pinch_n * 1.2
+    slipped, came_slippery, _ = pulled_by(0.01, 0.10, pull)
+    assert came_slippery < 0.5 * came
+    assert slipped.traction_n < 0.5 * held.traction_n
+
+
+def test_an_open_grasper_holds_nothing() -> None:
+    grasp, came, pull = pulled_by(GRASPER_FRICTION, 0.9, 0.006)
+    assert not grasp.vertices
+    assert abs(came) < 0.2 * pull
+
+
+def nearest_on_line(points: Array, line: Array) -> Array:
+    """(n, 3) nearest point of a polyline to each point."""
+    a, u = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("nkx,kx->nk", points[:, None] - a, u) / (u**2).sum(axis=1)
+    feet = a + np.clip(share, 0.0, 1.0)[..., None] * u
+    best = np.linalg.norm(points[:, None] - feet, axis=-1).argmin(axis=1)
+    return feet[np.arange(len(points)), best]
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
+    """The artery's middle, pulled at the duct wherever that goes by 0.3 N, rests on its wall."""
+    organ = build_organ(anatomy_from_seed(seed))
+    tissue = Tissue([organ])
+    tissue.host("link_stiffness")[:] = 0.0
+    duct, artery = (organ.rings[t][: organ.neck_ring[t] + 1] for t in TUBES)
+    middle = artery[len(artery) // 2]
+    depths, turns = [], []
+    before = None
+    for k in range(240):
+        x = tissue.positions().astype(float)
+        line, outer = x[duct[:, 0]], x[artery[:, 1 + TUBE_SECTORS :].ravel()]
+        offset = nearest_on_line(x[middle[:1]], line)[0] - x[middle[0]]
+        turns.append(1.0 if before is None else unit(offset) @ unit(before))
+        before = offset
+        tissue.host("load")[0][:] = 0.0
+        tissue.host("load")[0][middle] = 0.3 * min(k / 180, 1.0) * unit(offset) / len(middle)
+        tissue.step()
+        depths.append(1 - np.linalg.norm(outer - nearest_on_line(outer, line), axis=1).min()
+                      / float(tissue.host("tube_radius")[0, 0]))  # fmt: skip
+    assert max(depths) > 0.0  # they do touch
+    assert max(depths) < 0.5
+    assert min(turns) > 0.0  # the way to the duct never flips: it was not passed
+    assert abs(depths[-1] - depths[-10]) < 0.05
+    total = forces(tissue, "tube contact").sum(axis=0) - tissue.host("load")[0].sum(axis=0)
+    assert np.linalg.norm(total) < 1e-3 * 0.3  # what pushes the artery pushes the duct back
