@@ -29,7 +29,9 @@ class Rig:
 
 def rig_of(T_world_rcm: Array, T_world_endoscope: Array, instruments: tuple) -> Rig:
     """The rig of known base and endoscope poses."""
-    return Rig(T_rcm_endoscope=inverse_pose(T_world_rcm) @ T_world_endoscope, instruments=instruments)
+    return Rig(
+        T_rcm_endoscope=inverse_pose(T_world_rcm) @ T_world_endoscope, instruments=instruments
+    )
 
 
 class Driver:

@@ -57,7 +57,8 @@ def solve_step(
             inertia = (t.velocity[b, i] * h + gravity * (h * h) - moved) * (m * per_h2)
             r = t.force[b, i] + inertia - moved * (m * damping / h)
             slot = t.row[b, i]
-            K = t.block[b, slot] + wp.identity(n=3, dtype=float) * (m * per_h2 * (1.0 + damping * h))
+            inertial = m * per_h2 * (1.0 + damping * h)
+            K = t.block[b, slot] + wp.identity(n=3, dtype=float) * inertial
             t.block[b, slot] = K
             K_inverse = wp.inverse(K)
             z = K_inverse * r

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 
@@ -28,9 +28,9 @@ class Reading:
 class InjuryMonitor:
     """Turns readings into events: one when a limit is broken, and none again until it was kept."""
 
-    def __init__(self) -> None:
-        self.events: list[Injury] = []
-        self.broken: set[str] = set()
+    def __init__(self, events: Iterable[Injury] = (), broken: Iterable[str] = ()) -> None:
+        self.events = list(events)
+        self.broken = set(broken)
 
     def watch(self, readings: Iterator[Reading], time_s: float) -> None:
         """Add an event for each reading that newly exceeds its limit."""

@@ -116,7 +116,7 @@ def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
     )
     neck = max(0.65 * anatomy.duct_diameter_m, 0.0024)
     knots = [0.0, 0.005, 0.012, 0.4 * length, 0.65 * length, 0.9 * length, length]
-    sizes = [neck, 0.13 * width, 0.20 * width, 0.46 * width, 0.5 * width, 0.36 * width, 0.12 * width]
+    sizes = [neck, *(width * share for share in (0.13, 0.20, 0.46, 0.5, 0.36, 0.12))]
     radius = PchipInterpolator(knots, sizes)(stations)
     fine = np.linspace(0.0, length, 400)
     tilt = anatomy.bed_tilt_rad * _smoothstep((fine - 0.006) / 0.025)
@@ -181,7 +181,8 @@ def _join(
 ) -> Organ:
     """Number the parts in one system and find what holds them together."""
     parts = {"gallbladder": sac, **tubes}
-    starts = dict(zip(parts, np.cumsum([0, *(len(p.vertices) for p in parts.values())]), strict=False))
+    ends = np.cumsum([len(p.vertices) for p in parts.values()])
+    starts = dict(zip(parts, [0, *ends[:-1]], strict=True))
     vertices = np.concatenate([p.vertices for p in parts.values()])
     tets = np.concatenate([p.tets + starts[n] for n, p in parts.items()]).astype(np.int32)
     region = np.concatenate(

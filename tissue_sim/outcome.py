@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -67,15 +68,13 @@ def good_clips(world: World, tube: str) -> tuple[Clip, ...]:
 def clip_placed(world: World, tube: str, k: int) -> bool:
     """The k-th clip (1 to 3) is good, and in order: each further from the fixed end."""
     stations = [_station(c, tube) for c in good_clips(world, tube)]
-    return len(stations) >= k and all(a < b for a, b in zip(stations, stations[1:], strict=False))
+    return len(stations) >= k and all(a < b for a, b in pairwise(stations))
 
 
 def right_arm_back(world: World) -> bool:
     """The right tip at a distance from both tubes, nothing between its jaws."""
     tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
-    distance = min(
-        float(np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min()) for t in TUBES
-    )
+    distance = min(float(np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min()) for t in TUBES)
     touching = world.tissue.host("contact_shape")[0, : world.tissue.n_vertex()] >= 4
     return distance >= RETRACTED_M and not touching.any()
 

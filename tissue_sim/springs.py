@@ -107,9 +107,7 @@ def spring_energy(t: TissueArrays, energy_j: wp.array(dtype=wp.float64)):
     b = wp.tid()
     total = wp.float64(0.0)
     for n in range(t.tie_stiffness.shape[1]):
-        total = total + wp.float64(
-            0.5 * t.tie_stiffness[b, n] * wp.length_sq(tie_offset(t, b, n))
-        )
+        total = total + wp.float64(0.5 * t.tie_stiffness[b, n] * wp.length_sq(tie_offset(t, b, n)))
     for n in range(t.link_stiffness.shape[1]):
         length = wp.length(t.position[b, t.link[b, n][1]] - t.position[b, t.link[b, n][0]])
         stretch = length - t.link_rest[b, n]

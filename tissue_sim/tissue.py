@@ -4,36 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim import contact, elasticity, implicit, springs
-from tissue_sim.arrays import TissueArrays, ToolShapes
 from tissue_sim.frames import Array
-from tissue_sim.material import (
-    ANCHOR_STIFFNESS,
-    ANCHOR_STRENGTH,
-    DENSITY_KG_M3,
-    REMNANT_STIFFNESS,
-    REMNANT_STRENGTH,
-    TIE_STIFFNESS,
-    TIE_STRENGTH,
-    lame_of,
-)
-from tissue_sim.organ import REGIONS, TUBES, Organ
+from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
+from tissue_sim.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
+from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.topology import block_pattern, boundary_faces
 
-SPARE_VERTICES = 96  # room for cuts: a transection takes 13
-LINK_CAPACITY = 512  # room for remnants and clips: a clip takes about 27
-N_SHAPES = 8  # shaft, wrist and two jaws of two arms
-UNBREAKABLE = 1.0e9  # N
-
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
-    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface", "covered", "load", "tet", "tet_alive",
+    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface",
+    "covered", "load", "tet", "tet_alive",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",
@@ -66,7 +54,7 @@ class Tissue:
         self.organs = tuple(organs)
         self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
-        self._allocate()
+        self.arrays, self.shapes = allocate(self.organs, device)
         for b, (organ, scale) in enumerate(zip(self.organs, scales, strict=True)):
             self._fill(b, organ, scale)
             self.rewire(b)
@@ -94,8 +82,12 @@ class Tissue:
             launch.launch()
 
     def place_tools(self, env: int, **values: Array) -> None:
-        """Put the instruments' contact shapes where they are: arrays (8, ...) by field name of
-        `ToolShapes`, world frame."""
+        """Put the instruments' contact shapes where they are.
+
+        Args:
+            env: the environment.
+            values: arrays (8, ...) by field name of `ToolShapes`, world frame.
+        """
         for name, value in values.items():
             getattr(self.shapes, name).numpy()[env] = value
 
@@ -104,7 +96,13 @@ class Tissue:
         return self.shapes.force.numpy()[b], self.shapes.torque.numpy()[b]
 
     def add_links(
-        self, b: int, pairs: Array, *, rest_m: Array, stiffness: Array | float, strength_n: float
+        self,
+        b: int,
+        pairs: NDArray[np.integer],
+        *,
+        rest_m: Array,
+        stiffness: Array | float,
+        strength_n: float,
     ) -> NDArray[np.int64]:
         """New springs between pairs (n, 2) of vertices; call `rewire` after. Returns their rows.
 
@@ -141,7 +139,7 @@ class Tissue:
         around = np.flatnonzero(np.isin(self.tets(b), vertices).any(axis=1))
         self._shape_elements(b, around)
 
-    def _shape_elements(self, b: int, elements: Indices) -> None:
+    def _shape_elements(self, b: int, elements: NDArray[np.integer]) -> None:
         """Rest shape matrices and volumes from the rest positions."""
         rest = self.host("rest")[b].astype(np.float64)
         corners = rest[self.tets(b)[elements]]
@@ -202,92 +200,19 @@ class Tissue:
         """(n_tet,) current volumes of the elements, m^3; negative when inverted."""
         return signed_volumes(self.positions(b).astype(np.float64), self.tets(b))
 
-    def _allocate(self) -> None:
-        n_env, organs = len(self.organs), self.organs
-        n_vertex = max(len(o.vertices) for o in organs) + SPARE_VERTICES
-        n_tet = max(len(o.tets) for o in organs)
-        n_tie = max(len(o.tie_vertex) for o in organs)
-        n_anchor = max(len(o.bed_vertices) for o in organs)
-        n_ring = max(len(r) for o in organs for r in o.rings.values())
-        n_around = (next(iter(organs[0].rings.values())).shape[1] - 1) // 2
-        sizes = {
-            "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
-            "bed_edge": (), "bed_force": (), "iterations": (),
-            "tet": (n_tet,), "tet_alive": (n_tet,), "rest_inverse": (n_tet,), "volume": (n_tet,),
-            "mu": (n_tet,), "lam": (n_tet,), "tet_slot": (n_tet, 16),
-            "tie_corner": (n_tie, 5), "tie_weight": (n_tie, 5), "tie_slot": (n_tie, 25),
-            "tie_stiffness": (n_tie,), "tie_strength": (n_tie,),
-            "link": (LINK_CAPACITY,), "link_rest": (LINK_CAPACITY,),
-            "link_stiffness": (LINK_CAPACITY,), "link_strength": (LINK_CAPACITY,),
-            "link_slot": (LINK_CAPACITY, 4),
-            "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
-            "anchor_strength": (n_anchor,),
-            "ring": (2, n_ring, n_around), "n_ring": (2,), "ring_joined": (2, n_ring),
-            "ring_centre": (2, n_ring), "tube_radius": (2,),
-            "row": (n_vertex + 1,), "column": (18 * n_vertex,), "block": (18 * n_vertex,),
-        }  # fmt: skip
-        self.arrays = TissueArrays()
-        for name, var in TissueArrays.vars.items():
-            shape = (n_env, *sizes.get(name, (n_vertex,)))
-            setattr(self.arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=self.device))
-        self.shapes = ToolShapes()
-        for name, var in ToolShapes.vars.items():
-            shape = (n_env, N_SHAPES)
-            setattr(self.shapes, name, wp.zeros(shape, dtype=var.type.dtype, device=self.device))
-        self.shapes.a.numpy()[:] = 1.0  # far away until placed
-        self.shapes.b.numpy()[:] = 1.0
-        self.shapes.T_world_link.numpy()[:] = np.eye(4)
-
-    def _fill(self, b: int, organ: Organ, scale: float) -> None:
-        n, n_tet = len(organ.vertices), len(organ.tets)
-        mu, lam = lame_of(organ.region, REGIONS, scale)
-        set_row = self._set_row
-        set_row("n_vertex", b, n)
-        set_row("n_tet", b, n_tet)
-        set_row("position", b, organ.vertices)
-        set_row("rest", b, organ.vertices)
-        set_row("fixed", b, organ.fixed)
-        set_row("contact_shape", b, np.full(self.host("position").shape[1], -1))
-        set_row("tet", b, organ.tets)
-        set_row("tet_alive", b, np.ones(n_tet))
-        self._shape_elements(b, np.arange(n_tet))
-        set_row("mu", b, mu)
-        set_row("lam", b, lam)
-        set_row("tie_corner", b, np.column_stack([organ.tie_vertex, organ.tie_corners]))
-        set_row("tie_weight", b, np.insert(-organ.tie_weights, 0, 1.0, axis=1))
-        set_row("tie_stiffness", b, np.full(len(organ.tie_vertex), TIE_STIFFNESS))
-        set_row("tie_strength", b, np.full(len(organ.tie_vertex), TIE_STRENGTH))
-        set_row("anchor", b, organ.bed_vertices)
-        set_row("anchor_point", b, organ.vertices[organ.bed_vertices])
-        set_row("anchor_stiffness", b, np.full(len(organ.bed_vertices), ANCHOR_STIFFNESS))
-        set_row("anchor_strength", b, np.full(len(organ.bed_vertices), ANCHOR_STRENGTH))
-        for name in ("point_m", "normal", "along", "edge_m"):
-            set_row("bed_" + name.removesuffix("_m"), b, getattr(organ.bed, name))
-        for k, tube in enumerate(TUBES):
-            self._fill_tube(b, k, organ, tube)
+    def _fill(self, b: int, organ: Organ, stiffness_scale: float) -> None:
+        for name, value in starting_values(organ, stiffness_scale).items():
+            self.host(name)[(b, *(slice(n) for n in value.shape))] = value
+        self._shape_elements(b, np.arange(len(organ.tets)))
         if len(organ.remnants):
             ends = organ.vertices[organ.remnants]
-            rest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-            self.add_links(b, organ.remnants, rest_m=rest, stiffness=REMNANT_STIFFNESS,
-                           strength_n=REMNANT_STRENGTH)  # fmt: skip
-
-    def _fill_tube(self, b: int, k: int, organ: Organ, tube: str) -> None:
-        rings = organ.rings[tube]
-        n_around = (rings.shape[1] - 1) // 2
-        self.host("ring")[b, k, : len(rings)] = rings[:, 1 + n_around :]
-        self.host("n_ring")[b, k] = organ.neck_ring[tube] + 1
-        self.host("ring_joined")[b, k, : organ.neck_ring[tube]] = 1
-        radii = np.linalg.norm(
-            organ.vertices[rings[:, 1 + n_around]] - organ.vertices[rings[:, 0]], axis=1
-        )
-        self.host("tube_radius")[b, k] = radii.mean()
-
-    def _set_row(self, name: str, b: int, value: NDArray | float) -> None:
-        array = self.host(name)
-        if array.ndim == 1:
-            array[b] = value
-        else:
-            array[b, : len(np.asarray(value))] = value
+            self.add_links(
+                b,
+                organ.remnants,
+                rest_m=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+                stiffness=REMNANT_STIFFNESS,
+                strength_n=REMNANT_STRENGTH,
+            )
 
     def _weigh(self, b: int) -> None:
         """Lump each living element's mass on its corners."""
@@ -315,7 +240,7 @@ class Tissue:
             "breakage": (springs.break_springs, [t]),
             "reactions": (contact.tool_reactions, [t, self.shapes]),
         }
-        self.stages: dict[str, wp.Launch] = {
+        self.stages: dict[str, Any] = {
             name: wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
             for name, (kernel, inputs) in plan.items()
         }

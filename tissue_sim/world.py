@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sapien
-from numpy.typing import NDArray
 
+from tissue_sim import sight
 from tissue_sim.anatomy import Anatomy
-from tissue_sim.arms import HOME_JOINTS, LEFT_ARM, LIVER, RIGHT_ARM, Arms, JointCommand
-from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose, retention_n
-from tissue_sim.cut import BLADE_LENGTH_M, SHEAR_GAP_M, Cut, sever
+from tissue_sim.arms import HOME_JOINTS, LIVER, Arms, JointCommand
+from tissue_sim.clip import Clip
 from tissue_sim.field import endoscope_pose
-from tissue_sim.frames import Array, inverse_pose, pose, transform
-from tissue_sim.grasp import Grasp, follow_grasp
-from tissue_sim.injury import Injury, InjuryMonitor, Reading
-from tissue_sim.leak import Leak, leaks
-from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.frames import Array, pose
+from tissue_sim.judge import judge
+from tissue_sim.observation import Observation
 from tissue_sim.organ import LiverBed, build_organ
 from tissue_sim.physics_system import physics_system
-from tissue_sim.psm import joint_limits
+from tissue_sim.record import Record
 from tissue_sim.sweep import Indices
-from tissue_sim.thresholds import (
-    INSTRUMENT_CONTACT_MOST_N,
-    JOINT_MARGIN_RAD,
-    LEAK_MOST_M3,
-    LIVER_MOST_N,
-    PINCH_MOST_N,
-    TRACTION_MOST_N,
-)
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
 
@@ -39,10 +27,9 @@ if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
 WORLD_VERSION = 1  # raise when physics changes: checkpoints record it
-JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
 SETTLE_STEPS = 45
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
-LIVER_GIVES_M = (0.006, 0.010)  # its soft surface and margin before a tool meets resistance, assumed
+LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,23 +53,6 @@ def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
     """How many fine steps make a coarse one, or None when that is not a whole number."""
     count = round(coarse_s / fine_s) if fine_s > 0 else 0
     return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Record:
-    """What happened so far: everything of the world's state that is not in an array."""
-
-    time_s: float = 0.0
-    clip_loaded: bool = True
-    jaws_opened: bool = False
-    clips: tuple[Clip, ...] = ()
-    cuts: tuple[Cut, ...] = ()
-    grasp: Grasp = field(default_factory=Grasp)
-    pulls_n: tuple[tuple[int, float], ...] = ()
-    leaks: tuple[Leak, ...] = ()
-    leaked_m3: float = 0.0
-    injuries: tuple[Injury, ...] = ()
-    broken_limits: frozenset[str] = frozenset()
 
 
 class World:
@@ -148,55 +118,19 @@ class World:
         shares = iter(np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:])
         for _ in range(per_control):
             for _ in range(per_tissue):
-                self.arms.command(JointCommand(joints=start + next(shares) * (self._target - start)))
+                between = start + next(shares) * (self._target - start)
+                self.arms.command(JointCommand(joints=between))
                 self.arms.apply_wrenches(*self._wrenches)
                 self.scene.step()
             self._place_tools()
             self.tissue.step()
             self._wrenches = self.tissue.tool_wrenches()
-        self._judge(joints, intended)
+        self.record = judge(self, joints, intended)
         return self.observe()
 
     def observe(self) -> Observation:
         """What a policy may see now, without images."""
-        to_endoscope = inverse_pose(self.T_world_endoscope)
-        tubes = {tube: self._tracked(tube) for tube in ("duct", "artery")}
-        left, right = (tubes[self.anatomy.structure(side)] for side in ("left", "right"))
-        clips = np.zeros((MOST_CLIPS, 3))
-        for k, clip in enumerate(self.record.clips[-MOST_CLIPS:]):
-            clips[k] = transform(to_endoscope, self.clip_position_m(clip)[None])[0]
-        sac = self.tissue.positions()[self.organ.sac_rings[:SAC_POINTS, 0]].astype(float)
-        return Observation(
-            time_s=self.record.time_s,
-            joints=self.arms.joints,
-            tips_endoscope=to_endoscope @ self.arms.T_world_tool(),
-            forces_n=self._tool_forces() @ self.T_world_endoscope[:3, :3],
-            tools=(self.arms.mounted[0].name, self.arms.mounted[1].name),
-            clip_loaded=self.record.clip_loaded,
-            left_tube_m=transform(to_endoscope, left),
-            right_tube_m=transform(to_endoscope, right),
-            sac_m=transform(to_endoscope, sac),
-            clips_m=clips,
-            n_clips=len(self.record.clips),
-            severed=np.array(
-                [len(self.tubes.severed_rings(self.anatomy.structure(s))) > 0
-                 for s in ("left", "right")]
-            ),  # fmt: skip
-        )
-
-    def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
-        """Camera name -> (height, width, 3) of what it sees now; nothing is drawn until asked.
-
-        Raises:
-            ValueError: there is no such camera, or the world was made without `render`.
-        """
-        if self.view is None:
-            raise ValueError("world: it has no cameras: make it with render=True")
-        return self.view.images(self, names)
-
-    def endoscope_rgb(self) -> NDArray[np.uint8]:
-        """(height, width, 3) of what the endoscope's left eye sees now."""
-        return self.images(["endoscope_left"])["endoscope_left"]
+        return sight.observe(self)
 
     def equip(self, instrument: str) -> None:
         """The scrub nurse's hands: mount a tool on the right arm, or load a clip."""
@@ -277,99 +211,9 @@ class World:
         friction[2:4] = 0.7
         return friction
 
-    def _tool_forces(self) -> Array:
+    def tool_forces_n(self) -> Array:
         """(2, 3) force of the tissue on each instrument, world frame, N."""
         return self._wrenches[0].reshape(2, 4, 3).sum(axis=1).astype(float)
-
-    def _tracked(self, tube: str) -> Array:
-        """(TUBE_POINTS, 3) evenly spaced points of a tube's centreline, world frame."""
-        centres = self.tubes.centres(tube)
-        at = np.linspace(0, len(centres) - 1, TUBE_POINTS)
-        return np.stack([np.interp(at, np.arange(len(centres)), c) for c in centres.T], axis=1)
-
-    def _judge(self, joints: Array, intended: str | None) -> None:
-        """Bring the record up to date after a control step."""
-        r = self.record
-        monitor = InjuryMonitor()
-        monitor.events, monitor.broken = list(r.injuries), set(r.broken_limits)
-        time_s = r.time_s + self.config.control_step_s
-        clips, cuts = self._use_right_tool(time_s, intended, monitor)
-        pulls = dict(r.pulls_n)
-        clips = tuple(self._held(clip, pulls.get(clip.number, 0.0)) for clip in clips)
-        leaking = leaks(self.tubes, clips, cuts)
-        leaked = r.leaked_m3 + self.config.control_step_s * sum(x.rate_m3_s for x in leaking)
-        grasp = follow_grasp(
-            r.grasp, self.tissue, self.organ, self.arms.T_world_tool()[LEFT_ARM], time_s
-        )
-        monitor.watch(self._readings(joints, grasp, leaked), time_s)
-        self.record = replace(
-            self.record,
-            time_s=time_s,
-            clips=clips,
-            cuts=cuts,
-            grasp=grasp,
-            leaks=leaking,
-            leaked_m3=leaked,
-            injuries=tuple(monitor.events),
-            broken_limits=frozenset(monitor.broken),
-        )
-
-    def _use_right_tool(
-        self, time_s: float, intended: str | None, monitor: InjuryMonitor
-    ) -> tuple[tuple[Clip, ...], tuple[Cut, ...]]:
-        """Latch a clip or cut when the right jaws have just closed."""
-        r, tool = self.record, self.arms.mounted[RIGHT_ARM]
-        jaw = self.arms.joints[RIGHT_ARM, 6]
-        reach, gap = (
-            (CLIP_LENGTH_M, LATCH_GAP_M) if tool.name == "clip_applier"
-            else (BLADE_LENGTH_M, SHEAR_GAP_M)
-        )  # fmt: skip
-        opening = 2.0 * (tool.yaw_to_tip_m - 0.5 * reach) * np.sin(0.5 * jaw)
-        if jaw > JAWS_OPEN_RAD:
-            self.record = replace(r, jaws_opened=True)
-        if not r.jaws_opened or opening > gap:
-            return r.clips, r.cuts
-        self.record = replace(r, jaws_opened=False)
-        T = self.arms.T_world_tool()[RIGHT_ARM]
-        if tool.name == "scissors":
-            cuts = sever(self.tubes, T, time_s=time_s)
-            for cut in cuts:
-                if cut.tube != intended:
-                    monitor.add(Reading(event=f"cut on {cut.tube}", value=1, limit=0), time_s)
-            return r.clips, (*r.cuts, *cuts)
-        if not r.clip_loaded:
-            return r.clips, r.cuts
-        clip = latch(self.tubes, T, number=len(r.clips) + 1, time_s=time_s)
-        self.record = replace(self.record, clip_loaded=False)
-        wrong = [c.tube for c in clip.crossings if c.tube != intended]
-        for name in wrong + ["gallbladder"] * clip.on_sac:
-            monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
-        return (*r.clips, clip), r.cuts
-
-    def _held(self, clip: Clip, pull_n: float) -> Clip:
-        """The clip, lost if it is pulled harder than it holds."""
-        if clip.lost or pull_n <= retention_n(self.tubes, clip):
-            return clip
-        self.tissue.host("load")[0] = 0.0
-        return lose(self.tubes, clip)
-
-    def _readings(self, joints: Array, grasp: Grasp, leaked_m3: float) -> Iterator[Reading]:
-        rigid = self.arms.contact_forces_n()
-        torn = int((self.tissue.host("tie_stiffness")[0] == 0.0).sum())
-        beyond = max(
-            float(np.max(np.abs(q[:6] - np.clip(q[:6], *joint_limits(tool).T))))
-            for q, tool in zip(joints, self.arms.mounted, strict=True)
-        )
-        for event, value, limit in (
-            ("pinch", grasp.pinch_n, PINCH_MOST_N),
-            ("traction", grasp.traction_n, TRACTION_MOST_N),
-            ("liver force", rigid.on_liver_n, LIVER_MOST_N),
-            ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MOST_N),
-            ("tear", torn, 0),
-            ("leak", leaked_m3, LEAK_MOST_M3),
-            ("joint limit", beyond, JOINT_MARGIN_RAD),
-        ):
-            yield Reading(event=event, value=value, limit=limit)
 
     def _place_liver(self, bed: LiverBed) -> None:
         """The liver as a slab behind the gallbladder, for the rigid instruments."""

@@ -67,9 +67,15 @@ def skill(task: Task, world: World) -> tuple[Phase, ...]:
 
 def _grab() -> tuple[Phase, ...]:
     arm = LEFT_ARM
-    stand = _go(arm, "in front of the infundibulum", lambda w: before(grasp_pose(w), STANDOFF_M),
-                GRASP_OPEN_RAD)  # fmt: skip
-    astride = _go(arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=NEAR_SPEED_M_S)
+    stand = _go(
+        arm,
+        "in front of the infundibulum",
+        lambda w: before(grasp_pose(w), STANDOFF_M),
+        GRASP_OPEN_RAD,
+    )
+    astride = _go(
+        arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=NEAR_SPEED_M_S
+    )
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
     return stand, astride, close, pull, _stay(arm)
@@ -84,7 +90,9 @@ def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, 
 
 def _go_back(opening: float) -> tuple[Phase, ...]:
     def retreat(world: World, start: Array) -> Goal:
-        return Goal(T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=FREE_SPEED_M_S)
+        return Goal(
+            T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=FREE_SPEED_M_S
+        )
 
     def far(world: World, time_s: float) -> bool:
         return time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
@@ -95,7 +103,11 @@ def _go_back(opening: float) -> tuple[Phase, ...]:
 
 
 def _go(
-    arm: int, name: str, target: Callable[[World], Array], jaw_rad: float, speed_m_s: float = FREE_SPEED_M_S
+    arm: int,
+    name: str,
+    target: Callable[[World], Array],
+    jaw_rad: float,
+    speed_m_s: float = FREE_SPEED_M_S,
 ) -> Phase:
     """Move to a target that is worked out anew as the tissue moves."""
 
@@ -124,9 +136,7 @@ def _shut(arm: int) -> Phase:
     def snapped(world: World, time_s: float) -> bool:
         return not world.record.jaws_opened or time_s > JAW_TIME_S
 
-    return Phase(
-        name="close", arm=arm, goal=lambda *_: Goal(jaw_rad=SHUT_RAD), done=snapped
-    )
+    return Phase(name="close", arm=arm, goal=lambda *_: Goal(jaw_rad=SHUT_RAD), done=snapped)
 
 
 def _stay(arm: int) -> Phase:

@@ -48,7 +48,9 @@ def cut_pose(world: World, tube: str) -> Array:
         for clip in world.record.clips
         if not clip.lost and (crossing := clip.on(tube)) is not None
     ]
-    low, high = sorted(stations)[1:3] if len(stations) > 2 else clip_stations_m(world.tubes, tube)[1:]
+    if len(stations) < 3:
+        stations = list(clip_stations_m(world.tubes, tube))
+    low, high = sorted(stations)[1:3]
     return _on_tube(world, tube, 0.5 * (low + high), 0.5 * BLADE_LENGTH_M)
 
 

@@ -11,7 +11,8 @@ from tissue_sim.frames import Array, axis_angle, pose, transform, unit
 from tissue_sim.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.instruments import INSTRUMENTS, link_patches
 from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
-from tissue_sim.tissue import N_SHAPES, Tissue
+from tissue_sim.layout import N_SHAPES
+from tissue_sim.tissue import Tissue
 
 CAPSULE, CAPSULE_RADIUS_M = 4, 0.003
 T_WORLD_LINK = pose(axis_angle([1.0, 1.0, 0.0], 0.4), np.array([0.05, -0.02, 0.03]))

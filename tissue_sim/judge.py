@@ -1,0 +1,133 @@
+"""After each control step: what the tools did to the tissue, and what went wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose, retention_n
+from tissue_sim.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
+from tissue_sim.frames import Array
+from tissue_sim.grasp import Grasp, follow_grasp
+from tissue_sim.injury import InjuryMonitor, Reading
+from tissue_sim.leak import leaks
+from tissue_sim.psm import joint_limits
+from tissue_sim.record import Record
+from tissue_sim.thresholds import (
+    INSTRUMENT_CONTACT_MOST_N,
+    JOINT_MARGIN_RAD,
+    LEAK_MOST_M3,
+    LIVER_MOST_N,
+    PINCH_MOST_N,
+    TRACTION_MOST_N,
+)
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
+CLOSING = {  # how far back from the tip a tool acts, and the jaws' distance there when it does
+    "clip_applier": (CLIP_LENGTH_M, LATCH_GAP_M),
+    "scissors": (BLADE_LENGTH_M, SHEAR_GAP_M),
+}
+
+
+def judge(world: World, joints: Array, intended: str | None) -> Record:
+    """The record after a control step.
+
+    Args:
+        world: just stepped.
+        joints: (2, 7) as commanded.
+        intended: the structure the instruction names; None when it names none.
+    """
+    r = world.record
+    time_s = r.time_s + world.config.control_step_s
+    monitor = InjuryMonitor(r.injuries, r.broken_limits)
+    r = _use_right_tool(world, time_s, intended, monitor)
+    pulls = dict(r.pulls_n)
+    clips = tuple(_held(world, clip, pulls.get(clip.number, 0.0)) for clip in r.clips)
+    leaking = leaks(world.tubes, clips, r.cuts)
+    leaked = r.leaked_m3 + world.config.control_step_s * sum(x.rate_m3_s for x in leaking)
+    T_world_tool = world.arms.T_world_tool()[LEFT_ARM]
+    grasp = follow_grasp(r.grasp, world.tissue, world.organ, T_world_tool, time_s)
+    monitor.watch(_readings(world, joints, grasp, leaked), time_s)
+    return replace(
+        r,
+        time_s=time_s,
+        clips=clips,
+        grasp=grasp,
+        leaks=leaking,
+        leaked_m3=leaked,
+        injuries=tuple(monitor.events),
+        broken_limits=frozenset(monitor.broken),
+    )
+
+
+def _use_right_tool(
+    world: World, time_s: float, intended: str | None, monitor: InjuryMonitor
+) -> Record:
+    """Latch a clip or cut when the right jaws have just closed."""
+    r, tool = world.record, world.arms.mounted[RIGHT_ARM]
+    jaw_rad = world.arms.joints[RIGHT_ARM, 6]
+    reach, gap = CLOSING[tool.name]
+    apart = 2.0 * (tool.yaw_to_tip_m - 0.5 * reach) * np.sin(0.5 * jaw_rad)
+    if jaw_rad > JAWS_OPEN_RAD:
+        return replace(r, jaws_opened=True)
+    if not r.jaws_opened or apart > gap:
+        return r
+    r = replace(r, jaws_opened=False)
+    if tool.name == "scissors":
+        return _cut(world, r, time_s, intended, monitor)
+    return _clip(world, r, time_s, intended, monitor) if r.clip_loaded else r
+
+
+def _clip(
+    world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
+) -> Record:
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    clip = latch(world.tubes, T, number=len(r.clips) + 1, time_s=time_s)
+    wrong = [c.tube for c in clip.crossings if c.tube != intended]
+    for name in wrong + ["gallbladder"] * clip.on_sac:
+        monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
+    return replace(r, clips=(*r.clips, clip), clip_loaded=False)
+
+
+def _cut(
+    world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
+) -> Record:
+    cuts = sever(world.tubes, world.arms.T_world_tool()[RIGHT_ARM], time_s=time_s)
+    for name in (c.tube for c in cuts if c.tube != intended):
+        monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
+    return replace(r, cuts=(*r.cuts, *cuts))
+
+
+def _held(world: World, clip: Clip, pull_n: float) -> Clip:
+    """The clip, lost if it is pulled harder than it holds."""
+    if clip.lost or pull_n <= retention_n(world.tubes, clip):
+        return clip
+    world.tissue.host("load")[0] = 0.0
+    return lose(world.tubes, clip)
+
+
+def _readings(world: World, joints: Array, grasp: Grasp, leaked_m3: float) -> Iterator[Reading]:
+    """Every quantity that has a limit."""
+    rigid = world.arms.contact_forces_n()
+    torn = int((world.tissue.host("tie_stiffness")[0] == 0.0).sum())
+    beyond = max(
+        float(np.max(np.abs(q[:6] - np.clip(q[:6], *joint_limits(tool).T))))
+        for q, tool in zip(joints, world.arms.mounted, strict=True)
+    )
+    for event, value, limit in (
+        ("pinch", grasp.pinch_n, PINCH_MOST_N),
+        ("traction", grasp.traction_n, TRACTION_MOST_N),
+        ("liver force", rigid.on_liver_n, LIVER_MOST_N),
+        ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MOST_N),
+        ("tear", torn, 0),
+        ("leak", leaked_m3, LEAK_MOST_M3),
+        ("joint limit", beyond, JOINT_MARGIN_RAD),
+    ):
+        yield Reading(event=event, value=value, limit=limit)
