@@ -14,6 +14,7 @@ from scenarios.episode import Episode, begin
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
 from scenarios.stopwatch import Stopwatch
+from tissue_sim import world as world_module
 from tissue_sim.world import World
 
 
@@ -27,10 +28,10 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table, str, str]:
     control_steps = episode.steps()
     if not any(step.outcome.task_done for step in control_steps):  # also the warm-up
         raise BadInputError(f"--seed {seed}: the expert does not grasp this gallbladder")
-    stopwatch = watch_step(episode.world)
     start_s, start_cpu_s = perf_counter(), process_time()
-    for _ in islice(control_steps, steps):
-        pass
+    with watch_step(episode.world) as stopwatch:
+        for _ in islice(control_steps, steps):
+            pass
     cores = (process_time() - start_cpu_s) / (perf_counter() - start_s)
     return _table(stopwatch, seed), _speed(stopwatch, episode, cores), _size(episode.world)
 
@@ -46,7 +47,7 @@ def watch_step(world: World) -> Stopwatch:
     stopwatch.stage(tissue, "place_tools", "tissue: place the contact shapes")
     for name, launch in tissue.stages.items():
         stopwatch.stage(launch, "launch", f"tissue: {name}")
-    stopwatch.stage(world, "_judge", "judge")
+    stopwatch.stage(world_module, "judge", "judge")
     stopwatch.stage(world, "observe", "observe")
     return stopwatch
 

@@ -45,7 +45,7 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
     for step in episode.steps():
         for observer in observers:
             observer.on_step(step)
-    result = _judge(episode, start_s)
+    result = result_of(episode, start_s)
     for observer in observers:
         observer.on_end(result)
     return result
@@ -200,8 +200,8 @@ class Episode:
         return self.observation.time_s
 
 
-def _judge(episode: Episode, start_s: float) -> EpisodeResult:
-    """Pull at the clips and sum the episode up; `start_s` is on the clock of `perf_counter`."""
+def result_of(episode: Episode, start_s: float) -> EpisodeResult:
+    """Pull at the clips and sum the episode up, which began at `start_s` of `perf_counter`."""
     config, world = episode.config, episode.world
     tasks = tuple(episode.tasks[k] for k in sorted(episode.tasks))
     done = len(tasks) == len(TASKS) and all(t.success for t in tasks)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from time import perf_counter
-from typing import Any
+from typing import Any, Self
 
 REST = "the rest"
 
@@ -10,8 +10,9 @@ REST = "the rest"
 class Stopwatch:
     """Times each call of one function, and the stages that are called within it.
 
-    Every call is passed on as it is. A stage's time is without that of the stages within it;
-    `REST` is what no stage accounts for. Calls of a stage from elsewhere are not counted.
+    Every call is passed on as it is; leaving the `with` block puts the functions back. A stage's
+    time is without that of the stages within it; `REST` is what no stage accounts for. Calls of a
+    stage from elsewhere are not counted.
 
     Attributes:
         whole_s: Time of each call, s.
@@ -23,6 +24,7 @@ class Stopwatch:
         self.stages_s: list[dict[str, float]] = []
         self._stages: list[str] = []
         self._within_s: list[float] = []  # spent in stages by each function under way
+        self._watched: list[tuple[Any, str, Callable]] = []
         whole = getattr(owner, function)
 
         def timed(*args: Any, **options: Any) -> Any:
@@ -32,7 +34,14 @@ class Stopwatch:
             self.whole_s.append(perf_counter() - start_s)
             return result
 
-        setattr(owner, function, timed)
+        self._replace(owner, function, timed)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        for owner, function, original in reversed(self._watched):
+            setattr(owner, function, original)
 
     def stage(self, owner: Any, function: str, name: str) -> None:
         """Counts the calls of `owner.function` to the stage `name`."""
@@ -44,6 +53,10 @@ class Stopwatch:
                 return call(*args, **options)
             return self._own_time(name, call, args, options)
 
+        self._replace(owner, function, timed)
+
+    def _replace(self, owner: Any, function: str, timed: Callable) -> None:
+        self._watched.append((owner, function, getattr(owner, function)))
         setattr(owner, function, timed)
 
     def _own_time(self, stage: str, call: Callable, args: tuple, options: dict[str, Any]) -> Any:

@@ -68,13 +68,12 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
             caught += ring[held].tolist()
     tubes.tissue.host("covered")[tubes.b, caught] = 1
     links = _add(tubes, springs)
-    sac = local[tubes.organ.sac_rings.ravel()]
     return Clip(
         number=number,
         time_s=time_s,
         crossings=tuple(crossings),
         complete=tuple(complete),
-        on_sac=bool((_between_legs(sac) & _in_mouth(sac)).any()),
+        on_sac=tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M),
         links=links,
         vertices=tuple(caught),
         lost=not crossings,
@@ -123,11 +122,6 @@ def _rings_under(tubes: Tubes, local: Array, crossing: Crossing) -> NDArray[np.i
 
 def _between_legs(local: Array) -> NDArray[np.bool_]:
     return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < 2.0e-4)
-
-
-def _in_mouth(local: Array) -> NDArray[np.bool_]:
-    """Under the clip's width and near its middle plane: where the closing legs are."""
-    return (np.abs(local[:, 0]) < CLIP_WIDTH_M / 2) & (np.abs(local[:, 1]) < LATCH_GAP_M)
 
 
 def _squeeze(

@@ -13,6 +13,7 @@ from tissue_sim.topology import part_vertices
 from tissue_sim.tubes import Crossing, Tubes
 
 BLADE_LENGTH_M = 0.011  # curved scissors, assumed
+BLADE_WIDTH_M = 0.0010  # thickness of the closed blades, assumed
 SHEAR_GAP_M = 0.0012  # blades' distance at the tissue at which it parts, assumed
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose, retention_n
-from tissue_sim.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
+from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M, SHEAR_GAP_M, sever
 from tissue_sim.frames import Array
 from tissue_sim.grasp import Grasp, follow_grasp
 from tissue_sim.injury import InjuryMonitor, Reading
@@ -99,8 +99,11 @@ def _clip(
 def _cut(
     world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
 ) -> Record:
-    cuts = sever(world.tubes, world.arms.T_world_tool()[RIGHT_ARM], time_s=time_s)
-    for name in (c.tube for c in cuts if c.tube != intended):
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    on_sac = world.tubes.sac_between(T, BLADE_LENGTH_M, BLADE_WIDTH_M)
+    cuts = sever(world.tubes, T, time_s=time_s)
+    wrong = [c.tube for c in cuts if c.tube != intended]
+    for name in wrong + ["gallbladder"] * on_sac:
         monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
     return replace(r, cuts=(*r.cuts, *cuts))
 

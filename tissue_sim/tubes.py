@@ -13,6 +13,7 @@ from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
 
+MEETING_HALF_GAP_M = 0.0016  # jaws this close to their middle plane meet, assumed
 MOUTH_HALF_GAP_M = 0.005  # tissue farther than this from the jaws' middle is not between them
 
 
@@ -98,6 +99,19 @@ class Tubes:
                     point_m=point,
                 )
         return best
+
+    def sac_between(self, T_world_tool: Array, reach_m: float, width_m: float) -> bool:
+        """Whether part of the gallbladder lies where the closing jaws meet.
+
+        Args:
+            T_world_tool: (4, 4) pose of the tool.
+            reach_m: how far back from the tip the jaws act.
+            width_m: of the jaws, along x.
+        """
+        sac = self.tissue.positions(self.b)[self.organ.sac_rings.ravel()].astype(float)
+        x, y, z = transform(inverse_pose(T_world_tool), sac).T
+        across = (np.abs(x) < 0.5 * width_m) & (np.abs(y) < MEETING_HALF_GAP_M)
+        return bool((across & (-reach_m < z) & (z < 0.0)).any())
 
     def slide_ring(self, tube: str, ring: int, station_m: float) -> None:
         """Move a ring of the mesh along the tube, at rest and now alike.

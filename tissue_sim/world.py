@@ -168,6 +168,7 @@ class World:
             "anatomy": self.anatomy.hash,
             "tissue": self.tissue.state(),
             "above": {tube: rings.copy() for tube, rings in self.tubes.above.items()},
+            "stations": {tube: s.copy() for tube, s in self.tubes.stations_m.items()},
             "arms": self.arms.state(),
             "target": self._target.copy(),
             "T_world_endoscope": self.T_world_endoscope.copy(),
@@ -186,6 +187,7 @@ class World:
                 raise ValueError(f"state: {name} is {state.get(name)!r}, this world's is {own!r}")
         self.tissue.restore(state["tissue"])
         self.tubes.above = {tube: rings.copy() for tube, rings in state["above"].items()}
+        self.tubes.stations_m = {tube: s.copy() for tube, s in state["stations"].items()}
         self.arms.restore(state["arms"])
         self._target = state["target"].copy()
         self.T_world_endoscope = state["T_world_endoscope"].copy()

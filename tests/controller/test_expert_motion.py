@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.action import CONTROL_STEP_S
@@ -48,6 +48,7 @@ def travel(goals, T, jaw, steps):
     return np.stack(poses), np.stack(jaws)
 
 
+@settings(max_examples=30)
 @given(seeds)
 def test_no_step_is_faster_than_the_limits(rng):
     goals = tuple(
@@ -64,6 +65,7 @@ def test_no_step_is_faster_than_the_limits(rng):
     assert np.abs(np.diff(jaws, axis=0)).max() <= JAW_SPEED_RAD_S * CONTROL_STEP_S + ROUNDING
 
 
+@settings(max_examples=30)
 @given(seeds)
 def test_the_goal_is_reached_in_a_straight_line(rng):
     goal, start = random_pose(rng), np.stack([random_pose(rng), random_pose(rng)])
@@ -83,6 +85,18 @@ def test_the_goal_is_reached_in_a_straight_line(rng):
     assert np.abs(aside).max() <= ROUNDING
     left_m = np.linalg.norm(goal[:3, 3] - poses[:, RIGHT_ARM, :3, 3], axis=-1)
     assert (np.diff(left_m) <= ROUNDING).all()
+
+
+@given(seeds)
+def test_a_chunk_is_what_would_be_done_if_asked_anew_at_each_step(rng):
+    T, jaw = np.stack([random_pose(rng), random_pose(rng)]), rng.uniform(-0.3, 1, 2)
+    near = [T_arm @ pose(exponential(rng.uniform(-0.02, 0.02, 3)), np.zeros(3)) for T_arm in T]
+    goals = tuple(Goal(T_world_tool=goal, jaw_rad=0.3) for goal in near)
+    for action in chunk_towards(goals, T, jaw, R_WORLD_ENDOSCOPE):
+        alone = chunk_towards(goals, T, jaw, R_WORLD_ENDOSCOPE)[0]
+        for name in ("move_endoscope_m", "turn_tool", "jaw_rad"):
+            np.testing.assert_allclose(getattr(action, name), getattr(alone, name), atol=ROUNDING)
+        T, jaw = moved(T, jaw, action)
 
 
 @given(seeds)

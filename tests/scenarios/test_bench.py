@@ -1,5 +1,6 @@
 """Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
 
+from contextlib import nullcontext
 from itertools import islice
 
 import numpy as np
@@ -61,12 +62,20 @@ def test_a_lap_is_one_call_and_stages_outside_it_are_not_counted(kitchen, stopwa
     assert [stages["heat"] for stages in stopwatch.stages_s] == [3.0, 3.0]
 
 
+def test_the_functions_are_put_back(kitchen, stopwatch):
+    with stopwatch:
+        kitchen.cook("soup")
+    kitchen.cook("rice")
+    assert len(stopwatch.whole_s) == 1
+
+
 def test_timing_the_world_changes_nothing_in_it():
     def run(*, timed):
         episode = begin(EpisodeConfig(seed=10_004))
-        stopwatch = watch_step(episode.world) if timed else None
-        for _ in islice(episode.steps(), 90):
-            pass
+        steps = islice(episode.steps(), 90)
+        with watch_step(episode.world) if timed else nullcontext() as stopwatch:
+            for _ in steps:
+                pass
         return episode.world.tissue.state(), episode.observation.vector(), stopwatch
 
     (tissue, seen, _), (tissue_timed, seen_timed, stopwatch) = run(timed=False), run(timed=True)

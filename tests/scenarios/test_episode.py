@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from itertools import groupby, islice, takewhile
 from pathlib import Path
 
@@ -12,16 +13,19 @@ import numpy as np
 import pytest
 
 from controller.action import hold
+from controller.idle import ControllerIdle
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.scripted import PlannerScripted
 from scenarios.attempt import attempt_episode
 from scenarios.catalogue import CONTROLLERS
-from scenarios.episode import PLAN_PERIOD_S, begin, run_episode
+from scenarios.episode import PLAN_PERIOD_S, Episode, begin, result_of, run_episode
 from scenarios.episode_config import EpisodeConfig
 from scenarios.recorder import load
 from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
 from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.clip import lose
+from tissue_sim.injury import Injury
 from tissue_sim.nurse import EXCHANGE_S
 
 ROOT = Path(__file__).parents[2]
@@ -73,6 +77,37 @@ def test_a_new_planner_goes_over_a_finished_patient_task_by_task(procedure):
     planner, observation = PlannerScripted(procedure.world), procedure.steps[-1].observation
     said = [planner.plan(observation).task for _ in range(len(TASKS) + 2)]
     assert said == [*TASKS[1:], TASKS[-1], TASKS[-1], TASKS[-1]]
+
+
+@pytest.mark.parametrize("harm", [None, "injury", "leak", "undone task"])
+def test_harm_alone_fails_a_procedure(procedure, harm):
+    world, tasks = procedure.world, {task.index: task for task in procedure.result.tasks}
+    episode = begin_judging(world, tasks)
+    before = world.state()
+    try:
+        if harm == "injury":
+            bruise = Injury(event="pinch", time_s=1.0, value=40.0, limit=37.0)
+            world.record = replace(world.record, injuries=(bruise,))
+        elif harm == "leak":
+            (cut, _), clips = world.record.cuts, world.record.clips
+            kept = tuple(lose(world.tubes, c) if c.on(cut.tube) else c for c in clips)
+            world.record = replace(world.record, clips=kept)
+        elif harm == "undone task":
+            episode.tasks[5] = replace(episode.tasks[5], success=False)
+        assert result_of(episode, 0.0).success == (harm is None)
+    finally:
+        world.restore(before)
+
+
+def begin_judging(world, tasks):
+    return Episode(
+        config=EpisodeConfig(seed=SEED),
+        world=world,
+        planner=PlannerScripted(world),
+        controller=ControllerIdle(world),
+        observation=world.observe(),
+        tasks=tasks,
+    )
 
 
 # --- who fails, and what is an error ---
@@ -218,6 +253,19 @@ def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
     assert 1 not in episode.tasks  # and a cut's time is without the exchange
     assert episode.tasks[8].time_s == pytest.approx(5 * CONTROL_STEP_S)
+
+
+def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
+    controller = ControllerCounts()
+    episode = episode_of(PlannerSays(Instruction(task=TASKS[1])), controller)
+    steps = episode.steps()
+    before = list(islice(steps, 10))
+    episode.world.record = replace(episode.world.record, clip_loaded=False)  # it fell out
+    exchange = round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    after = list(islice(steps, exchange + 5))
+    assert chunks([*before, *after]) == [(1, 10), (0, exchange), (2, 5)]
+    assert controller.resets == 1
+    assert after[-1].observation.clip_loaded
 
 
 def test_a_controller_without_an_action_is_told_so():

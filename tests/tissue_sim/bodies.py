@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.frames import Array
+from tissue_sim.field import AWAY
+from tissue_sim.frames import Array, axis_angle, pose, unit
 from tissue_sim.material import Material
 from tissue_sim.organ import TUBES, LiverBed, Organ
 from tissue_sim.sweep import Indices, Sweep, oriented, sweep
 from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.tubes import Tubes
 
 EPS = float(np.finfo(np.float32).eps)
 RUBBER = Material(young_pa=50e3, poisson=0.3)
@@ -66,8 +68,10 @@ def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
 
 
 def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -> Tissue:
-    """The organ as tissue, of one material unless None; solved tightly, free of gravity and
-    damping unless configured."""
+    """The organ as tissue, of one material unless None.
+
+    Solved tightly, and free of gravity and damping unless configured.
+    """
     tight = {"gravity_m_s2": FREE, "damping_per_s": 0.0, "iterations": 400, "tolerance": 1e-6}
     tissue = Tissue([organ], config=TissueConfig(**(tight | config)))
     if material is not None:
@@ -98,3 +102,18 @@ def dense_stiffness(tissue: Tissue) -> NDArray[np.float64]:
         for k in range(row[i], row[i + 1]):
             K[i, :, column[k]] += block[k]
     return K.reshape(3 * n, 3 * n)
+
+
+def astride(
+    tubes: Tubes, tube: str, station_m: float, *, beyond_m: float, askew_rad: float = 0.0
+) -> Array:
+    """`T_world_tool` of jaws that close square across a tube at a station, from the front.
+
+    The tip reaches `beyond_m` past the tube's centre; `askew_rad` turns the jaws about their own
+    axis.
+    """
+    point, along = tubes.point(tube, station_m)
+    z = unit(AWAY - (AWAY @ along) * along)
+    T = pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
+    T[:3, :3] = axis_angle(z, askew_rad) @ T[:3, :3]
+    return T

@@ -28,7 +28,9 @@ MANY = [anatomy_from_seed(s) for s in range(400)]
 def test_every_seed_draws_within_the_ranges(seed: int) -> None:
     patient = anatomy_from_seed(seed)
     for name, allowed in RANGES.items():
-        assert allowed.least <= allowed.low <= getattr(patient, name) <= allowed.high <= allowed.most
+        assert (
+            allowed.least <= allowed.low <= getattr(patient, name) <= allowed.high <= allowed.most
+        )
     assert 0 <= patient.remnants <= MOST_REMNANTS
     for colour in ("gallbladder", "duct", "artery", "liver"):
         assert all(0 < c < 1 for c in getattr(patient, f"{colour}_colour"))

@@ -24,9 +24,7 @@ def face_share(vertices: Array, tets: Indices, axis: int, at: float) -> Array:
     side = np.isclose(corners[:, :, axis], at).all(axis=1)
     edges = corners[side, 1:] - corners[side, :1]
     area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return np.bincount(
-        faces[side].ravel(), weights=np.repeat(area / 3, 3), minlength=len(vertices)
-    )
+    return np.bincount(faces[side].ravel(), weights=np.repeat(area / 3, 3), minlength=len(vertices))
 
 
 def settle(tissue: Tissue, load: Array | None = None, most: int = 400) -> Array:
@@ -65,7 +63,9 @@ def stretches_under(stress_pa: float, material: Material) -> tuple[float, float]
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
 @pytest.mark.parametrize("stress_over_young", [0.02, 0.3])
-def test_a_pulled_bar_stretches_as_its_energy_says(poisson: float, stress_over_young: float) -> None:
+def test_a_pulled_bar_stretches_as_its_energy_says(
+    poisson: float, stress_over_young: float
+) -> None:
     """A uniform traction on both ends makes F uniform, which linear elements hold exactly.
 
     Only pulled: a free body that is pressed turns over.
@@ -76,9 +76,7 @@ def test_a_pulled_bar_stretches_as_its_energy_says(poisson: float, stress_over_y
     rest, tets = box(size, (5, 2, 2))
     tissue = creeping(rest, tets, material)
     load = np.zeros_like(rest)
-    load[:, 0] = stress * (
-        face_share(rest, tets, 0, size[0]) - face_share(rest, tets, 0, 0.0)
-    )
+    load[:, 0] = stress * (face_share(rest, tets, 0, size[0]) - face_share(rest, tets, 0, 0.0))
     x = settle(tissue, load)
     F = np.linalg.lstsq(rest - rest.mean(axis=0), x - x.mean(axis=0), rcond=None)[0].T
     measured = np.linalg.svd(F)[1]

@@ -10,7 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tests.tissue_sim.bodies import EPS, RUBBER, box, dense_stiffness, forces, organ_of, put, tissue_of
+from tests.tissue_sim.bodies import (
+    EPS,
+    RUBBER,
+    box,
+    dense_stiffness,
+    forces,
+    organ_of,
+    put,
+    tissue_of,
+)
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.tissue import Tissue
 

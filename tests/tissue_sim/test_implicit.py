@@ -69,7 +69,7 @@ def rounding_n(tissue: Tissue) -> float:
 
 @pytest.mark.parametrize("damping_per_s", [0.0, 20.0])
 def test_free_fall_is_that_of_implicit_euler(damping_per_s: float) -> None:
-    """v' = (v + h g) / (1 + c h) and x' = x + h v'; without drag v = g t, x = g h^2 n (n + 1) / 2."""
+    """v' = (v + h g) / (1 + c h), x' = x + h v'; without drag v = g t, x = g h^2 n (n + 1) / 2."""
     n, h = 60, 1 / 600
     tissue = body(gravity_m_s2=tuple(G), damping_per_s=damping_per_s, step_s=h)
     v, x = np.zeros(3), np.zeros(3)

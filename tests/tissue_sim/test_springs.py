@@ -51,8 +51,10 @@ def disturbed(tissue: Tissue, seed: int = 0) -> Array:
 
 @pytest.mark.parametrize("kind", ["tie", "link", "anchor"])
 def test_force_is_minus_the_slope_of_the_energy(whole: Tissue, kind: str) -> None:
-    """Ties and anchors are quadratic: a central difference is exact at any step. The strands
-    are longer than a millimetre: (step / length)^2 is below 1e-4."""
+    """Ties and anchors are quadratic: a central difference is exact at any step.
+
+    The strands are longer than a millimetre: (step / length)^2 is below 1e-4.
+    """
     only(whole, kind)
     assert (whole.host(f"{kind}_stiffness") > 0).sum() >= 4
     x = disturbed(whole)
@@ -107,7 +109,9 @@ def pull_tie(tissue: Tissue, newtons: float) -> tuple[str, int]:
     put(tissue, tissue.organs[0].vertices)
     offset = sum(
         w * tissue.positions()[v].astype(float)
-        for v, w in zip(tissue.host("tie_corner")[0, 0], tissue.host("tie_weight")[0, 0], strict=True)
+        for v, w in zip(
+            tissue.host("tie_corner")[0, 0], tissue.host("tie_weight")[0, 0], strict=True
+        )
     )
     v = tissue.host("tie_corner")[0, 0, 0]
     tissue.positions()[v] += np.array([0, newtons / stiffness, 0]) - offset
@@ -129,7 +133,7 @@ def pull_anchor(tissue: Tissue, newtons: float) -> tuple[str, int]:
     stiffness = tissue.host("anchor_stiffness")[0, 0]
     put(tissue, tissue.organs[0].vertices)
     point = tissue.host("anchor_point")[0, 0]
-    tissue.positions()[tissue.host("anchor")[0, 0]] = point + [0, 0, newtons / stiffness]
+    tissue.positions()[tissue.host("anchor")[0, 0]] = point + np.array([0, 0, newtons / stiffness])
     return "anchor_stiffness", 0
 
 

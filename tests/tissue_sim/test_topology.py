@@ -24,7 +24,11 @@ def elements(corners: int) -> st.SearchStrategy[Indices]:
 
 
 @settings(max_examples=100, deadline=None)
-@given(tets=elements(4), links=elements(2), values=hnp.arrays(np.float64, (12, 16), elements=st.floats(-9, 9)))
+@given(
+    tets=elements(4),
+    links=elements(2),
+    values=hnp.arrays(np.float64, (12, 16), elements=st.floats(-9, 9)),
+)
 def test_block_pattern_assembles_the_dense_matrix(
     tets: Indices, links: Indices, values: np.ndarray
 ) -> None:

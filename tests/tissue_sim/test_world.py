@@ -1,0 +1,277 @@
+"""Laws of the world: repeatable bit for bit, whole when saved, and it refuses what is bad."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.tissue_sim.bodies import astride
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
+from tissue_sim.clip import CLIP_LENGTH_M, latch, retention_n
+from tissue_sim.cut import BLADE_LENGTH_M, sever
+from tissue_sim.frames import Array
+from tissue_sim.injury import InjuryMonitor, Reading
+from tissue_sim.tissue import TissueConfig
+from tissue_sim.world import World, WorldConfig
+
+SEED = 5
+TWO_SECONDS = 60  # control steps
+TUBE = "duct"
+
+
+@pytest.fixture(scope="module")
+def one_world() -> World:
+    return World()
+
+
+@pytest.fixture
+def world(one_world: World) -> World:
+    one_world.reset(anatomy_from_seed(SEED))
+    return one_world
+
+
+def reach(k: int) -> JointCommand:
+    """Both instruments into the field, side by side, the jaws working: they meet tissue."""
+    q = np.tile([0.09, 0.15, 0.10, 0.1, 0.0, 0.0, 0.4], (2, 1))
+    q[RIGHT_ARM] = [-0.22, 0.0, 0.10, 0.0, 0.1, 0.0, 0.5]
+    q[:, 2] += 0.0012 * min(k, 30)
+    q[:, 6] *= np.cos(0.3 * k)
+    return JointCommand(joints=q)
+
+
+def everything(world: World) -> list[np.ndarray]:
+    return [
+        world.tissue.positions().copy(),
+        world.tissue.host("velocity").copy(),
+        world.arms.joints,
+        world.arms.joint_velocities,
+        world.tool_forces_n(),
+    ]
+
+
+def run(world: World, first: int, last: int) -> list[list[np.ndarray]]:
+    path = []
+    for k in range(first, last):
+        world.step(reach(k))
+        path.append(everything(world))
+    return path
+
+
+def assert_same(a: Any, b: Any) -> None:
+    """Equal bit for bit, whatever they are made of."""
+    if isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for name in a:
+            assert_same(a[name], b[name])
+    elif isinstance(a, list | tuple):
+        assert len(a) == len(b)
+        for x, y in zip(a, b, strict=True):
+            assert_same(x, y)
+    elif isinstance(a, np.ndarray):
+        np.testing.assert_array_equal(a, b)
+    elif hasattr(a, "__dataclass_fields__"):
+        assert type(a) is type(b)
+        assert_same(vars(a), vars(b))
+    else:
+        assert a == b
+
+
+def clip_and_cut(world: World, share: float = 0.47) -> None:
+    """A clip and, above it, a cut, put into the tissue and the record as the tools do."""
+    length = world.tubes.length_m[TUBE]
+    T = astride(world.tubes, TUBE, 0.3 * length, beyond_m=CLIP_LENGTH_M / 2)
+    clip = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)
+    T = astride(world.tubes, TUBE, share * length, beyond_m=BLADE_LENGTH_M / 2)
+    cuts = sever(world.tubes, T, time_s=world.record.time_s)
+    assert clip.complete == (True,)
+    assert cuts
+    world.record = replace(
+        world.record, clips=(*world.record.clips, clip), cuts=(*world.record.cuts, *cuts)
+    )
+
+
+def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> None:
+    once, record = run(world, 0, TWO_SECONDS), world.record
+    touched = max(np.abs(step[-1]).max() for step in once)
+    assert touched > 0.01  # the instruments do meet tissue
+    world.reset(anatomy_from_seed(SEED))
+    assert_same(run(world, 0, TWO_SECONDS), once)
+    assert_same(world.record, record)
+    another = World()
+    another.reset(anatomy_from_seed(SEED))
+    assert_same(run(another, 0, TWO_SECONDS), once)
+    another.reset(anatomy_from_seed(SEED + 1))
+    assert another.tissue.positions().shape != world.tissue.positions().shape or not np.array_equal(
+        another.tissue.positions(), world.tissue.positions()
+    )
+
+
+@pytest.mark.parametrize("treated", [False, True], ids=["whole", "clipped and cut"])
+def test_saved_and_restored_it_goes_on_the_same(world: World, treated: bool) -> None:
+    run(world, 0, 20)
+    if treated:
+        clip_and_cut(world)
+    saved = world.state()
+    once, record = run(world, 20, 20 + TWO_SECONDS), world.record
+    stations = {t: s.copy() for t, s in world.tubes.stations_m.items()}
+    world.restore(saved)
+    assert_same(world.state(), saved)
+    assert_same(run(world, 20, 20 + TWO_SECONDS), once)
+    assert_same(world.record, record)
+    another = World()
+    another.reset(anatomy_from_seed(SEED))
+    another.restore(saved)
+    assert_same(run(another, 20, 20 + TWO_SECONDS), once)
+    assert_same(another.record, record)
+    assert_same(another.tubes.stations_m, stations)
+
+
+def test_a_state_from_before_a_cut_undoes_the_cut(world: World) -> None:
+    saved, once = world.state(), None
+    stations = {t: s.copy() for t, s in world.tubes.stations_m.items()}
+    once = run(world, 0, 10)
+    world.restore(saved)
+    clip_and_cut(world)
+    assert world.tubes.in_two_parts(TUBE)
+    run(world, 0, 5)
+    world.restore(saved)
+    assert not world.tubes.in_two_parts(TUBE)
+    assert not world.observe().severed.any()
+    assert_same(world.tubes.stations_m, stations)
+    assert_same(run(world, 0, 10), once)
+
+
+def test_a_saved_state_is_a_copy(world: World) -> None:
+    saved = world.state()
+    before = {n: a.copy() for n, a in saved["tissue"].items()}
+    clip_and_cut(world)
+    run(world, 0, 5)
+    assert_same(saved["tissue"], before)
+
+
+def test_another_patients_state_is_refused_and_nothing_moves(world: World) -> None:
+    world.reset(anatomy_from_seed(SEED + 1))
+    other = world.state()
+    world.reset(anatomy_from_seed(SEED))
+    run(world, 0, 5)
+    before = world.state()
+    with pytest.raises(ValueError, match=f"anatomy is '{other['anatomy']}'.*{before['anatomy']}"):
+        world.restore(other)
+    with pytest.raises(ValueError, match="version is 0"):
+        world.restore(before | {"version": 0})
+    assert_same(world.state(), before)
+
+
+BAD_COMMANDS = {
+    "NaN": np.full((2, 7), np.nan),
+    "infinite": np.where(np.arange(14).reshape(2, 7) == 3, np.inf, 0.0),
+    "one arm": np.zeros(7),
+    "eight joints": np.zeros((2, 8)),
+    "batched": np.zeros((1, 2, 7)),
+}
+
+
+@pytest.mark.parametrize("joints", BAD_COMMANDS.values(), ids=BAD_COMMANDS)
+def test_a_bad_command_is_refused_and_nothing_moves(world: World, joints: Array) -> None:
+    before = world.state()
+    with pytest.raises(ValueError, match=r"command: joints must be \(2, 7\) finite numbers"):
+        world.step(JointCommand(joints=joints))
+    assert_same(world.state(), before)
+
+
+def test_periods_that_are_no_multiples_are_refused_by_name() -> None:
+    with pytest.raises(ValueError, match=r"control_step_s = 0\.04 must be a multiple of 0\.0166"):
+        WorldConfig(control_step_s=0.04)
+    with pytest.raises(ValueError, match=r"tissue\.step_s = 0\.01 must be a multiple of 0\.0083"):
+        WorldConfig(tissue=TissueConfig(step_s=0.01), control_step_s=0.04)
+    with pytest.raises(ValueError, match=r"must be a multiple of 0\.0 s"):
+        WorldConfig(physics_step_s=0.0)
+    WorldConfig(control_step_s=0.1, tissue=TissueConfig(step_s=0.05), physics_step_s=0.01)
+
+
+def work_the_right_jaw(world: World, *openings: float) -> None:
+    """Open and close the right jaw at home, in free space."""
+    for opening in openings:
+        for _ in range(20):
+            q = np.tile(HOME_JOINTS, (2, 1))
+            q[RIGHT_ARM, 6] = opening
+            world.step(JointCommand(joints=q))
+
+
+def test_a_clip_closed_in_the_air_drops(world: World) -> None:
+    assert world.record.clip_loaded
+    work_the_right_jaw(world, 0.5)
+    assert world.record.clips == ()
+    work_the_right_jaw(world, 0.0)
+    (clip,) = world.record.clips
+    assert clip.lost
+    assert not world.record.clip_loaded
+    assert clip.crossings == ()
+    assert world.record.injuries == ()
+    work_the_right_jaw(world, 0.5, 0.0)
+    assert len(world.record.clips) == 1  # the jaws are empty now
+    world.equip("clip_applier")
+    assert world.record.clip_loaded
+    work_the_right_jaw(world, 0.5, 0.0)
+    assert [c.number for c in world.record.clips] == [1, 2]
+
+
+def test_a_jaw_that_was_not_opened_places_no_clip(world: World) -> None:
+    work_the_right_jaw(world, 0.1, 0.0)
+    assert world.record.clips == ()
+    assert world.record.clip_loaded
+
+
+def test_scissors_closed_in_the_air_cut_nothing(world: World) -> None:
+    world.equip("scissors")
+    assert not world.record.clip_loaded
+    work_the_right_jaw(world, 0.5, 0.0)
+    assert world.record.cuts == world.record.clips == ()
+
+
+def test_a_clip_pulled_harder_than_it_holds_is_lost(world: World) -> None:
+    clip_and_cut(world)
+    home = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
+    for _ in range(15):
+        world.step(home)
+    (clip,) = world.record.clips
+    holds = retention_n(world.tubes, clip)
+    for share, lost in ((0.9, False), (1.1, True)):
+        world.record = replace(world.record, pulls_n=((clip.number, share * holds),))
+        world.step(home)
+        assert world.record.clips[0].lost == lost
+    assert retention_n(world.tubes, clip) == 0.0
+
+
+@given(values=st.lists(st.floats(-10, 10), min_size=1, max_size=40), limit=st.floats(-5, 5))
+def test_the_monitor_reports_each_crossing_of_a_limit_once(
+    values: list[float], limit: float
+) -> None:
+    monitor = InjuryMonitor()
+    for k, value in enumerate(values):
+        monitor.watch(iter([Reading(event="pull", value=value, limit=limit)]), float(k))
+    above = [False, *(v > limit for v in values)]
+    crossings = [k for k in range(len(values)) if above[k + 1] and not above[k]]
+    assert [e.time_s for e in monitor.events] == crossings
+    assert [e.value for e in monitor.events] == [values[k] for k in crossings]
+    assert all(e.event == "pull" and e.limit == limit for e in monitor.events)
+
+
+@given(a=st.lists(st.booleans(), max_size=20), b=st.lists(st.booleans(), max_size=20))
+def test_the_monitor_keeps_events_apart(a: list[bool], b: list[bool]) -> None:
+    def events(**series: list[bool]) -> list[tuple[str, float]]:
+        monitor = InjuryMonitor()
+        for k in range(20):
+            readings = [
+                Reading(event=name, value=values[k], limit=0.5)
+                for name, values in series.items()
+                if k < len(values)
+            ]
+            monitor.watch(iter(readings), float(k))
+        return sorted((e.event, e.time_s) for e in monitor.events)
+
+    assert events(a=a, b=b) == sorted(events(a=a) + events(b=b))
