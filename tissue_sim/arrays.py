@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warp as wp
 
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_ERROR  # no banner: results go to the same terminal
 
 
 @wp.struct

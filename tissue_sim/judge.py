@@ -110,7 +110,7 @@ def _cut(
 
 def _held(world: World, clip: Clip, pull_n: float) -> Clip:
     """The clip, lost if it is pulled harder than it holds."""
-    if clip.lost or pull_n <= retention_n(world.tubes, clip):
+    if clip.lost or pull_n == 0.0 or pull_n <= retention_n(world.tubes, clip):
         return clip
     world.tissue.host("load")[0] = 0.0
     return lose(world.tubes, clip)

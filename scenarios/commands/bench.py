@@ -37,7 +37,7 @@ class Bench:
             report = bench(seed=self.seed, steps=self.steps)
         console = Console()
         for part in (*report, machine_line()):
-            console.print(part, highlight=False)
+            console.print(part, highlight=False, soft_wrap=isinstance(part, str))
         return 0
 
 
