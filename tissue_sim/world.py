@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sapien
+from numpy.typing import NDArray
 
 from tissue_sim import sight
 from tissue_sim.anatomy import Anatomy
@@ -131,6 +133,20 @@ class World:
     def observe(self) -> Observation:
         """What a policy may see now, without images."""
         return sight.observe(self)
+
+    def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
+        """Camera name -> (height, width, 3) of what it sees now; nothing is drawn until asked.
+
+        Raises:
+            ValueError: there is no such camera, or the world was made without `render`.
+        """
+        if self.view is None:
+            raise ValueError("world: it has no cameras: make it with render=True")
+        return self.view.images(self, names)
+
+    def endoscope_rgb(self) -> NDArray[np.uint8]:
+        """(height, width, 3) of what the endoscope's left eye sees now."""
+        return self.images(["endoscope_left"])["endoscope_left"]
 
     def equip(self, instrument: str) -> None:
         """The scrub nurse's hands: mount a tool on the right arm, or load a clip."""
