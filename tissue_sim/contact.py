@@ -200,11 +200,12 @@ def push_apart(t: TissueArrays, b: int, i: int, radius: float):
         f = n * (TUBE_STIFFNESS * (radius - nearest))
         add_vertex_term(t, b, i, f, wp.outer(n, n) * TUBE_STIFFNESS)
         count = t.ring.shape[3]
+        K = wp.outer(n, n) * (TUBE_STIFFNESS / float(count))  # row sums: no coupling to vertex i
         for k in range(count):
             near = t.ring[b, 0, segment, k]
             far = t.ring[b, 0, segment + 1, k]
-            t.force[b, near] = t.force[b, near] - f * ((1.0 - share) / float(count))
-            t.force[b, far] = t.force[b, far] - f * (share / float(count))
+            add_vertex_term(t, b, near, f * ((share - 1.0) / float(count)), K * (1.0 - share))
+            add_vertex_term(t, b, far, f * (-share / float(count)), K * share)
 
 
 @wp.kernel

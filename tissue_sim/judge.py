@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose, retention_n
+from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose
 from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M, SHEAR_GAP_M, sever
 from tissue_sim.frames import Array
 from tissue_sim.grasp import Grasp, follow_grasp
@@ -48,8 +48,8 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     time_s = r.time_s + world.config.control_step_s
     monitor = InjuryMonitor(r.injuries, r.broken_limits)
     r = _use_right_tool(world, time_s, intended, monitor)
-    pulls = dict(r.pulls_n)
-    clips = tuple(_held(world, clip, pulls.get(clip.number, 0.0)) for clip in r.clips)
+    pulled_off = {p.number for p in r.pulls if p.force_n > p.holds_n}
+    clips = tuple(_held(world, clip, off=clip.number in pulled_off) for clip in r.clips)
     leaking = leaks(world.tubes, clips, r.cuts)
     leaked = r.leaked_m3 + world.config.control_step_s * sum(x.rate_m3_s for x in leaking)
     T_world_tool = world.arms.T_world_tool()[LEFT_ARM]
@@ -108,9 +108,9 @@ def _cut(
     return replace(r, cuts=(*r.cuts, *cuts))
 
 
-def _held(world: World, clip: Clip, pull_n: float) -> Clip:
-    """The clip, lost if it is pulled harder than it holds."""
-    if clip.lost or pull_n == 0.0 or pull_n <= retention_n(world.tubes, clip):
+def _held(world: World, clip: Clip, *, off: bool) -> Clip:
+    """The clip, lost if it is pulled off."""
+    if clip.lost or not off:
         return clip
     world.tissue.host("load")[0] = 0.0
     return lose(world.tubes, clip)

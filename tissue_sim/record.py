@@ -12,13 +12,28 @@ from tissue_sim.leak import Leak
 
 
 @dataclass(frozen=True, kw_only=True)
+class Pull:
+    """A test pull at a clip.
+
+    Attributes:
+        number: the clip's.
+        force_n: how hard it is pulled now.
+        holds_n: what its grip held before the pull: pulling tightens the tissue, not the clip.
+    """
+
+    number: int
+    force_n: float
+    holds_n: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Record:
     """The field's history, replaced as a whole after each control step.
 
     Attributes:
         clip_loaded: the applier holds a clip.
         jaws_opened: the right jaws have opened since they last closed on something.
-        pulls_n: clip number and force of each test pull under way.
+        pulls: the test pulls under way.
         leaked_m3: bile and blood so far.
         broken_limits: names of the limits that are exceeded now.
     """
@@ -29,7 +44,7 @@ class Record:
     clips: tuple[Clip, ...] = ()
     cuts: tuple[Cut, ...] = ()
     grasp: Grasp = field(default_factory=Grasp)
-    pulls_n: tuple[tuple[int, float], ...] = ()
+    pulls: tuple[Pull, ...] = ()
     leaks: tuple[Leak, ...] = ()
     leaked_m3: float = 0.0
     injuries: tuple[Injury, ...] = ()

@@ -125,7 +125,15 @@ class Tissue:
         if n + len(parents) > self.host("position").shape[1]:
             raise ValueError(f"tissue: no spare vertices left (capacity {SPARE_VERTICES})")
         new = slice(n, n + len(parents))
-        for name in ("position", "rest", "velocity", "fixed", "contact_shape", "surface"):
+        for name in (
+            "position",
+            "rest",
+            "velocity",
+            "fixed",
+            "contact_shape",
+            "surface",
+            "covered",
+        ):
             values = self.host(name)
             values[b, new] = values[b, list(parents)]
         self.host("contact_shape")[b, new] = -1

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from tissue_sim import sight
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.arms import HOME_JOINTS, LIVER, Arms, JointCommand
-from tissue_sim.clip import Clip
+from tissue_sim.clip import Clip, retention_n
 from tissue_sim.field import endoscope_pose
 from tissue_sim.frames import Array, pose
 from tissue_sim.judge import judge
 from tissue_sim.observation import Observation
 from tissue_sim.organ import LiverBed, build_organ
 from tissue_sim.physics_system import physics_system
-from tissue_sim.record import Record
+from tissue_sim.record import Pull, Record
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
@@ -168,8 +168,11 @@ class World:
         load[:] = 0.0
         for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
             load[vertices] += force / max(len(vertices), 1)
-        pulls = dict(self.record.pulls_n) | {number: float(np.linalg.norm(force_world_n))}
-        self.record = replace(self.record, pulls_n=tuple(pulls.items()))
+        force_n = float(np.linalg.norm(force_world_n))
+        before = {p.number: p for p in self.record.pulls if p.force_n > 0.0}
+        holds_n = before[number].holds_n if number in before else retention_n(self.tubes, clip)
+        pulls = before | {number: Pull(number=number, force_n=force_n, holds_n=holds_n)}
+        self.record = replace(self.record, pulls=tuple(pulls.values()))
 
     def clip_position_m(self, clip: Clip) -> Array:
         """Where a clip is now (3,), world frame."""

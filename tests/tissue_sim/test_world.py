@@ -241,11 +241,14 @@ def test_a_clip_pulled_harder_than_it_holds_is_lost(world: World) -> None:
     for _ in range(15):
         world.step(home)
     (clip,) = world.record.clips
-    holds = retention_n(world.tubes, clip)
+    clamp = world.tubes.below[clip.crossings[0].tube][0]
     for share, lost in ((0.9, False), (1.1, True)):
-        world.record = replace(world.record, pulls_n=((clip.number, share * holds),))
+        pull_n = share * retention_n(world.tubes, clip)
+        world.pull_clip(clip.number, pull_n * clip.T_world_clip[:3, 1], clamp)
         world.step(home)
         assert world.record.clips[0].lost == lost
+        world.pull_clip(clip.number, np.zeros(3), clamp)
+        world.step(home)
     assert retention_n(world.tubes, clip) == 0.0
 
 
