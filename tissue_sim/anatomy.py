@@ -87,11 +87,6 @@ class Anatomy:
                 raise ValueError(
                     f"anatomy: {name} = {value} is outside {allowed.least} to {allowed.most}"
                 )
-        if self.duct_diameter_m >= 0.5 * self.gallbladder_width_m:
-            raise ValueError(
-                f"anatomy: duct_diameter_m = {self.duct_diameter_m} must be below half of "
-                f"gallbladder_width_m = {self.gallbladder_width_m}"
-            )
         if not 0 <= self.remnants <= MOST_REMNANTS:
             raise ValueError(f"anatomy: remnants = {self.remnants} is outside 0 to {MOST_REMNANTS}")
 

@@ -74,6 +74,7 @@ class CholecystectomyEnv(BaseEnv):
         render_backend: str | None = None,
         sim_config: SimConfig | dict[str, Any] | None = None,
         robot_uids: str = "none",
+        reconfiguration_freq: int = 1,  # a new scene a reset: arms that touched leave no trace
         **kwargs: Any,
     ) -> None:
         _check_backend(num_envs, sim_backend)
@@ -96,6 +97,7 @@ class CholecystectomyEnv(BaseEnv):
             render_backend=render_backend,
             sim_config=sim_config,
             robot_uids=robot_uids,
+            reconfiguration_freq=reconfiguration_freq,
             **kwargs,
         )
         low, high = action_limits()

@@ -66,9 +66,9 @@ def good_clips(world: World, tube: str) -> tuple[Clip, ...]:
 
 
 def clip_placed(world: World, tube: str, k: int) -> bool:
-    """The k-th clip (1 to 3) is good, and in order: each further from the fixed end."""
-    stations = [_station(c, tube) for c in good_clips(world, tube)]
-    return len(stations) >= k and all(a < b for a, b in pairwise(stations))
+    """The first k clips (1 to 3) are good, and in order: each further from the fixed end."""
+    stations = [_station(c, tube) for c in good_clips(world, tube)][:k]
+    return len(stations) == k and all(a < b for a, b in pairwise(stations))
 
 
 def right_arm_back(world: World) -> bool:

@@ -50,6 +50,23 @@ def test_seed_is_the_patient_and_the_episode(env: gym.Env) -> None:
     assert not torch.equal(first, other)
 
 
+def press_the_arms_together(env: gym.Env) -> None:
+    """Both shafts cross over the field until the rigid instruments push on each other."""
+    for k in range(40):
+        q = np.array([0.0, 0.0, 0.13, 0.0, 0.0, 0.0, 0.35] * 2, np.float32)
+        q[[0, 7]] = np.array([-0.35, 0.35]) * min(1.0, k / 15)
+        env.step(q)
+    assert env.unwrapped.world.arms.contact_forces_n().between_arms_n > 1.0
+
+
+def test_a_reset_forgets_that_the_arms_have_touched(env: gym.Env) -> None:
+    env.reset(seed=5)
+    path = run(env, 0, 45)
+    press_the_arms_together(env)
+    env.reset(seed=5)
+    assert torch.equal(path, run(env, 0, 45))
+
+
 def test_resets_without_a_seed_differ_but_follow_from_the_last_seed(env: gym.Env) -> None:
     def patients() -> list[str]:
         env.reset(seed=1)
