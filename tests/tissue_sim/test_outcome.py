@@ -33,11 +33,6 @@ LOW_M = 0.0030  # first clip, from the fixed end
 NEXT_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0002
 
 
-@pytest.fixture(scope="module")
-def one_world() -> World:
-    return World()
-
-
 @pytest.fixture
 def world(one_world: World) -> World:
     one_world.reset(anatomy_from_seed(SEED))

@@ -24,11 +24,6 @@ SAVED_AT = 9
 TUBE = "duct"
 
 
-@pytest.fixture(scope="module")
-def one_world() -> World:
-    return World()
-
-
 @pytest.fixture
 def world(one_world: World) -> World:
     one_world.reset(anatomy_from_seed(SEED))

@@ -1,0 +1,10 @@
+"""A world to share: building one costs more than resetting it."""
+
+import pytest
+
+from tissue_sim.world import World
+
+
+@pytest.fixture(scope="module")
+def one_world() -> World:
+    return World()
