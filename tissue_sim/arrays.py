@@ -16,7 +16,8 @@ class TissueArrays:
     """Everything a tissue kernel reads and writes.
 
     Vertices beyond `n_vertex` are spare, for cuts. The stiffness matrix is block-CSR: row i is
-    `block[row[i] : row[i + 1]]`, its diagonal first. `*_slot` say where an element's blocks go.
+    `block[row[i] : row[i + 1]]`, its diagonal first, each block stored transposed. `*_slot` say
+    where an element's blocks go.
     """
 
     # vertices
@@ -86,6 +87,17 @@ class TissueArrays:
     product: wp.array2d(dtype=wp.vec3)
     step: wp.array2d(dtype=wp.vec3)
     iterations: wp.array(dtype=int)
+    # parts that move as rigid bodies in the preconditioner, and the factor of their matrix
+    n_part: wp.array(dtype=int)
+    part: wp.array2d(dtype=int)
+    part_middle: wp.array2d(dtype=wp.vec3)
+    part_count: wp.array2d(dtype=float)
+    arm: wp.array2d(dtype=wp.vec3)
+    factor: wp.array2d(dtype=float)
+    factor_first: wp.array2d(dtype=int)
+    factor_start: wp.array2d(dtype=int)
+    factor_pivot: wp.array2d(dtype=float)
+    motion: wp.array2d(dtype=float)
 
 
 @wp.struct

@@ -198,9 +198,12 @@ def push_apart(t: TissueArrays, b: int, i: int, radius: float):
     if segment >= 0 and nearest < radius:
         n = offset / (nearest + 1.0e-9)
         f = n * (TUBE_STIFFNESS * (radius - nearest))
-        add_vertex_term(t, b, i, f, wp.outer(n, n) * TUBE_STIFFNESS)
+        # The pattern has no place for the coupling [[K, -K], [-K, K]] of the two tubes. Twice its
+        # diagonal is more than it: each side takes half of the way, and they do not overshoot.
+        K = wp.outer(n, n) * (2.0 * TUBE_STIFFNESS)
+        add_vertex_term(t, b, i, f, K)
         count = t.ring.shape[3]
-        K = wp.outer(n, n) * (TUBE_STIFFNESS / float(count))  # row sums: no coupling to vertex i
+        K = K / float(count)
         for k in range(count):
             near = t.ring[b, 0, segment, k]
             far = t.ring[b, 0, segment + 1, k]

@@ -1,11 +1,13 @@
 """Fixed-corotated elasticity of one tetrahedron, and its assembly over the mesh.
 
-    psi(F) = mu sum_i (s_i - 1)^2 + lambda / 2 (J - 1)^2,    F = U diag(s) V^T
+    psi(F) = mu |F - R|^2 + lambda / 2 (J - 1)^2,    F = R S,  J = det F
 
 Energy and gradient: Stomakhin et al., "Energetically consistent invertible elasticity", 2012.
-The Hessian is analytic and projected to positive semi-definite through its eigensystem in the
-basis of the singular vectors: Smith et al., "Analytic eigensystems for isotropic distortion
-energies", 2019. Kernels run one thread an environment; they are deterministic.
+R and the stiffness come from the invariants of F, without a singular value decomposition: Lin
+et al., "Isotropic ARAP energy using Cauchy-Green invariants", 2022. The stiffness is kept
+positive semi-definite by bounds on its eigenvalues, which are those of Smith et al., "Analytic
+eigensystems for isotropic distortion energies", 2019. Kernels run one thread an environment;
+they are deterministic.
 """
 
 from __future__ import annotations
@@ -16,71 +18,156 @@ from tissue_sim.arrays import TissueArrays
 
 wp.set_module_options({"enable_backward": False})
 
+COLLAPSED = wp.constant(0.05)  # of the invariants' scale: below it R comes from the SVD
+MOST_NEWTON = wp.constant(20)
+ROUNDING = wp.constant(3.0e-5)  # of the stretches: what keeps it from making an axis unstable
+
 
 @wp.struct
 class Element:
-    """One element's stress and stiffness in the basis of its singular vectors.
+    """One element's state, stress and stiffness; Pa.
 
-    `stress` is dpsi/ds; `stretch` the 3 x 3 Hessian of psi in s; `twist_same` and `twist_cross`
-    hold, for each pair of axes, the projected stiffness of rotating and shearing them.
+    Attributes:
+        F, cofactor: deformation gradient, and its cofactor matrix dJ/dF.
+        rotation: R, the nearest rotation.
+        stress: first Piola-Kirchhoff.
+        spin: (tr S I - V)^-1 with V = F R^T, bounded where an axis would lose stability.
+        pressure: lambda (J - 1), bounded.
     """
 
-    left: wp.mat33
-    right: wp.mat33
-    stress: wp.vec3
-    stretch: wp.mat33
-    twist_same: wp.mat33
-    twist_cross: wp.mat33
+    F: wp.mat33
+    cofactor: wp.mat33
+    rotation: wp.mat33
+    stress: wp.mat33
+    spin: wp.mat33
+    mu: float
+    lam: float
+    pressure: float
 
 
 @wp.func
-def pair_stiffness(mu: float, pressure: float, sum_s: float, other_s: float):
-    """Half sum and half difference of the (projected) eigenvalues of a pair of axes."""
-    shear = wp.max(2.0 * mu - pressure * other_s, 0.0)
-    spin = wp.max(2.0 * mu * (1.0 - 2.0 / wp.max(sum_s, 0.5)) + pressure * other_s, 0.0)
-    return wp.vec2(0.5 * (shear + spin), 0.5 * (shear - spin))
+def cofactor_of(F: wp.mat33):
+    """dJ/dF: columns are the cross products of the other two."""
+    a = wp.vec3(F[0, 0], F[1, 0], F[2, 0])
+    b = wp.vec3(F[0, 1], F[1, 1], F[2, 1])
+    c = wp.vec3(F[0, 2], F[1, 2], F[2, 2])
+    return wp.matrix_from_cols(wp.cross(b, c), wp.cross(c, a), wp.cross(a, b))
+
+
+@wp.func
+def stretch_sum(first: float, second: float, J: float):
+    """tr S: the largest root of x^4 - 2 first x^2 - 8 J x + first^2 - 4 second.
+
+    `first` is |F|^2 and `second` |cof F|^2. Newton's method from above, which is monotone.
+    """
+    x = wp.sqrt(3.0 * first)
+    for _ in range(MOST_NEWTON):
+        value = ((x * x - 2.0 * first) * x - 8.0 * J) * x + first * first - 4.0 * second
+        slope = 4.0 * ((x * x - first) * x - 2.0 * J)
+        if value <= 1.0e-6 * x * slope:
+            break
+        x = x - value / slope
+    return x
+
+
+@wp.func
+def polar(e: Element, first: float, J: float):
+    """R and tr S of the element: R = d(tr S)/dF; of a collapsed element by the SVD."""
+    total = stretch_sum(first, wp.ddot(e.cofactor, e.cofactor), J)
+    gaps = total * (total * total - first) - 2.0 * J  # (s0 + s1) (s1 + s2) (s2 + s0)
+    if gaps > COLLAPSED * first * wp.sqrt(first):
+        C = wp.transpose(e.F) * e.F
+        R = e.F * (total * total + first) + e.cofactor * (2.0 * total) - e.F * C * 2.0
+        return R / gaps, total
+    U = wp.mat33()
+    s = wp.vec3()
+    V = wp.mat33()
+    size = wp.max(wp.sqrt(first), 1.0e-6)
+    wp.svd3(e.F / size, U, s, V)
+    return U * wp.transpose(V), (s[0] + s[1] + s[2]) * size
+
+
+@wp.func
+def eigenvalues(V: wp.mat33, mean: float):
+    """Of a symmetric matrix with that mean eigenvalue, from the largest down.
+
+    By the trigonometric solution of the cubic, on the deviator scaled to unit size: Smith,
+    "Eigenvalues of a symmetric 3 x 3 matrix", 1961.
+    """
+    A = V - wp.diag(wp.vec3(mean, mean, mean))
+    size = wp.sqrt(wp.ddot(A, A) / 6.0)
+    B = A / wp.max(size, 1.0e-9)
+    c = wp.cos(wp.acos(wp.clamp(0.5 * wp.determinant(B), -1.0, 1.0)) / 3.0)
+    s = wp.sqrt(wp.max(3.0 - 3.0 * c * c, 0.0))
+    return wp.vec3(mean + size * 2.0 * c, mean + size * (s - c), mean - size * (s + c))
+
+
+@wp.func
+def secant(a: float, b: float, least: float):
+    """Divided difference of m -> 1 / max(m, least) between a <= b."""
+    if b <= least or b - a < 1.0e-5:
+        return 0.0
+    if a >= least:
+        return -1.0 / (a * b)
+    return (1.0 / b - 1.0 / least) / (b - a)
+
+
+@wp.func
+def spin_of(V: wp.mat33, s: wp.vec3, least: float):
+    """(tr V I - V)^-1 with eigenvalues below `least` lifted to it; s: eigenvalues of V.
+
+    A function of a matrix by Newton interpolation at its eigenvalues m, in ascending order.
+    """
+    total = s[0] + s[1] + s[2]
+    a = total - s[0]
+    b = total - s[1]
+    c = total - s[2]
+    first = 1.0 / wp.max(a, least)
+    second = secant(a, b, least)
+    A = wp.diag(wp.vec3(s[0], s[0], s[0])) - V  # M - a
+    N = wp.diag(wp.vec3(first, first, first)) + A * second
+    if c - a > 1.0e-4:
+        B = wp.diag(wp.vec3(s[1], s[1], s[1])) - V  # M - b
+        N = N + A * B * ((secant(b, c, least) - second) / (c - a))
+    return N
 
 
 @wp.func
 def element(F: wp.mat33, mu: float, lam: float):
-    """Stress and projected stiffness at deformation gradient F; mu, lambda in Pa."""
-    U = wp.mat33()
-    s = wp.vec3()
-    V = wp.mat33()
-    wp.svd3(F, U, s, V)
+    """Stress and stiffness at deformation gradient F; mu, lambda in Pa.
+
+    The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k turns negative under compression: s_i +
+    s_j is lifted to where it does not. p is bounded by mu over the largest stretch, which keeps
+    the stiffness of shears and stretches positive.
+    """
     e = Element()
-    e.left = U
-    e.right = V
-    pressure = lam * (s[0] * s[1] * s[2] - 1.0)
-    bound = mu / wp.max(wp.abs(s[0]), 1.0)
-    p = wp.clamp(pressure, -bound, bound)
-    cofactor = wp.vec3(s[1] * s[2], s[2] * s[0], s[0] * s[1])
-    e.stress = 2.0 * mu * (s - wp.vec3(1.0, 1.0, 1.0)) + pressure * cofactor
-    e.stretch = wp.outer(cofactor, cofactor) * lam + wp.mat33(
-        2.0 * mu, p * s[2], p * s[1], p * s[2], 2.0 * mu, p * s[0], p * s[1], p * s[0], 2.0 * mu
-    )
-    a = pair_stiffness(mu, pressure, s[0] + s[1], s[2])
-    b = pair_stiffness(mu, pressure, s[0] + s[2], s[1])
-    c = pair_stiffness(mu, pressure, s[1] + s[2], s[0])
-    e.twist_same = wp.mat33(0.0, a[0], b[0], a[0], 0.0, c[0], b[0], c[0], 0.0)
-    e.twist_cross = wp.mat33(0.0, a[1], b[1], a[1], 0.0, c[1], b[1], c[1], 0.0)
+    e.F = F
+    e.cofactor = cofactor_of(F)
+    J = F[0, 0] * e.cofactor[0, 0] + F[1, 0] * e.cofactor[1, 0] + F[2, 0] * e.cofactor[2, 0]
+    rotation, total = polar(e, wp.ddot(F, F), J)
+    e.rotation = rotation
+    V = F * wp.transpose(rotation)
+    V = (V + wp.transpose(V)) * 0.5
+    s = eigenvalues(V, total / 3.0)
+    pressure = lam * (J - 1.0)
+    e.stress = (F - rotation) * (2.0 * mu) + e.cofactor * pressure
+    bound = mu / wp.max(s[0], 1.0)
+    e.pressure = wp.clamp(pressure, -bound, bound)
+    least = (2.0 + 1e-5) / (1.0 + wp.min(e.pressure, 0.0) * s[0] / (2.0 * mu))
+    e.spin = spin_of(V, s, least)
+    e.mu = mu
+    e.lam = lam
     return e
 
 
 @wp.func
-def stiffness_block(e: Element, g: wp.vec3, h: wp.vec3, volume: float):
-    """d2E / dx_a dx_b for corners whose rotated rest gradients are g and h; N/m."""
-    M = wp.cw_mul(e.stretch, wp.outer(g, h)) + wp.cw_mul(e.twist_cross, wp.outer(h, g))
-    M = M + wp.diag(e.twist_same * wp.cw_mul(g, h))
-    return e.left * M * wp.transpose(e.left) * volume
-
-
-@wp.func
-def rest_gradient(rest_inverse: wp.mat33, corner: int):
-    """Gradient of a corner's shape function in the rest configuration, 1/m."""
-    if corner == 0:
-        return -(rest_inverse[0] + rest_inverse[1] + rest_inverse[2])
-    return rest_inverse[corner - 1]
+def stiffness_block(e: Element, g: wp.vec3, h: wp.vec3):
+    """d2 psi / dx_a dx_b for corners whose rest gradients (1/m) are g and h."""
+    shear = 2.0 * e.mu * wp.dot(g, h)
+    turn = wp.skew(e.rotation * g) * (e.spin * wp.skew(e.rotation * h)) * (2.0 * e.mu)
+    volume = wp.outer(e.cofactor * g * e.lam, e.cofactor * h)
+    pressure = wp.skew(e.F * wp.cross(h, g) * e.pressure)
+    return wp.diag(wp.vec3(shear, shear, shear)) + turn + volume + pressure
 
 
 @wp.func
@@ -95,48 +182,80 @@ def deformation_gradient(t: TissueArrays, b: int, e: int):
 
 
 @wp.func
-def add_block(t: TissueArrays, b: int, e: int, i: int, j: int, K: wp.mat33):
-    """Add a stiffness block of corners i < j, and its transpose across the diagonal."""
-    upper = t.tet_slot[b, e, 4 * i + j]
-    t.block[b, upper] = t.block[b, upper] + K
-    lower = t.tet_slot[b, e, 4 * j + i]
-    t.block[b, lower] = t.block[b, lower] + wp.transpose(K)
+def add_block(
+    block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
+):
+    """Add the block of corners i, j to its place; the matrix stores each block transposed."""
+    k = slot[4 * i + j]
+    block[k] = block[k] + wp.transpose(K)
+
+
+@wp.func
+def add_pair(
+    block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
+):
+    """Add a block off the diagonal, and its transpose across it."""
+    add_block(block, slot, i, j, K)
+    add_block(block, slot, j, i, wp.transpose(K))
 
 
 @wp.kernel
-def assemble_elements(t: TissueArrays):
-    """Add every living element's force and stiffness."""
+def assemble_elements(t: TissueArrays, viscosity: float):
+    """Add every living element's force and stiffness.
+
+    Corner 0 balances the others: its force and its blocks are minus their sums.
+
+    Args:
+        viscosity: of a Kelvin-Voigt solid over the step's length: its stress is that of the
+            energy plus `viscosity` times the stiffness times the strain of the step.
+    """
     b = wp.tid()
+    force = t.force[b]
+    block = t.block[b]
     for e in range(t.n_tet[b]):
         if t.tet_alive[b, e] != 0:
             c = t.tet[b, e]
             D = t.rest_inverse[b, e]
             volume = t.volume[b, e]
-            h = element(deformation_gradient(t, b, e), t.mu[b, e], t.lam[b, e])
-            V_t = wp.transpose(h.right)
-            g0 = V_t * rest_gradient(D, 0)
-            g1 = V_t * rest_gradient(D, 1)
-            g2 = V_t * rest_gradient(D, 2)
-            g3 = V_t * rest_gradient(D, 3)
-            P = h.stress * volume
-            t.force[b, c[0]] = t.force[b, c[0]] - h.left * wp.cw_mul(P, g0)
-            t.force[b, c[1]] = t.force[b, c[1]] - h.left * wp.cw_mul(P, g1)
-            t.force[b, c[2]] = t.force[b, c[2]] - h.left * wp.cw_mul(P, g2)
-            t.force[b, c[3]] = t.force[b, c[3]] - h.left * wp.cw_mul(P, g3)
-            k0 = t.tet_slot[b, e, 0]
-            t.block[b, k0] = t.block[b, k0] + stiffness_block(h, g0, g0, volume)
-            k1 = t.tet_slot[b, e, 5]
-            t.block[b, k1] = t.block[b, k1] + stiffness_block(h, g1, g1, volume)
-            k2 = t.tet_slot[b, e, 10]
-            t.block[b, k2] = t.block[b, k2] + stiffness_block(h, g2, g2, volume)
-            k3 = t.tet_slot[b, e, 15]
-            t.block[b, k3] = t.block[b, k3] + stiffness_block(h, g3, g3, volume)
-            add_block(t, b, e, 0, 1, stiffness_block(h, g0, g1, volume))
-            add_block(t, b, e, 0, 2, stiffness_block(h, g0, g2, volume))
-            add_block(t, b, e, 0, 3, stiffness_block(h, g0, g3, volume))
-            add_block(t, b, e, 1, 2, stiffness_block(h, g1, g2, volume))
-            add_block(t, b, e, 1, 3, stiffness_block(h, g1, g3, volume))
-            add_block(t, b, e, 2, 3, stiffness_block(h, g2, g3, volume))
+            h = element(deformation_gradient(t, b, e), t.mu[b, e] * volume, t.lam[b, e] * volume)
+            K11 = stiffness_block(h, D[0], D[0])
+            K22 = stiffness_block(h, D[1], D[1])
+            K33 = stiffness_block(h, D[2], D[2])
+            K12 = stiffness_block(h, D[0], D[1])
+            K13 = stiffness_block(h, D[0], D[2])
+            K23 = stiffness_block(h, D[1], D[2])
+            m0 = t.position[b, c[0]] - t.previous[b, c[0]]
+            m1 = (t.position[b, c[1]] - t.previous[b, c[1]] - m0) * viscosity
+            m2 = (t.position[b, c[2]] - t.previous[b, c[2]] - m0) * viscosity
+            m3 = (t.position[b, c[3]] - t.previous[b, c[3]] - m0) * viscosity
+            f1 = h.stress * D[0] + K11 * m1 + K12 * m2 + K13 * m3
+            f2 = h.stress * D[1] + wp.transpose(K12) * m1 + K22 * m2 + K23 * m3
+            f3 = h.stress * D[2] + wp.transpose(K13) * m1 + wp.transpose(K23) * m2 + K33 * m3
+            force[c[0]] = force[c[0]] + f1 + f2 + f3
+            force[c[1]] = force[c[1]] - f1
+            force[c[2]] = force[c[2]] - f2
+            force[c[3]] = force[c[3]] - f3
+            s = 1.0 + viscosity
+            K11 = K11 * s
+            K22 = K22 * s
+            K33 = K33 * s
+            K12 = K12 * s
+            K13 = K13 * s
+            K23 = K23 * s
+            K01 = -(K11 + wp.transpose(K12) + wp.transpose(K13))
+            K02 = -(K12 + K22 + wp.transpose(K23))
+            K03 = -(K13 + K23 + K33)
+            slot = t.tet_slot[b, e]
+            add_block(block, slot, 0, 0, -(K01 + K02 + K03))
+            add_block(block, slot, 1, 1, K11)
+            add_block(block, slot, 2, 2, K22)
+            add_block(block, slot, 3, 3, K33)
+            add_pair(block, slot, 0, 1, K01)
+            add_pair(block, slot, 0, 2, K02)
+            add_pair(block, slot, 0, 3, K03)
+            add_pair(block, slot, 1, 2, K12)
+            add_pair(block, slot, 1, 3, K13)
+            add_pair(block, slot, 2, 3, K23)
 
 
 @wp.kernel

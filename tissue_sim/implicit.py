@@ -1,7 +1,7 @@
 """One linearly implicit Euler step: (M / h^2 + K) dx = f + M / h^2 (x* - x).
 
 Baraff and Witkin, "Large steps in cloth simulation", 1998; the linear system by conjugate
-gradients with a block-Jacobi preconditioner, one thread an environment.
+gradients with a two-level preconditioner (see `coarse_motion`), one thread an environment.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.arrays import TissueArrays
+from tissue_sim.coarse_motion import prepare_coarse, rigid_motion, solve_coarse
 
 wp.set_module_options({"enable_backward": False})
 
@@ -30,9 +31,88 @@ def begin_step(t: TissueArrays, h: float):
         t.block[b, k] = wp.mat33()
 
 
+@wp.func
+def add_inertia(t: TissueArrays, b: int, h: float, damping: float, gravity: wp.vec3):
+    """Complete matrix and right-hand side; fixed vertices get no residual and no correction."""
+    per_h2 = 1.0 / (h * h)
+    for i in range(t.n_vertex[b]):
+        t.step[b, i] = wp.vec3()
+        t.residual[b, i] = wp.vec3()
+        t.direction[b, i] = wp.vec3()
+        t.inverse_diagonal[b, i] = wp.mat33()
+        if t.fixed[b, i] == 0:
+            m = t.mass[b, i]
+            moved = t.position[b, i] - t.previous[b, i]
+            inertia = (t.velocity[b, i] * h + gravity * (h * h) - moved) * (m * per_h2)
+            t.residual[b, i] = t.force[b, i] + inertia - moved * (m * damping / h)
+            slot = t.row[b, i]
+            inertial = m * per_h2 * (1.0 + damping * h)
+            K = t.block[b, slot] + wp.identity(n=3, dtype=float) * inertial
+            t.block[b, slot] = K
+            t.inverse_diagonal[b, i] = wp.inverse(K)
+
+
+@wp.func_native("""
+    // four lanes a block: rows of the stored (transposed) block are columns of A's; lane 3 is idle
+    typedef float lanes __attribute__((vector_size(16)));
+    float sum = 0.0f;
+    for (int i = 0; i < n; ++i) {
+        lanes y = {0.0f, 0.0f, 0.0f, 0.0f};
+        for (int k = row[i]; k < row[i + 1]; ++k) {
+            const float* K = block.data[k].data[0];
+            const float* v = x.data[column[k]].c;
+            lanes a, b, c;
+            __builtin_memcpy(&a, K, sizeof a);
+            __builtin_memcpy(&b, K + 3, sizeof b);
+            __builtin_memcpy(&c, K + 6, sizeof c);
+            y += a * v[0] + b * v[1] + c * v[2];
+        }
+        const float* v = x.data[i].c;
+        product.data[i] = wp::vec_t<3, float>(y[0], y[1], y[2]);
+        sum += y[0] * v[0] + y[1] * v[1] + y[2] * v[2];
+    }
+    return sum;
+""")
+def multiply(
+    row: wp.array(dtype=int),
+    column: wp.array(dtype=int),
+    block: wp.array(dtype=wp.mat33),
+    x: wp.array(dtype=wp.vec3),
+    product: wp.array(dtype=wp.vec3),
+    n: int,
+) -> float:
+    """product = A x; returns x . A x. Reads one number beyond the last block."""
+    ...
+
+
+@wp.func
+def precondition(t: TissueArrays, b: int):
+    """preconditioned = M^-1 residual; returns residual . preconditioned."""
+    residual = t.residual[b]
+    inverse_diagonal = t.inverse_diagonal[b]
+    part = t.part[b]
+    arm = t.arm[b]
+    motion = t.motion[b]
+    out = t.preconditioned[b]
+    solve_coarse(t, b)
+    rz = float(0.0)
+    for i in range(t.n_vertex[b]):
+        r = residual[i]
+        z = inverse_diagonal[i] * r + rigid_motion(part[i], arm[i], motion)
+        out[i] = z
+        rz = rz + wp.dot(z, r)
+    return rz
+
+
 @wp.kernel
 def solve_step(
-    t: TissueArrays, h: float, damping: float, gravity: wp.vec3, most: int, tolerance: float
+    t: TissueArrays,
+    h: float,
+    damping: float,
+    gravity: wp.vec3,
+    most: int,
+    tolerance: float,
+    settled_j: float,
 ):
     """Solve for the step, move the vertices and set their velocities.
 
@@ -42,59 +122,37 @@ def solve_step(
         gravity: m/s^2, world frame.
         most: iterations at most.
         tolerance: of the preconditioned residual, relative to its start.
+        settled_j: preconditioned residual, as an energy, that is small enough in any case.
     """
     b = wp.tid()
     n = t.n_vertex[b]
-    per_h2 = 1.0 / (h * h)
-    rz = float(0.0)
-    for i in range(n):
-        t.step[b, i] = wp.vec3()
-        t.direction[b, i] = wp.vec3()
-        if t.fixed[b, i] == 0:
-            m = t.mass[b, i]
-            x = t.position[b, i]
-            moved = x - t.previous[b, i]
-            inertia = (t.velocity[b, i] * h + gravity * (h * h) - moved) * (m * per_h2)
-            r = t.force[b, i] + inertia - moved * (m * damping / h)
-            slot = t.row[b, i]
-            inertial = m * per_h2 * (1.0 + damping * h)
-            K = t.block[b, slot] + wp.identity(n=3, dtype=float) * inertial
-            t.block[b, slot] = K
-            K_inverse = wp.inverse(K)
-            z = K_inverse * r
-            t.inverse_diagonal[b, i] = K_inverse
-            t.residual[b, i] = r
-            t.direction[b, i] = z
-            rz = rz + wp.dot(z, r)
-    start = rz
+    add_inertia(t, b, h, damping, gravity)
+    prepare_coarse(t, b)
+    row = t.row[b]
+    column = t.column[b]
+    block = t.block[b]
+    step = t.step[b]
+    residual = t.residual[b]
+    preconditioned = t.preconditioned[b]
+    direction = t.direction[b]
+    product = t.product[b]
+    rz = precondition(t, b)
+    enough = wp.max(tolerance * tolerance * rz, settled_j)
+    beta = float(0.0)
     count = int(0)
-    while count < most and rz > tolerance * tolerance * start and rz > 0.0:
-        curvature = float(0.0)
+    while count < most and rz > enough:
         for i in range(n):
-            if t.fixed[b, i] == 0:
-                y = wp.vec3()
-                for k in range(t.row[b, i], t.row[b, i + 1]):
-                    y = y + t.block[b, k] * t.direction[b, t.column[b, k]]
-                t.product[b, i] = y
-                curvature = curvature + wp.dot(y, t.direction[b, i])
-        alpha = rz / curvature
-        rz_next = float(0.0)
+            direction[i] = preconditioned[i] + direction[i] * beta
+        alpha = rz / multiply(row, column, block, direction, product, n)
         for i in range(n):
-            if t.fixed[b, i] == 0:
-                t.step[b, i] = t.step[b, i] + t.direction[b, i] * alpha
-                r = t.residual[b, i] - t.product[b, i] * alpha
-                z = t.inverse_diagonal[b, i] * r
-                t.residual[b, i] = r
-                t.preconditioned[b, i] = z
-                rz_next = rz_next + wp.dot(z, r)
+            step[i] = step[i] + direction[i] * alpha
+            residual[i] = residual[i] - product[i] * alpha
+        rz_next = precondition(t, b)
         beta = rz_next / rz
         rz = rz_next
-        for i in range(n):
-            if t.fixed[b, i] == 0:
-                t.direction[b, i] = t.preconditioned[b, i] + t.direction[b, i] * beta
         count = count + 1
     t.iterations[b] = count
     for i in range(n):
         if t.fixed[b, i] == 0:
-            t.position[b, i] = t.position[b, i] + t.step[b, i]
+            t.position[b, i] = t.position[b, i] + step[i]
             t.velocity[b, i] = (t.position[b, i] - t.previous[b, i]) / h

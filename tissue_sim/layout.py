@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.arrays import TissueArrays, ToolShapes
+from tissue_sim.coarse import MODES, parts_of, skyline_capacity
 from tissue_sim.material import (
     ANCHOR_STIFFNESS,
     ANCHOR_STRENGTH,
@@ -17,7 +18,9 @@ from tissue_sim.material import (
     lame_of,
 )
 from tissue_sim.organ import REGIONS, TUBES, Organ
+from tissue_sim.sweep import Indices
 
+SPARE_PARTS = 8  # a transection makes one
 SPARE_VERTICES = 96  # room for cuts: a transection takes 13
 LINK_CAPACITY = 512  # room for remnants and clips: a clip takes about 12
 N_SHAPES = 8  # shaft, wrist and two jaws of two arms
@@ -44,6 +47,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
     """What an organ's arrays start with, by name; the rest stays zero or follows from these."""
     n_tie, n_bed = len(organ.tie_vertex), len(organ.bed_vertices)
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
+    rings = _all_rings(organ)
     return {
         "n_vertex": np.array(len(organ.vertices)),
         "n_tet": np.array(len(organ.tets)),
@@ -63,6 +67,8 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "anchor_point": organ.vertices[organ.bed_vertices],
         "anchor_stiffness": np.full(n_bed, ANCHOR_STIFFNESS),
         "anchor_strength": np.full(n_bed, ANCHOR_STRENGTH),
+        "n_part": np.array(len(rings)),
+        "part": np.where(organ.fixed, -1, parts_of(rings, len(organ.vertices))),
         "bed_point": organ.bed.point_m,
         "bed_normal": organ.bed.normal,
         "bed_along": organ.bed.along,
@@ -88,6 +94,11 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
     return {"ring": ring, "ring_joined": joined, "n_ring": n_joined, "tube_radius": radius}
 
 
+def _all_rings(organ: Organ) -> list[Indices]:
+    """The sections that the preconditioner moves as rigid bodies, along each tube in turn."""
+    return [*(ring for tube in TUBES for ring in organ.rings[tube]), *organ.sac_rings]
+
+
 def _around(organ: Organ) -> int:
     """Corners of a tube's ring."""
     return (next(iter(organ.rings.values())).shape[1] - 1) // 2
@@ -101,6 +112,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_anchor = max(len(o.bed_vertices) for o in organs)
     n_ring = max(len(r) for o in organs for r in o.rings.values())
     n_around = _around(organs[0])
+    n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
@@ -118,4 +130,8 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "ring_centre": (2, n_ring), "tube_radius": (2,),
         "row": (n_vertex + 1,), "column": (BLOCKS_A_ROW * n_vertex,),
         "block": (BLOCKS_A_ROW * n_vertex,),
+        "n_part": (), "part_middle": (n_part,), "part_count": (n_part,),
+        "factor": (skyline_capacity(n_part),), "factor_first": (n_part,),
+        "factor_start": (n_part + 1,), "factor_pivot": (MODES * n_part,),
+        "motion": (MODES * n_part,),
     }  # fmt: skip

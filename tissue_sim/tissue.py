@@ -11,6 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim import contact, elasticity, implicit, springs
+from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
 from tissue_sim.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
@@ -20,8 +21,8 @@ from tissue_sim.topology import block_pattern, boundary_faces
 
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
-    "n_vertex", "position", "rest", "rest_inverse", "volume", "velocity", "mass", "surface",
-    "covered", "load", "tet", "tet_alive",
+    "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
+    "surface", "covered", "load", "tet", "tet_alive",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",
@@ -34,9 +35,11 @@ class TissueConfig:
 
     step_s: float = 1.0 / 60.0  # two steps a control step: one leaves tangles after a crush
     damping_per_s: float = 5.0  # mass-proportional, assumed
+    viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
     gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
     iterations: int = 60
     tolerance: float = 1.0e-2
+    settled_j: float = 1.0e-10  # about a micrometre against the tubes' stiffness
 
 
 class Tissue:
@@ -138,6 +141,14 @@ class Tissue:
             values[b, new] = values[b, list(parents)]
         self.host("contact_shape")[b, new] = -1
         self.host("n_vertex")[b] = n + len(parents)
+        self._new_part(b, new)
+
+    def _new_part(self, b: int, vertices: slice) -> None:
+        """Vertices that the preconditioner moves together; on their own when there is no room."""
+        n = int(self.host("n_part")[b])
+        there_is_room = n < self.host("part_count").shape[1]
+        self.host("part")[b, vertices] = n if there_is_room else -1
+        self.host("n_part")[b] = n + there_is_room
 
     def slide(self, b: int, vertices: Indices, towards: Indices, share: float) -> None:
         """Move vertices along edges to others, by a share of them, at rest and now alike."""
@@ -161,10 +172,14 @@ class Tissue:
         row, column, (tet, tie, link) = block_pattern(
             n, [tets, self.host("tie_corner")[b], self.host("link")[b]]
         )
-        if len(column) > self.host("column").shape[1]:
+        if len(column) >= self.host("column").shape[1]:
             raise ValueError("tissue: the stiffness matrix outgrew its capacity")
         self.host("row")[b, : n + 1] = row
         self.host("column")[b, : len(column)] = column
+        n_part = int(self.host("n_part")[b])
+        first, start = skyline(n_part, self.host("part")[b], row, column)
+        self.host("factor_first")[b, :n_part] = first
+        self.host("factor_start")[b, : n_part + 1] = start
         self.host("tet_slot")[b, : len(tet)] = tet
         self.host("tie_slot")[b] = tie
         self.host("link_slot")[b] = link
@@ -237,13 +252,21 @@ class Tissue:
         c, t, n_env = self.config, self.arrays, len(self.organs)
         plan = {
             "predict": (implicit.begin_step, [t, c.step_s]),
-            "elements": (elasticity.assemble_elements, [t]),
+            "elements": (elasticity.assemble_elements, [t, c.viscosity_s / c.step_s]),
             "springs": (springs.assemble_springs, [t]),
             "tube contact": (contact.assemble_tube_contact, [t]),
             "tool and bed contact": (contact.assemble_surface_contact, [t, self.shapes]),
             "solve": (
                 implicit.solve_step,
-                [t, c.step_s, c.damping_per_s, wp.vec3(*c.gravity_m_s2), c.iterations, c.tolerance],
+                [
+                    t,
+                    c.step_s,
+                    c.damping_per_s,
+                    wp.vec3(*c.gravity_m_s2),
+                    c.iterations,
+                    c.tolerance,
+                    c.settled_j,
+                ],
             ),
             "breakage": (springs.break_springs, [t]),
             "reactions": (contact.tool_reactions, [t, self.shapes]),

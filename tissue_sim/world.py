@@ -28,7 +28,7 @@ from tissue_sim.tubes import Tubes
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 1  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 2  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
 LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed

@@ -72,7 +72,14 @@ def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -
 
     Solved tightly, and free of gravity and damping unless configured.
     """
-    tight = {"gravity_m_s2": FREE, "damping_per_s": 0.0, "iterations": 400, "tolerance": 1e-6}
+    tight = {
+        "gravity_m_s2": FREE,
+        "damping_per_s": 0.0,
+        "viscosity_s": 0.0,
+        "iterations": 400,
+        "tolerance": 1e-6,
+        "settled_j": 0.0,
+    }
     tissue = Tissue([organ], config=TissueConfig(**(tight | config)))
     if material is not None:
         tissue.host("mu")[:], tissue.host("lam")[:] = material.lame
@@ -100,7 +107,7 @@ def dense_stiffness(tissue: Tissue) -> NDArray[np.float64]:
     row, column, block = (tissue.host(name)[0] for name in ("row", "column", "block"))
     for i in range(n):
         for k in range(row[i], row[i + 1]):
-            K[i, :, column[k]] += block[k]
+            K[i, :, column[k]] += block[k].T
     return K.reshape(3 * n, 3 * n)
 
 

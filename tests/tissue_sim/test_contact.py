@@ -271,7 +271,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
     return float(deepest)
 
 
-@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("seed", [3, 8, 31])
 def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
     assert 0.0 < deepest_share(seed, contact=True) < 0.6
     assert deepest_share(seed, contact=False) > 0.8  # the push is one that would go through
