@@ -137,9 +137,8 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
 
 @wp.func
 def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
-    t.force[b, i] = t.force[b, i] + f
-    slot = t.row[b, i]
-    t.block[b, slot] = t.block[b, slot] + K
+    wp.atomic_add(t.force, b, i, f)
+    wp.atomic_add(t.block, b, t.row[b, i], K)
 
 
 @wp.func
@@ -151,7 +150,7 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
     if height < 0.0 and height > -BED_THICKNESS and on_bed:
         n = t.bed_normal[b]
         f = n * (-height * BED_STIFFNESS)
-        t.bed_force[b] = t.bed_force[b] + f
+        wp.atomic_add(t.bed_force, b, f)
         add_vertex_term(t, b, i, f, wp.outer(n, n) * BED_STIFFNESS)
 
 

@@ -186,8 +186,7 @@ def add_block(
     block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
 ):
     """Add the block of corners i, j to its place; the matrix stores each block transposed."""
-    k = slot[4 * i + j]
-    block[k] = block[k] + wp.transpose(K)
+    wp.atomic_add(block, slot[4 * i + j], wp.transpose(K))
 
 
 @wp.func
@@ -199,63 +198,70 @@ def add_pair(
     add_block(block, slot, j, i, wp.transpose(K))
 
 
-@wp.kernel
-def assemble_elements(t: TissueArrays, viscosity: float):
-    """Add every living element's force and stiffness.
+@wp.func
+def add_element(t: TissueArrays, b: int, e: int, viscosity: float):
+    """Add an element's force and stiffness.
 
     Corner 0 balances the others: its force and its blocks are minus their sums.
 
     Args:
+        t, b, e: environment b's element e.
         viscosity: of a Kelvin-Voigt solid over the step's length: its stress is that of the
             energy plus `viscosity` times the stiffness times the strain of the step.
     """
-    b = wp.tid()
     force = t.force[b]
     block = t.block[b]
+    c = t.tet[b, e]
+    D = t.rest_inverse[b, e]
+    volume = t.volume[b, e]
+    h = element(deformation_gradient(t, b, e), t.mu[b, e] * volume, t.lam[b, e] * volume)
+    K11 = stiffness_block(h, D[0], D[0])
+    K22 = stiffness_block(h, D[1], D[1])
+    K33 = stiffness_block(h, D[2], D[2])
+    K12 = stiffness_block(h, D[0], D[1])
+    K13 = stiffness_block(h, D[0], D[2])
+    K23 = stiffness_block(h, D[1], D[2])
+    m0 = t.position[b, c[0]] - t.previous[b, c[0]]
+    m1 = (t.position[b, c[1]] - t.previous[b, c[1]] - m0) * viscosity
+    m2 = (t.position[b, c[2]] - t.previous[b, c[2]] - m0) * viscosity
+    m3 = (t.position[b, c[3]] - t.previous[b, c[3]] - m0) * viscosity
+    f1 = h.stress * D[0] + K11 * m1 + K12 * m2 + K13 * m3
+    f2 = h.stress * D[1] + wp.transpose(K12) * m1 + K22 * m2 + K23 * m3
+    f3 = h.stress * D[2] + wp.transpose(K13) * m1 + wp.transpose(K23) * m2 + K33 * m3
+    wp.atomic_add(force, c[0], f1 + f2 + f3)
+    wp.atomic_sub(force, c[1], f1)
+    wp.atomic_sub(force, c[2], f2)
+    wp.atomic_sub(force, c[3], f3)
+    s = 1.0 + viscosity
+    K11 = K11 * s
+    K22 = K22 * s
+    K33 = K33 * s
+    K12 = K12 * s
+    K13 = K13 * s
+    K23 = K23 * s
+    K01 = -(K11 + wp.transpose(K12) + wp.transpose(K13))
+    K02 = -(K12 + K22 + wp.transpose(K23))
+    K03 = -(K13 + K23 + K33)
+    slot = t.tet_slot[b, e]
+    add_block(block, slot, 0, 0, -(K01 + K02 + K03))
+    add_block(block, slot, 1, 1, K11)
+    add_block(block, slot, 2, 2, K22)
+    add_block(block, slot, 3, 3, K33)
+    add_pair(block, slot, 0, 1, K01)
+    add_pair(block, slot, 0, 2, K02)
+    add_pair(block, slot, 0, 3, K03)
+    add_pair(block, slot, 1, 2, K12)
+    add_pair(block, slot, 1, 3, K13)
+    add_pair(block, slot, 2, 3, K23)
+
+
+@wp.kernel
+def assemble_elements(t: TissueArrays, viscosity: float):
+    """Add every living element, one thread an environment."""
+    b = wp.tid()
     for e in range(t.n_tet[b]):
         if t.tet_alive[b, e] != 0:
-            c = t.tet[b, e]
-            D = t.rest_inverse[b, e]
-            volume = t.volume[b, e]
-            h = element(deformation_gradient(t, b, e), t.mu[b, e] * volume, t.lam[b, e] * volume)
-            K11 = stiffness_block(h, D[0], D[0])
-            K22 = stiffness_block(h, D[1], D[1])
-            K33 = stiffness_block(h, D[2], D[2])
-            K12 = stiffness_block(h, D[0], D[1])
-            K13 = stiffness_block(h, D[0], D[2])
-            K23 = stiffness_block(h, D[1], D[2])
-            m0 = t.position[b, c[0]] - t.previous[b, c[0]]
-            m1 = (t.position[b, c[1]] - t.previous[b, c[1]] - m0) * viscosity
-            m2 = (t.position[b, c[2]] - t.previous[b, c[2]] - m0) * viscosity
-            m3 = (t.position[b, c[3]] - t.previous[b, c[3]] - m0) * viscosity
-            f1 = h.stress * D[0] + K11 * m1 + K12 * m2 + K13 * m3
-            f2 = h.stress * D[1] + wp.transpose(K12) * m1 + K22 * m2 + K23 * m3
-            f3 = h.stress * D[2] + wp.transpose(K13) * m1 + wp.transpose(K23) * m2 + K33 * m3
-            force[c[0]] = force[c[0]] + f1 + f2 + f3
-            force[c[1]] = force[c[1]] - f1
-            force[c[2]] = force[c[2]] - f2
-            force[c[3]] = force[c[3]] - f3
-            s = 1.0 + viscosity
-            K11 = K11 * s
-            K22 = K22 * s
-            K33 = K33 * s
-            K12 = K12 * s
-            K13 = K13 * s
-            K23 = K23 * s
-            K01 = -(K11 + wp.transpose(K12) + wp.transpose(K13))
-            K02 = -(K12 + K22 + wp.transpose(K23))
-            K03 = -(K13 + K23 + K33)
-            slot = t.tet_slot[b, e]
-            add_block(block, slot, 0, 0, -(K01 + K02 + K03))
-            add_block(block, slot, 1, 1, K11)
-            add_block(block, slot, 2, 2, K22)
-            add_block(block, slot, 3, 3, K33)
-            add_pair(block, slot, 0, 1, K01)
-            add_pair(block, slot, 0, 2, K02)
-            add_pair(block, slot, 0, 3, K03)
-            add_pair(block, slot, 1, 2, K12)
-            add_pair(block, slot, 1, 3, K13)
-            add_pair(block, slot, 2, 3, K23)
+            add_element(t, b, e, viscosity)
 
 
 @wp.kernel

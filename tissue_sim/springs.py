@@ -23,65 +23,58 @@ def tie_offset(t: TissueArrays, b: int, n: int):
 
 
 @wp.func
-def add_ties(t: TissueArrays, b: int):
-    I = wp.identity(n=3, dtype=float)
-    for n in range(t.tie_stiffness.shape[1]):
-        k = t.tie_stiffness[b, n]
-        if k > 0.0:
-            pull = tie_offset(t, b, n) * (-k)
-            for i in range(5):
-                v = t.tie_corner[b, n, i]
-                t.force[b, v] = t.force[b, v] + pull * t.tie_weight[b, n, i]
-                for j in range(5):
-                    slot = t.tie_slot[b, n, 5 * i + j]
-                    scale = k * t.tie_weight[b, n, i] * t.tie_weight[b, n, j]
-                    t.block[b, slot] = t.block[b, slot] + I * scale
+def add_tie(t: TissueArrays, b: int, n: int):
+    k = t.tie_stiffness[b, n]
+    if k > 0.0:
+        I = wp.identity(n=3, dtype=float)
+        pull = tie_offset(t, b, n) * (-k)
+        for i in range(5):
+            wp.atomic_add(t.force, b, t.tie_corner[b, n, i], pull * t.tie_weight[b, n, i])
+            for j in range(5):
+                scale = k * t.tie_weight[b, n, i] * t.tie_weight[b, n, j]
+                wp.atomic_add(t.block, b, t.tie_slot[b, n, 5 * i + j], I * scale)
 
 
 @wp.func
-def add_links(t: TissueArrays, b: int):
-    I = wp.identity(n=3, dtype=float)
-    for n in range(t.link_stiffness.shape[1]):
-        k = t.link_stiffness[b, n]
-        if k > 0.0:
-            i = t.link[b, n][0]
-            j = t.link[b, n][1]
-            d = t.position[b, j] - t.position[b, i]
-            length = wp.length(d) + 1.0e-9
-            along = d / length
-            pull = along * (k * (length - t.link_rest[b, n]))
-            t.force[b, i] = t.force[b, i] + pull
-            t.force[b, j] = t.force[b, j] - pull
-            across = wp.max(1.0 - t.link_rest[b, n] / length, 0.0)
-            A = wp.outer(along, along)
-            K = (A + (I - A) * across) * k
-            for q in range(4):
-                slot = t.link_slot[b, n, q]
-                if q == 0 or q == 3:
-                    t.block[b, slot] = t.block[b, slot] + K
-                else:
-                    t.block[b, slot] = t.block[b, slot] - K
+def add_link(t: TissueArrays, b: int, n: int):
+    k = t.link_stiffness[b, n]
+    if k > 0.0:
+        i = t.link[b, n][0]
+        j = t.link[b, n][1]
+        d = t.position[b, j] - t.position[b, i]
+        length = wp.length(d) + 1.0e-9
+        along = d / length
+        pull = along * (k * (length - t.link_rest[b, n]))
+        wp.atomic_add(t.force, b, i, pull)
+        wp.atomic_sub(t.force, b, j, pull)
+        across = wp.max(1.0 - t.link_rest[b, n] / length, 0.0)
+        A = wp.outer(along, along)
+        K = (A + (wp.identity(n=3, dtype=float) - A) * across) * k
+        wp.atomic_add(t.block, b, t.link_slot[b, n, 0], K)
+        wp.atomic_sub(t.block, b, t.link_slot[b, n, 1], K)
+        wp.atomic_sub(t.block, b, t.link_slot[b, n, 2], K)
+        wp.atomic_add(t.block, b, t.link_slot[b, n, 3], K)
 
 
 @wp.func
-def add_anchors(t: TissueArrays, b: int):
-    I = wp.identity(n=3, dtype=float)
-    for n in range(t.anchor_stiffness.shape[1]):
-        k = t.anchor_stiffness[b, n]
-        if k > 0.0:
-            v = t.anchor[b, n]
-            t.force[b, v] = t.force[b, v] + (t.anchor_point[b, n] - t.position[b, v]) * k
-            slot = t.row[b, v]
-            t.block[b, slot] = t.block[b, slot] + I * k
+def add_anchor(t: TissueArrays, b: int, n: int):
+    k = t.anchor_stiffness[b, n]
+    if k > 0.0:
+        v = t.anchor[b, n]
+        wp.atomic_add(t.force, b, v, (t.anchor_point[b, n] - t.position[b, v]) * k)
+        wp.atomic_add(t.block, b, t.row[b, v], wp.identity(n=3, dtype=float) * k)
 
 
 @wp.kernel
 def assemble_springs(t: TissueArrays):
-    """Add every spring's force and stiffness."""
+    """Add every spring, one thread an environment."""
     b = wp.tid()
-    add_ties(t, b)
-    add_links(t, b)
-    add_anchors(t, b)
+    for n in range(t.tie_stiffness.shape[1]):
+        add_tie(t, b, n)
+    for n in range(t.link_stiffness.shape[1]):
+        add_link(t, b, n)
+    for n in range(t.anchor_stiffness.shape[1]):
+        add_anchor(t, b, n)
 
 
 @wp.kernel
