@@ -223,22 +223,28 @@ def assemble_tube_contact(t: TissueArrays):
                 push_apart(t, b, i, t.tube_radius[b, 0])
 
 
-@wp.kernel
-def tool_reactions(t: TissueArrays, s: ToolShapes):
-    """What the tissue does to each shape: force (N) and torque about the link's origin (N m).
+@wp.func
+def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
+    """What vertex i does to the shape it touches.
 
     The contact force at the end of the step is its linearisation at the solution, so that
     tissue and instrument feel exactly opposite forces.
     """
+    c = t.contact_shape[b, i]
+    if c >= 0:
+        f = t.contact_force[b, i] - t.contact_stiffness[b, i] * t.step[b, i]
+        t.contact_force[b, i] = f
+        arm = t.position[b, i] - link_origin(s.T_world_link[b, c])
+        wp.atomic_sub(s.force, b, c, f)
+        wp.atomic_sub(s.torque, b, c, wp.cross(arm, f))
+
+
+@wp.kernel
+def tool_reactions(t: TissueArrays, s: ToolShapes):
+    """Force (N) and torque about the link's origin (N m) on each shape; a thread an environment."""
     b = wp.tid()
     for c in range(s.radius.shape[1]):
         s.force[b, c] = wp.vec3()
         s.torque[b, c] = wp.vec3()
     for i in range(t.n_vertex[b]):
-        c = t.contact_shape[b, i]
-        if c >= 0:
-            f = t.contact_force[b, i] - t.contact_stiffness[b, i] * t.step[b, i]
-            t.contact_force[b, i] = f
-            arm = t.position[b, i] - link_origin(s.T_world_link[b, c])
-            s.force[b, c] = s.force[b, c] - f
-            s.torque[b, c] = s.torque[b, c] - wp.cross(arm, f)
+        react(t, s, b, i)

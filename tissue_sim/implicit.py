@@ -16,40 +16,52 @@ wp.set_module_options({"enable_backward": False})
 PREDICT = wp.constant(0.9)  # share of the inertial motion taken before linearising
 
 
+@wp.func
+def predict(t: TissueArrays, b: int, i: int, h: float):
+    """Remember where the vertex starts, and move it with its inertia."""
+    x = t.position[b, i]
+    t.previous[b, i] = x
+    t.force[b, i] = t.load[b, i]
+    if t.fixed[b, i] == 0:
+        t.position[b, i] = x + t.velocity[b, i] * (PREDICT * h)
+
+
 @wp.kernel
 def begin_step(t: TissueArrays, h: float):
-    """Remember where the step starts, move with the inertia, and clear the sums."""
+    """Predict every vertex and clear the sums, one thread an environment."""
     b = wp.tid()
     n = t.n_vertex[b]
     for i in range(n):
-        x = t.position[b, i]
-        t.previous[b, i] = x
-        t.force[b, i] = t.load[b, i]
-        if t.fixed[b, i] == 0:
-            t.position[b, i] = x + t.velocity[b, i] * (PREDICT * h)
+        predict(t, b, i, h)
     for k in range(t.row[b, n]):
         t.block[b, k] = wp.mat33()
 
 
 @wp.func
-def add_inertia(t: TissueArrays, b: int, h: float, damping: float, gravity: wp.vec3):
-    """Complete matrix and right-hand side; fixed vertices get no residual and no correction."""
-    per_h2 = 1.0 / (h * h)
-    for i in range(t.n_vertex[b]):
-        t.step[b, i] = wp.vec3()
-        t.residual[b, i] = wp.vec3()
-        t.direction[b, i] = wp.vec3()
-        t.inverse_diagonal[b, i] = wp.mat33()
-        if t.fixed[b, i] == 0:
-            m = t.mass[b, i]
-            moved = t.position[b, i] - t.previous[b, i]
-            inertia = (t.velocity[b, i] * h + gravity * (h * h) - moved) * (m * per_h2)
-            t.residual[b, i] = t.force[b, i] + inertia - moved * (m * damping / h)
-            slot = t.row[b, i]
-            inertial = m * per_h2 * (1.0 + damping * h)
-            K = t.block[b, slot] + wp.identity(n=3, dtype=float) * inertial
-            t.block[b, slot] = K
-            t.inverse_diagonal[b, i] = wp.inverse(K)
+def add_inertia(t: TissueArrays, b: int, i: int, h: float, damping: float, gravity: wp.vec3):
+    """Complete a vertex's row and right-hand side; a fixed one gets no residual, no correction."""
+    t.step[b, i] = wp.vec3()
+    t.residual[b, i] = wp.vec3()
+    t.direction[b, i] = wp.vec3()
+    t.inverse_diagonal[b, i] = wp.mat33()
+    if t.fixed[b, i] == 0:
+        m = t.mass[b, i]
+        moved = t.position[b, i] - t.previous[b, i]
+        inertia = (t.velocity[b, i] * h + gravity * (h * h) - moved) * (m / (h * h))
+        t.residual[b, i] = t.force[b, i] + inertia - moved * (m * damping / h)
+        slot = t.row[b, i]
+        inertial = m * (1.0 + damping * h) / (h * h)
+        K = t.block[b, slot] + wp.identity(n=3, dtype=float) * inertial
+        t.block[b, slot] = K
+        t.inverse_diagonal[b, i] = wp.inverse(K)
+
+
+@wp.func
+def finish(t: TissueArrays, b: int, i: int, h: float):
+    """Move the vertex by its step and set its velocity."""
+    if t.fixed[b, i] == 0:
+        t.position[b, i] = t.position[b, i] + t.step[b, i]
+        t.velocity[b, i] = (t.position[b, i] - t.previous[b, i]) / h
 
 
 @wp.func_native("""
@@ -126,7 +138,8 @@ def solve_step(
     """
     b = wp.tid()
     n = t.n_vertex[b]
-    add_inertia(t, b, h, damping, gravity)
+    for i in range(n):
+        add_inertia(t, b, i, h, damping, gravity)
     prepare_coarse(t, b)
     row = t.row[b]
     column = t.column[b]
@@ -153,6 +166,4 @@ def solve_step(
         count = count + 1
     t.iterations[b] = count
     for i in range(n):
-        if t.fixed[b, i] == 0:
-            t.position[b, i] = t.position[b, i] + step[i]
-            t.velocity[b, i] = (t.position[b, i] - t.previous[b, i]) / h
+        finish(t, b, i, h)

@@ -77,21 +77,36 @@ def assemble_springs(t: TissueArrays):
         add_anchor(t, b, n)
 
 
+@wp.func
+def break_tie(t: TissueArrays, b: int, n: int):
+    if t.tie_stiffness[b, n] * wp.length(tie_offset(t, b, n)) > t.tie_strength[b, n]:
+        t.tie_stiffness[b, n] = 0.0
+
+
+@wp.func
+def break_link(t: TissueArrays, b: int, n: int):
+    length = wp.length(t.position[b, t.link[b, n][1]] - t.position[b, t.link[b, n][0]])
+    if t.link_stiffness[b, n] * (length - t.link_rest[b, n]) > t.link_strength[b, n]:
+        t.link_stiffness[b, n] = 0.0
+
+
+@wp.func
+def break_anchor(t: TissueArrays, b: int, n: int):
+    d = t.anchor_point[b, n] - t.position[b, t.anchor[b, n]]
+    if t.anchor_stiffness[b, n] * wp.length(d) > t.anchor_strength[b, n]:
+        t.anchor_stiffness[b, n] = 0.0
+
+
 @wp.kernel
 def break_springs(t: TissueArrays):
-    """Springs loaded above their strength break for good."""
+    """Springs loaded above their strength break for good; one thread an environment."""
     b = wp.tid()
     for n in range(t.tie_stiffness.shape[1]):
-        if t.tie_stiffness[b, n] * wp.length(tie_offset(t, b, n)) > t.tie_strength[b, n]:
-            t.tie_stiffness[b, n] = 0.0
+        break_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):
-        length = wp.length(t.position[b, t.link[b, n][1]] - t.position[b, t.link[b, n][0]])
-        if t.link_stiffness[b, n] * (length - t.link_rest[b, n]) > t.link_strength[b, n]:
-            t.link_stiffness[b, n] = 0.0
+        break_link(t, b, n)
     for n in range(t.anchor_stiffness.shape[1]):
-        d = t.anchor_point[b, n] - t.position[b, t.anchor[b, n]]
-        if t.anchor_stiffness[b, n] * wp.length(d) > t.anchor_strength[b, n]:
-            t.anchor_stiffness[b, n] = 0.0
+        break_anchor(t, b, n)
 
 
 @wp.kernel
