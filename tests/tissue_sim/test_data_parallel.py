@@ -30,11 +30,11 @@ def batch() -> Tissue:
 
 
 def press(tissue: Tissue, b: int) -> None:
-    """A rounded rod lies across the infundibulum, a millimetre deep."""
+    """A rounded rod lies across the infundibulum, three millimetres deep."""
     ring = tissue.positions(b)[tissue.organs[b].sac_rings[4]].astype(float)
     top = ring[np.argmax(ring[:, 2])]
     radius_m, reach = 0.002, np.array([0.02, 0.0, 0.0])
-    middle = top + np.array([0.0, 0.0, radius_m - 0.001])
+    middle = top + np.array([0.0, 0.0, radius_m - 0.003])
     tissue.shapes.a.numpy()[b, 4], tissue.shapes.b.numpy()[b, 4] = middle - reach, middle + reach
     tissue.shapes.radius.numpy()[b, 4] = radius_m
     tissue.shapes.friction.numpy()[b, 4] = 0.5
@@ -54,7 +54,7 @@ def test_both_paths_take_the_same_steps() -> None:
     parallel.pull()
     assert np.abs(tissue.host("position") - serial["position"]).max() < AGREEMENT_M
     assert (tissue.host("contact_shape") == serial["contact_shape"]).all()
-    assert np.abs(force).max() > 0.1
+    assert np.abs(force).max() > 0.03
     assert np.abs(tissue.shapes.force.numpy() - force).max() < 0.01 * np.abs(force).max()
 
 
