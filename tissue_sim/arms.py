@@ -131,7 +131,7 @@ class _Psm:
         self.patch_points = np.stack([patches.a_link_m, patches.b_link_m, patches.w_link_m], axis=1)
         self.patch_radius_m = patches.radius_m
         self._T_palm_tool = T_yaw_tool(instrument)
-        self._limits = np.vstack([joint_limits(instrument), instrument.jaw_range_rad])
+        self.limits = np.vstack([joint_limits(instrument), instrument.jaw_range_rad])
         self.drive_targets = np.zeros(8)
 
     def place(self, T_world_rcm: Array) -> None:
@@ -172,7 +172,7 @@ class _Psm:
         return self._palm.entity_pose.to_transformation_matrix() @ self._T_palm_tool
 
     def limited(self, joints: Array) -> Array:
-        return np.clip(joints, self._limits[:, 0], self._limits[:, 1])
+        return np.clip(joints, self.limits[:, 0], self.limits[:, 1])
 
 
 def _load(
@@ -324,7 +324,7 @@ class Arms:
             T_world_link=T,
         )
 
-    def apply_wrenches(self, force_world_n: Array, torque_world_nm: Array) -> None:
+    def apply_wrenches(self, force_world_n: Numbers, torque_world_nm: Numbers) -> None:
         """Add forces (8, 3) and torques (8, 3) about the patches' link origins, for one step."""
         forces = np.asarray(force_world_n, np.float32)
         torques = np.asarray(torque_world_nm, np.float32)
@@ -346,6 +346,10 @@ class Arms:
     def state(self) -> dict[str, NDArray]:
         """Everything that the next step depends on; rows: left, then the right arm's tools."""
         self._settle()
+        return self.snapshot()
+
+    def snapshot(self) -> dict[str, NDArray]:
+        """As `state`, but leaves the simulator alone: good for checks, not to restore exactly."""
         psms = self._all
         return {
             "qpos": np.stack([psm.articulation.get_qpos() for psm in psms]),
@@ -365,6 +369,13 @@ class Arms:
         for psm, (qpos, qvel, targets) in zip(self._all, rows, strict=True):
             psm.set_drive_targets(targets)
             psm.write(qpos, qvel)
+
+    @property
+    def joint_ranges(self) -> Array:
+        """(3, 8, 2) lowest and highest joints of each row of `state`, one angle a finger."""
+        return np.stack(
+            [np.stack([_split_jaw(q) for q in psm.limits.T], axis=1) for psm in self._all]
+        )
 
     def _settle(self) -> None:
         """Make positions and velocities the simulator's only memory.

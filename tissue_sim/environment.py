@@ -39,6 +39,7 @@ from tissue_sim.shader_pack import (
     set_picture_formats,
     shader_pack,
 )
+from tissue_sim.state_check import require_names, require_type
 from tissue_sim.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.world import World, WorldConfig
 
@@ -148,14 +149,17 @@ class CholecystectomyEnv(BaseEnv):
         """Put back what `get_state_dict` returned, of this patient or another.
 
         Raises:
-            ValueError: it is not such a state.
+            ValueError: it is not such a state; nothing is changed.
         """
         whole = state_from_tensors(state)
-        anatomy: Anatomy = whole["anatomy"]
-        if anatomy != self.world.anatomy:
-            self.world.reset(anatomy)
+        require_type(whole, dict, "state")
+        require_names(set(whole), {"anatomy", "world"}, "state")
+        require_type(whole["anatomy"], Anatomy, "state/anatomy")
+        self.world.check(whole["world"], whole["anatomy"])
+        if whole["anatomy"] != self.world.anatomy:
+            self.world.reset(whole["anatomy"])
         self.world.restore(whole["world"])
-        self._observation = self.world.observe()
+        self._observation, self._targets = self.world.observe(), self.world.target
 
     def get_state(self) -> torch.Tensor:
         """The state's bytes (1, n)."""
@@ -166,9 +170,11 @@ class CholecystectomyEnv(BaseEnv):
         """Put back what `get_state` returned, of this patient.
 
         Raises:
-            ValueError: it is of another size, so of another patient.
+            ValueError: it is no bytes, of another size or damaged; nothing is changed.
         """
-        data = np.asarray(state, np.uint8).reshape(-1)
+        data = np.asarray(state).reshape(-1)
+        if data.dtype != np.uint8:
+            raise ValueError(f"state: it is of {data.dtype}; expected: uint8")
         own = {k: v.numpy() for k, v in self.get_state_dict().items()}
         if data.size != sum(v.nbytes for v in own.values()):
             raise ValueError(f"state: {data.size} bytes, not of this patient: use set_state_dict")

@@ -34,16 +34,22 @@ def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
     """What `state_to_tensors` was given.
 
     Raises:
-        ValueError: a tensor is missing, or the rest holds what no state holds.
+        ValueError: a tensor is missing, unknown or no batch of one, or the rest holds what no
+            state holds.
     """
-    if REST not in tensors:
-        raise ValueError(f"state: {REST!r} is missing; it has {sorted(tensors)}")
-    data = _array(tensors[REST]).tobytes()
+    if not isinstance(tensors, dict):
+        raise ValueError(f"state: it is a {type(tensors).__name__}; expected: dict")
+    arrays = {path: _array(tensor, path) for path, tensor in tensors.items()}
+    if REST not in arrays:
+        raise ValueError(f"state: {REST!r} is missing")
     try:
-        skeleton = _Unpickler(io.BytesIO(data)).load()
-    except (pickle.UnpicklingError, EOFError) as error:
+        skeleton = _Unpickler(io.BytesIO(arrays.pop(REST).tobytes())).load()
+    except Exception as error:  # damaged bytes can ask the unpickler for anything
         raise ValueError(f"state: {REST!r} is not a world's: {error}") from error
-    return _filled(skeleton, tensors, "")
+    state = _filled(skeleton, arrays, "")
+    if arrays:
+        raise ValueError(f"state: unknown: {', '.join(sorted(map(str, arrays)))}")
+    return state
 
 
 class _Unpickler(pickle.Unpickler):
@@ -83,17 +89,21 @@ def _without_arrays(node: Any) -> Any:
     return tuple(_without_arrays(v) for v in node) if isinstance(node, tuple) else node
 
 
-def _filled(node: Any, tensors: dict[str, Any], path: str) -> Any:
-    if path and path in tensors:
-        return _array(tensors[path])
+def _filled(node: Any, arrays: dict[str, NDArray[Any]], path: str) -> Any:
+    """A skeleton with each None replaced by its array, which is taken out of `arrays`."""
     if node is None:
-        raise ValueError(f"state: {path!r} is missing")
+        if path not in arrays:
+            raise ValueError(f"state: {path!r} is missing")
+        return arrays.pop(path)
     if isinstance(node, dict):
-        return {k: _filled(v, tensors, f"{path}/{k}" if path else str(k)) for k, v in node.items()}
+        return {k: _filled(v, arrays, f"{path}/{k}" if path else str(k)) for k, v in node.items()}
     if isinstance(node, tuple):
-        return tuple(_filled(v, tensors, f"{path}/{i}") for i, v in enumerate(node))
+        return tuple(_filled(v, arrays, f"{path}/{i}") for i, v in enumerate(node))
     return node
 
 
-def _array(tensor: Any) -> NDArray[Any]:
-    return torch.as_tensor(tensor)[0].numpy().copy()
+def _array(tensor: Any, path: str) -> NDArray[Any]:
+    if not isinstance(tensor, torch.Tensor | np.ndarray) or tuple(tensor.shape[:1]) != (1,):
+        raise ValueError(f"state: {path!r} is no tensor with a batch of one in front")
+    array = tensor.detach().cpu().numpy() if isinstance(tensor, torch.Tensor) else tensor
+    return array[0].copy()

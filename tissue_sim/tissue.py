@@ -166,14 +166,23 @@ class Tissue:
         self.host("rest_inverse")[b, elements] = np.linalg.inv(edges)
         self.host("volume")[b, elements] = signed_volumes(rest, self.tets(b)[elements])
 
+    def pattern(
+        self, b: int, n_vertex: int, tets: Indices, links: Indices
+    ) -> tuple[Indices, Indices, list[Indices]]:
+        """Matrix pattern (`block_pattern`) of a topology: elements, ties, links.
+
+        Raises:
+            ValueError: it has more blocks than there is room for.
+        """
+        row, column, slots = block_pattern(n_vertex, [tets, self.host("tie_corner")[b], links])
+        if len(column) >= self.host("column").shape[1]:
+            raise ValueError("tissue: the stiffness matrix outgrew its capacity")
+        return row, column, slots
+
     def rewire(self, b: int) -> None:
         """Rebuild matrix pattern, masses and touchable surface after a change of topology."""
         n, tets = self.n_vertex(b), self.tets(b)
-        row, column, (tet, tie, link) = block_pattern(
-            n, [tets, self.host("tie_corner")[b], self.host("link")[b]]
-        )
-        if len(column) >= self.host("column").shape[1]:
-            raise ValueError("tissue: the stiffness matrix outgrew its capacity")
+        row, column, (tet, tie, link) = self.pattern(b, n, tets, self.host("link")[b])
         self.host("row")[b, : n + 1] = row
         self.host("column")[b, : len(column)] = column
         n_part = int(self.host("n_part")[b])
@@ -194,17 +203,14 @@ class Tissue:
 
     def state(self) -> dict[str, NDArray]:
         """A copy of everything that changes, topology included."""
-        return {name: self.host(name).copy() for name in STATE}
+        return {name: part.copy() for name, part in self.parts().items()}
+
+    def parts(self) -> dict[str, NDArray]:
+        """What `state` copies."""
+        return {name: self.host(name) for name in STATE}
 
     def restore(self, state: dict[str, NDArray]) -> None:
-        """Put back what `state` returned.
-
-        Raises:
-            ValueError: the state is of another tissue; nothing is changed.
-        """
-        for name in STATE:
-            if name not in state or state[name].shape != self.host(name).shape:
-                raise ValueError(f"state: {name} is missing or of another shape")
+        """Put back what `state` of this tissue returned; `World.check` tells whether it did."""
         for name in STATE:
             self.host(name)[:] = state[name]
         for b in range(len(self.organs)):

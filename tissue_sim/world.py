@@ -24,6 +24,7 @@ from tissue_sim.record import Pull, Record
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
+from tissue_sim.world_state import copied, require_state
 
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 WORLD_VERSION = 2  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
+_NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed
 
 
@@ -76,17 +78,14 @@ class World:
             whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0,
             whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0,
         )
-        self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
+        self._wrenches = _NO_WRENCHES
         self.view = _new_view(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
         """A new patient, the instruments at home, the tissue come to rest."""
         self.anatomy = anatomy
-        self.organ = build_organ(anatomy)
-        self.tissue = Tissue(
-            [self.organ], stiffness_scale=[anatomy.stiffness_scale], config=self.config.tissue
-        )
-        self.tubes = Tubes(self.tissue, self.organ)
+        self.tissue, self.tubes = self._prepare(anatomy)
+        self.organ = self.tubes.organ
         self.T_world_endoscope = endoscope_pose(
             anatomy.endoscope_pitch_rad, anatomy.endoscope_yaw_rad, anatomy.endoscope_distance_m
         )
@@ -95,7 +94,7 @@ class World:
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
         self.record = Record()
         self._target = self.arms.joints
-        self._wrenches = (np.zeros((8, 3)), np.zeros((8, 3)))
+        self._wrenches = _NO_WRENCHES
         self._place_tools()
         for _ in range(SETTLE_STEPS):
             self.tissue.step()
@@ -182,37 +181,63 @@ class World:
 
     def state(self) -> dict[str, Any]:
         """Everything the next step depends on, tissue topology included."""
-        return {
-            "version": WORLD_VERSION,
-            "anatomy": self.anatomy.hash,
-            "tissue": self.tissue.state(),
-            "above": {tube: rings.copy() for tube, rings in self.tubes.above.items()},
-            "stations": {tube: s.copy() for tube, s in self.tubes.stations_m.items()},
-            "arms": self.arms.state(),
-            "target": self._target.copy(),
-            "T_world_endoscope": self.T_world_endoscope.copy(),
-            "wrenches": tuple(w.copy() for w in self._wrenches),
-            "record": self.record,
-        }
+        return copied(self._parts(self.tissue, self.tubes)) | {"arms": self.arms.state()}
+
+    def check(self, state: Any, anatomy: Anatomy | None = None) -> None:
+        """Check a state whole, changing nothing.
+
+        Args:
+            state: what `restore` may be given.
+            anatomy: the patient it should be of, if not the one in this world.
+
+        Raises:
+            ValueError: `state` of such a world never returned it; it says where and why.
+        """
+        anatomy = anatomy or self.anatomy
+        known = anatomy == self.anatomy
+        tissue, tubes = (self.tissue, self.tubes) if known else self._prepare(anatomy)
+        example = self._parts(tissue, tubes) | {"anatomy": anatomy.hash}
+        require_state(state, example, tissue, tubes, self.arms.joint_ranges)
 
     def restore(self, state: dict[str, Any]) -> None:
         """Put back what `state` returned.
 
         Raises:
-            ValueError: the state is of another anatomy or version; nothing is changed.
+            ValueError: the state is of another anatomy or version, or damaged; nothing is changed.
         """
-        for name, own in (("version", WORLD_VERSION), ("anatomy", self.anatomy.hash)):
-            if state.get(name) != own:
-                raise ValueError(f"state: {name} is {state.get(name)!r}, this world's is {own!r}")
+        self.check(state)
+        state = copied(state)
         self.tissue.restore(state["tissue"])
-        self.tubes.above = {tube: rings.copy() for tube, rings in state["above"].items()}
-        self.tubes.stations_m = {tube: s.copy() for tube, s in state["stations"].items()}
+        self.tubes.above, self.tubes.stations_m = state["above"], state["stations"]
         self.arms.restore(state["arms"])
-        self._target = state["target"].copy()
-        self.T_world_endoscope = state["T_world_endoscope"].copy()
-        self._wrenches = tuple(w.copy() for w in state["wrenches"])
+        self._target = state["target"]
+        self.T_world_endoscope = state["T_world_endoscope"]
+        self._wrenches = state["wrenches"]
         self.record = state["record"]
         self._place_tools()
+
+    def _parts(self, tissue: Tissue, tubes: Tubes) -> dict[str, Any]:
+        """What a state holds, uncopied."""
+        return {
+            "version": WORLD_VERSION,
+            "anatomy": self.anatomy.hash,
+            "tissue": tissue.parts(),
+            "above": tubes.above,
+            "stations": tubes.stations_m,
+            "arms": self.arms.snapshot(),
+            "target": self._target,
+            "T_world_endoscope": self.T_world_endoscope,
+            "wrenches": self._wrenches,
+            "record": self.record,
+        }
+
+    def _prepare(self, anatomy: Anatomy) -> tuple[Tissue, Tubes]:
+        """A patient's tissue at rest."""
+        organ = build_organ(anatomy)
+        tissue = Tissue(
+            [organ], stiffness_scale=[anatomy.stiffness_scale], config=self.config.tissue
+        )
+        return tissue, Tubes(tissue, organ)
 
     def _place_tools(self) -> None:
         shapes = self.arms.contact_shapes()

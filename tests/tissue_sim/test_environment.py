@@ -7,9 +7,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
+from hypothesis import given
+from hypothesis import strategies as st
 
+from tests.tissue_sim.treatment import assert_same
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
+from tissue_sim.record import Record
+from tissue_sim.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.world import World
 
 environment = pytest.importorskip("tissue_sim.environment")
@@ -137,16 +142,94 @@ def test_flat_state_is_the_same_state(env: gym.Env) -> None:
     assert torch.equal(onward, run(env, 10, 20))
 
 
-def test_foreign_states_are_refused(env: gym.Env) -> None:
+def test_waiting_after_a_restore_is_waiting_at_the_restored_targets(env: gym.Env) -> None:
     env.reset(seed=3)
+    run(env, 0, 10)
     saved = env.unwrapped.get_state_dict()
-    before = env.unwrapped.world.tissue.positions().copy()
-    zeros = torch.zeros(1, 8, dtype=torch.uint8)
-    zeros = torch.zeros(1, 8, dtype=torch.uint8)
-    for broken in ({}, {"rest": saved["rest"]}, saved | {"rest": zeros}):
-        with pytest.raises(ValueError, match="state"):
-            env.unwrapped.set_state_dict(broken)
-    assert np.array_equal(before, env.unwrapped.world.tissue.positions())
+    onward = env.step(None)[0]
+    run(env, 10, 20)
+    env.unwrapped.set_state_dict(saved)
+    assert torch.equal(onward, env.step(None)[0])
+
+
+def assert_refused(env: gym.Env, state: Any, said: str = "state") -> None:
+    world = env.unwrapped.world
+    before, tissue = world.state(), world.tissue
+    with pytest.raises(ValueError, match=said) as caught:
+        env.unwrapped.set_state_dict(state)
+    assert "\n" not in str(caught.value)
+    assert world.tissue is tissue
+    assert_same(world.state(), before)
+
+
+BYTES = torch.zeros(1, 8, dtype=torch.uint8)
+DAMAGE = {
+    "nothing": lambda saved: {},
+    "no dict": lambda saved: list(saved.values()),
+    "the rest alone": lambda saved: {"rest": saved["rest"]},
+    "no rest": lambda saved: {k: v for k, v in saved.items() if k != "rest"},
+    "another rest": lambda saved: saved | {"rest": BYTES},
+    "rest of numbers": lambda saved: saved | {"rest": saved["rest"].float()},
+    "unknown": lambda saved: saved | {"world/bile": BYTES},
+    "no tensor": lambda saved: saved | {"world/target": "x"},
+    "two of them": lambda saved: saved | {"world/target": saved["world/target"].repeat(2, 1, 1)},
+    "type": lambda saved: saved | {"world/target": saved["world/target"].float()},
+    "not finite": lambda saved: saved | {"world/target": saved["world/target"] * torch.nan},
+    "out of range": lambda saved: saved | {"world/tissue/tet": saved["world/tissue/tet"] + 999},
+    "no world": lambda saved: state_to_tensors({"anatomy": anatomy_from_seed(3)}),
+    "no anatomy": lambda saved: state_to_tensors({"anatomy": 3, "world": {}}),
+    "no state": lambda saved: state_to_tensors((1, 2)),  # pyright: ignore[reportArgumentType]
+}
+
+
+@pytest.mark.parametrize("patient", [3, 4], ids=["this patient's", "another's"])
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_state_is_refused_and_the_patient_stays(
+    env: gym.Env, saved_state: dict[int, Any], damage: Any, patient: int
+) -> None:
+    assert_refused(env, damage(saved_state[patient]))
+
+
+def test_every_tensor_must_be_there(env: gym.Env, saved_state: dict[int, Any]) -> None:
+    saved = saved_state[4]
+    for name in saved:
+        assert_refused(env, {k: v for k, v in saved.items() if k != name}, name)
+
+
+def test_an_impossible_anatomy_is_refused(env: gym.Env, saved_state: dict[int, Any]) -> None:
+    anatomy = anatomy_from_seed(3)
+    object.__setattr__(anatomy, "duct_diameter_m", -0.001)
+    world = env.unwrapped.world.state()
+    assert_refused(env, state_to_tensors({"anatomy": anatomy, "world": world}), "duct_diameter_m")
+
+
+@pytest.fixture(scope="module")
+def saved_state(env: gym.Env) -> dict[int, Any]:
+    """Of patients 4 and 3; patient 3 stays in the environment."""
+    states = {}
+    for patient in (4, 3):
+        env.reset(seed=patient)
+        states[patient] = env.unwrapped.get_state_dict()
+    return states
+
+
+@given(at=st.integers(0, 2000), byte=st.integers(0, 255))
+def test_damaged_bytes_are_refused_as_bad_input(at: int, byte: int) -> None:
+    """Whatever they ask of the unpickler; unless a number became another one."""
+    tensors = state_to_tensors({"anatomy": anatomy_from_seed(3), "record": Record()})
+    tensors["rest"][0, at] = byte
+    try:
+        state_from_tensors(tensors)
+    except ValueError as error:
+        assert "state" in str(error)
+
+
+def test_a_flat_state_that_is_no_bytes_is_refused(env: gym.Env) -> None:
+    flat = env.unwrapped.get_state()
+    with pytest.raises(ValueError, match="float32; expected: uint8"):
+        env.unwrapped.set_state(flat.float())
+    with pytest.raises(ValueError, match="bytes, not of this patient"):
+        env.unwrapped.set_state(flat[:, :-1])
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,76 @@
+"""A world at work: instruments that reach the tissue, a clip and a cut; and what is the same."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tests.tissue_sim.bodies import astride
+from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.clip import CLIP_LENGTH_M, latch
+from tissue_sim.cut import BLADE_LENGTH_M, sever
+from tissue_sim.world import World
+
+TUBE = "duct"
+
+
+def reach(k: int) -> JointCommand:
+    """Both instruments into the field, side by side, the jaws working: they meet tissue."""
+    q = np.tile([0.09, 0.15, 0.10, 0.1, 0.0, 0.0, 0.4], (2, 1))
+    q[RIGHT_ARM] = [-0.22, 0.0, 0.10, 0.0, 0.1, 0.0, 0.5]
+    q[:, 2] += 0.0012 * min(k, 30)
+    q[:, 6] *= np.cos(0.3 * k)
+    return JointCommand(joints=q)
+
+
+def everything(world: World) -> list[np.ndarray]:
+    return [
+        world.tissue.positions().copy(),
+        world.tissue.host("velocity").copy(),
+        world.arms.joints,
+        world.arms.joint_velocities,
+        world.tool_forces_n(),
+    ]
+
+
+def run(world: World, first: int, last: int) -> list[list[np.ndarray]]:
+    path = []
+    for k in range(first, last):
+        world.step(reach(k))
+        path.append(everything(world))
+    return path
+
+
+def assert_same(a: Any, b: Any) -> None:
+    """Equal bit for bit, whatever they are made of."""
+    if isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for name in a:
+            assert_same(a[name], b[name])
+    elif isinstance(a, list | tuple):
+        assert len(a) == len(b)
+        for x, y in zip(a, b, strict=True):
+            assert_same(x, y)
+    elif isinstance(a, np.ndarray):
+        np.testing.assert_array_equal(a, b)
+    elif hasattr(a, "__dataclass_fields__"):
+        assert type(a) is type(b)
+        assert_same(vars(a), vars(b))
+    else:
+        assert a == b
+
+
+def clip_and_cut(world: World, share: float = 0.47) -> None:
+    """A clip and, above it, a cut, put into the tissue and the record as the tools do."""
+    length = world.tubes.length_m[TUBE]
+    T = astride(world.tubes, TUBE, 0.3 * length, beyond_m=CLIP_LENGTH_M / 2)
+    clip = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)
+    T = astride(world.tubes, TUBE, share * length, beyond_m=BLADE_LENGTH_M / 2)
+    cuts = sever(world.tubes, T, time_s=world.record.time_s)
+    assert clip.complete == (True,)
+    assert cuts
+    world.record = replace(
+        world.record, clips=(*world.record.clips, clip), cuts=(*world.record.cuts, *cuts)
+    )
