@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
+from scenarios.bench_newton import bench_newton
 from scenarios.episode import Episode, begin
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -18,8 +19,10 @@ from tissue_sim import world as world_module
 from tissue_sim.world import World
 
 
-def bench_world(*, seed: int, steps: int) -> tuple[Table, str, str]:
+def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     """Times the world under scripted planner and expert, from the grasp of the gallbladder on.
+
+    Then times the tissue alone beside Newton's.
 
     Raises:
         BadInputError: This patient's gallbladder is not grasped, so there is nothing to measure.
@@ -33,7 +36,12 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table, str, str]:
         for _ in islice(control_steps, steps):
             pass
     cores = (process_time() - start_cpu_s) / (perf_counter() - start_s)
-    return _table(stopwatch, seed), _speed(stopwatch, episode, cores), _size(episode.world)
+    return (
+        _table(stopwatch, seed),
+        _speed(stopwatch, episode, cores),
+        _size(episode.world),
+        bench_newton(seed=seed),
+    )
 
 
 def watch_step(world: World) -> Stopwatch:

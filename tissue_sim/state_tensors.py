@@ -1,15 +1,15 @@
 """A world's whole state as tensors, and back, exactly: what a saved trajectory holds.
 
 Arrays become tensors of the same type with a batch of one in front; the rest (the record of clips,
-cuts and injuries, the anatomy) becomes bytes.
+cuts and injuries, the anatomy) becomes the bytes of a JSON text.
 """
 
 from __future__ import annotations
 
-import io
-import pickle
+import json
 from collections.abc import Iterator
 from dataclasses import is_dataclass
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 REST = "rest"
 BLOCK_BYTES = 32768  # the rest is padded to a multiple of it, so that states can be stacked
-_NUMPY = {"_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer"}
 
 
 def state_to_tensors(state: dict[str, Any]) -> dict[str, torch.Tensor]:
     """Nested dicts and tuples to one flat dict, keyed by path."""
     tensors = {path: torch.from_numpy(a.copy())[None] for path, a in _arrays(state, "")}
-    data = pickle.dumps(_without_arrays(state))
-    data = data.ljust(-(-len(data) // BLOCK_BYTES) * BLOCK_BYTES, b"\0")
+    data = json.dumps(_coded(_without_arrays(state))).encode()
+    data = data.ljust(-(-len(data) // BLOCK_BYTES) * BLOCK_BYTES)
     tensors[REST] = torch.from_numpy(np.frombuffer(data, np.uint8).copy())[None]
     return tensors
 
@@ -43,27 +42,64 @@ def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
     if REST not in arrays:
         raise ValueError(f"state: {REST!r} is missing")
     try:
-        skeleton = _Unpickler(io.BytesIO(arrays.pop(REST).tobytes())).load()
-    except Exception as error:  # damaged bytes can ask the unpickler for anything
-        raise ValueError(f"state: {REST!r} is not a world's: {error}") from error
+        skeleton = _decoded(json.loads(arrays.pop(REST).tobytes()))
+    except (
+        ValueError,
+        TypeError,
+        LookupError,
+        AttributeError,
+        ImportError,
+        ArithmeticError,
+        RecursionError,
+    ) as error:
+        raise ValueError(f"state: {REST!r} is not a world's: {error!r:.80}") from error
     state = _filled(skeleton, arrays, "")
     if arrays:
         raise ValueError(f"state: unknown: {', '.join(sorted(map(str, arrays)))}")
     return state
 
 
-class _Unpickler(pickle.Unpickler):
-    """Reads this project's data classes and numbers, and calls nothing else."""
+def _coded(node: Any) -> Any:
+    """As JSON: what it does not have is an object of one entry, named after its type."""
+    if is_dataclass(node):
+        name = f"{type(node).__module__}:{type(node).__qualname__}"
+        return {"class": [name, {k: _coded(v) for k, v in vars(node).items()}]}
+    if isinstance(node, dict):
+        return {"dict": {k: _coded(v) for k, v in node.items()}}
+    if isinstance(node, tuple):
+        return {"tuple": [_coded(v) for v in node]}
+    if isinstance(node, frozenset):
+        return {"frozenset": sorted(node)}
+    if isinstance(node, np.ndarray):
+        return {"array": [node.dtype.str, node.tolist()]}
+    return node.item() if isinstance(node, np.generic) else node
 
-    def find_class(self, module: str, name: str) -> Any:
-        found = None
-        if module.startswith("tissue_sim.") or (module.split(".")[0] == "numpy" and name in _NUMPY):
-            found = super().find_class(module, name)
-        if found is None or not (is_dataclass(found) or name in _NUMPY):
-            if (module, name) == ("builtins", "frozenset"):
-                return frozenset
-            raise ValueError(f"state: it holds {module}.{name}, which no state of a world does")
-        return found
+
+def _decoded(node: Any) -> Any:
+    if not isinstance(node, dict):
+        return node
+    ((kind, parts),) = node.items()
+    if kind == "class":
+        name, values = parts
+        return _data_class(name)(**{k: _decoded(v) for k, v in values.items()})
+    if kind == "dict":
+        return {k: _decoded(v) for k, v in parts.items()}
+    if kind == "tuple":
+        return tuple(_decoded(v) for v in parts)
+    if kind == "array":
+        dtype, numbers = parts
+        if np.dtype(dtype).kind not in "biuf":
+            raise ValueError(f"no state of a world holds an array of {dtype}")
+        return np.array(numbers, dtype)
+    return {"frozenset": frozenset}[kind](parts)
+
+
+def _data_class(name: str) -> type:
+    """One of this project's data classes: nothing else is ever called."""
+    found = resolve_name(name) if name.startswith("tissue_sim.") else None
+    if not (isinstance(found, type) and is_dataclass(found)):
+        raise ValueError(f"no state of a world holds {name}")
+    return found
 
 
 def _arrays(node: Any, path: str) -> Iterator[tuple[str, NDArray[Any]]]:

@@ -1,16 +1,30 @@
 """Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
 
 from contextlib import nullcontext
+from importlib.metadata import PackageNotFoundError
 from itertools import islice
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from scenarios.bench_newton import CONVERGED, STEPS, bench_newton, race
 from scenarios.bench_world import watch_step
 from scenarios.cli import main
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
+from scenarios.retraction import (
+    DRAWN_STEPS,
+    RETRACTION_M,
+    Solver,
+    body_of,
+    in_calot,
+    in_newton,
+)
 from scenarios.stopwatch import REST, Stopwatch
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.field import UP
+from tissue_sim.tissue import TissueConfig
 
 
 class Kitchen:
@@ -105,5 +119,82 @@ def test_the_report_says_how_fast_and_what_was_measured(capsys):
     assert "5 control steps" in said
     for word in ("tissue: elements", "arms: PhysX", "judge", "observe", "whole step"):
         assert word in said
-    for words in ("times real time", "tetrahedra", "vertices", "cores", "load"):
+    for words in ("times real time", "tetrahedra", "vertices", "cores", "load", "Newton"):
         assert words in said
+
+
+def test_without_newton_one_line_says_how_to_get_it(monkeypatch):
+    def not_installed(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("scenarios.bench_newton.version", not_installed)
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(bench_newton(seed=10_004))
+    assert capture.get().splitlines() == [
+        "Newton is not installed; for its times beside ours: pip install 'calot[newton]'"
+    ]
+
+
+def test_the_solvers_take_turns_and_each_is_drawn_up_and_held():
+    heard = []
+    solvers = [
+        Solver(
+            name=name,
+            step=lambda before, after, name=name: heard.append((name, before, after)),
+            positions=lambda: np.zeros((0, 3)),
+        )
+        for name in ("a", "b")
+    ]
+    times_ms = race(solvers, DRAWN_STEPS + 2)
+    assert times_ms.shape == (2, DRAWN_STEPS + 2)
+    assert (times_ms > 0).all()
+    assert [name for name, _, _ in heard] == ["a", "b"] * (DRAWN_STEPS + 2)
+    befores, afters = np.array([motion for name, *motion in heard if name == "b"]).T
+    np.testing.assert_array_equal(befores[1:], afters[:-1])
+    assert befores[0] == 0.0
+    np.testing.assert_allclose(afters[-3:], RETRACTION_M)
+    assert np.ptp(np.diff(afters[:DRAWN_STEPS])) < 1e-12
+
+
+@pytest.fixture(scope="module")
+def body():
+    return body_of(anatomy_from_seed(10_004))
+
+
+@pytest.fixture(scope="module")
+def retracted(body):
+    """The tissue as it is stepped, drawn up and held."""
+    solver = in_calot(body, TissueConfig())
+    race([solver], STEPS)
+    return solver.positions()
+
+
+def test_what_is_held_stays_and_what_is_drawn_goes_up(body, retracted):
+    moved = retracted - body.organ.vertices
+    still = body.held.copy()
+    still[body.drawn] = False
+    assert np.abs(moved[still]).max() < 1e-8
+    np.testing.assert_allclose(
+        moved[body.drawn], np.tile(RETRACTION_M * UP, (len(body.drawn), 1)), atol=1e-8
+    )
+    assert np.linalg.norm(moved[~body.held], axis=1).max() > 0.25 * RETRACTION_M
+
+
+def test_the_tissue_comes_to_rest_where_it_should(body, retracted):
+    """The issue's figure: 0.1 mm from the converged solution; all of it is at rest."""
+    converged = in_calot(body, CONVERGED)
+    race([converged], STEPS)
+    assert np.linalg.norm(retracted - converged.positions(), axis=1).max() < 1e-4
+
+
+def test_newton_holds_the_same_body(body):
+    pytest.importorskip("newton")
+    ours, newtons = in_calot(body, TissueConfig()), in_newton(body, substeps=20, iterations=10)
+    np.testing.assert_allclose(newtons.positions(), ours.positions(), atol=1e-8)
+    race([ours, newtons], 10)
+    np.testing.assert_allclose(
+        newtons.positions()[body.held], ours.positions()[body.held], atol=1e-7
+    )
+    apart = np.linalg.norm(newtons.positions() - ours.positions(), axis=1)
+    assert np.median(apart) < 0.002

@@ -1,5 +1,7 @@
 """The ManiSkill environment: seeds, shapes, whole states, refusals. No renderer is needed."""
 
+import contextlib
+import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -213,15 +215,20 @@ def saved_state(env: gym.Env) -> dict[int, Any]:
     return states
 
 
-@given(at=st.integers(0, 2000), byte=st.integers(0, 255))
-def test_damaged_bytes_are_refused_as_bad_input(at: int, byte: int) -> None:
-    """Whatever they ask of the unpickler; unless a number became another one."""
+@given(at=st.integers(0, 2500), byte=st.integers(0, 255))
+def test_damaged_bytes_are_refused(at: int, byte: int) -> None:
+    """Unless the text is another one that reads as well."""
     tensors = state_to_tensors({"anatomy": anatomy_from_seed(3), "record": Record()})
     tensors["rest"][0, at] = byte
-    try:
+    with contextlib.suppress(ValueError):
         state_from_tensors(tensors)
-    except ValueError as error:
-        assert "state" in str(error)
+
+
+def test_only_data_classes_of_a_world_are_made() -> None:
+    for name in ("os:system", "builtins:eval", "tissue_sim.world:World", "tissue_sim.world:np"):
+        text = json.dumps({"class": [name, {}]}).encode()
+        with pytest.raises(ValueError, match=f"no state of a world holds {name}"):
+            state_from_tensors({"rest": torch.tensor([list(text)], dtype=torch.uint8)})
 
 
 def test_a_flat_state_that_is_no_bytes_is_refused(env: gym.Env) -> None:
