@@ -27,7 +27,7 @@ NEWTON_SETTINGS = (  # substeps of a control step and iterations of Newton's own
     {"substeps": 20, "iterations": 10},  # softbody_hanging
     {"substeps": 20, "iterations": 5},  # softbody_franka
 )
-CONVERGED = TissueConfig(iterations=400, tolerance=1e-6, damping_per_s=30.0)
+CONVERGED = TissueConfig(iterations=400, tolerance=1e-6, settled_j=0.0, damping_per_s=30.0)
 CONVERGED_STEPS = 150
 
 

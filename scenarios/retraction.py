@@ -4,8 +4,9 @@ The organ's elements, with the same Lame parameters and density, hang between th
 vertices: the far ends of the tubes and what lies on the liver. Newton has no ties into a
 tetrahedron, so four springs to its corners stand for each, in both.
 
-What still differs: Newton's elements are stable neo-Hookean, ours fixed-corotated; and we damp all
-motion, by 5 /s, for which Newton has no term. Contact finds nothing to touch; ours still looks.
+What still differs: Newton's elements are stable neo-Hookean, ours fixed-corotated; and ours are
+damped, Newton's not: its damping (1 to 100 Pa s tried) costs time and brings it to rest no nearer.
+Contact finds nothing to touch; ours still looks.
 """
 
 from __future__ import annotations

@@ -69,7 +69,10 @@ def require_state(
 def _sizes(tissue: Tissue) -> dict[str, Bound]:
     """Bounds of what bounds the rest."""
     fewest, most = len(tissue.organs[0].vertices), tissue.host("position").shape[1]
-    return {"tissue/n_vertex": Bound(low=fewest, high=most)}
+    return {
+        "tissue/n_vertex": Bound(low=fewest, high=most),
+        "tissue/n_part": Bound(low=0, high=tissue.host("factor_first").shape[1]),
+    }
 
 
 def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[str, Bound]:
@@ -82,6 +85,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/tet": vertex,
         "tissue/link": vertex,
         "tissue/ring": vertex,
+        "tissue/part": Bound(low=-1, high=int(state["tissue"]["n_part"][0]) - 1),
         "tissue/tet_alive": FLAG,
         "tissue/surface": FLAG,
         "tissue/covered": FLAG,

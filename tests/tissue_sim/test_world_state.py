@@ -130,6 +130,8 @@ OUT_OF_RANGE = {
     "alive": (("tissue", "tet_alive"), 2),
     "joined": (("tissue", "ring_joined"), -1),
     "vertices": (("tissue", "n_vertex"), 2**30),
+    "parts": (("tissue", "n_part"), 2**30),
+    "part": (("tissue", "part"), lambda world: int(world.tissue.host("n_part")[0])),
     "no vertices": (("tissue", "n_vertex"), 0),
     "mass": (("tissue", "mass"), -1.0),
     "tie": (("tissue", "tie_stiffness"), -1.0),
