@@ -20,6 +20,8 @@ from planner.instruction import TASKS, Instruction
 from scenarios.catalogue import CONTROLLERS, PLANNERS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
+from scenarios.perturbation.effect import Applied
+from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from tissue_sim import nurse
 from tissue_sim.anatomy import anatomy_from_seed
@@ -53,12 +55,13 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
 
 def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
-    world = World(render=render)
-    observation = world.reset(anatomy_from_seed(config.seed))
+    world, effects = World(render=render), Effects(config.perturbations, config.seed)
+    observation = world.reset(effects.on_anatomy(anatomy_from_seed(config.seed)))
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
         controller=resolve_name(CONTROLLERS[config.controller])(world),
+        effects=effects,
         observation=observation,
         config=config,
     )
@@ -79,6 +82,7 @@ class Step:
     Attributes:
         observation: After the command.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
+        applied: The perturbations that set in with this step.
     """
 
     time_s: float
@@ -87,6 +91,7 @@ class Step:
     observation: Observation
     outcome: Outcome
     exchange: bool
+    applied: tuple[Applied, ...]
 
 
 @dataclass(kw_only=True)
@@ -103,6 +108,7 @@ class Episode:
     world: World
     planner: Planner[Observation]
     controller: Controller
+    effects: Effects
     observation: Observation
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
@@ -117,7 +123,7 @@ class Episode:
         while True:
             if self._needs_exchange():
                 yield from self._exchange()
-            step = self._step(self.driver.drive(self._next_action()))
+            step = self._step(self._drive(self._next_action()))
             self._note(step)
             yield step
             if self._is_over(step):
@@ -135,7 +141,14 @@ class Episode:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
     def _next_action(self) -> ToolAction:
-        """Of the running chunk; when that has ended, the first of a new one."""
+        """Of the running chunk; when that has ended, the first of a new one.
+
+        Where a perturbation leads an arm astray, the controller begins anew after it.
+        """
+        if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
+            self._drop_chunk()
+            self.controller.reset()
+            return led
         if (action := next(self._chunk, None)) is not None:
             return action
         chunk = self.controller.act(self.observation, self._instruction)
@@ -143,6 +156,11 @@ class Episode:
             raise ValueError("controller: a chunk must hold at least one action, got none")
         self._chunk = iter(chunk[1:])
         return chunk[0]
+
+    def _drive(self, action: ToolAction) -> JointCommand:
+        """The endoscope's frame, in which motions are meant, is where the endoscope is now."""
+        self.driver.calibrate(_rig(self.world))
+        return self.driver.drive(self.effects.on_action(action, self.world))
 
     def _drop_chunk(self) -> None:
         self._chunk = iter(())
@@ -165,6 +183,7 @@ class Episode:
 
     def _step(self, command: JointCommand, *, exchange: bool = False) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
+        self.effects.before_step(self.world, task)
         self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
             time_s=self._time_s,
@@ -176,6 +195,7 @@ class Episode:
                 task_done=task_done(task, self.world),
             ),
             exchange=exchange,
+            applied=self.effects.news(),
         )
 
     def _note(self, step: Step) -> None:
