@@ -14,7 +14,8 @@ PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further b
 class PlannerScripted:
     """Reads the world's hidden state, so it serves as the reference and the test oracle.
 
-    When a clip or a cut has not come off, it says to go back, and then the same task again.
+    When a clip or a cut has not come off, it says to go back, and then the same task again; when
+    the gallbladder has slipped out of the grasper, to go back and to grab it again.
     """
 
     def __init__(self, world: World) -> None:
@@ -33,10 +34,16 @@ class PlannerScripted:
         if self._backing_off:
             if right_arm_back(self._world):
                 self._backing_off, self._since_s = False, now_s
+                self._index = 0 if self._slipped() else self._index
         elif task_done(task, self._world):
             self._index = min(self._index + 1, len(TASKS) - 1)
             self._since_s = now_s
-        elif task.kind in ("clip", "cut") and now_s - self._since_s > PATIENCE_S:
-            self._backing_off = True
+        elif task.kind in ("clip", "cut"):
+            self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = TASKS[self._index + 1] if self._backing_off else TASKS[self._index]
         return Instruction(task=said, time_s=now_s)
+
+    def _slipped(self) -> bool:
+        """Nothing is held; once a tube is cut there is no spreading them both again."""
+        record = self._world.record
+        return not record.grasp.vertices and not record.cuts

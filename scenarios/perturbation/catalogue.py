@@ -58,7 +58,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
         name="grasp-slip",
         description="the gallbladder slips out of the grasper",
         effect=f"{HERE}.slips:GraspSlip",
-        magnitude=0.95,
+        magnitude=1.0,
         most=1.0,
         unit="share of the jaws' friction lost",
     ),
