@@ -100,6 +100,7 @@ class Episode:
 
     Attributes:
         observation: What is seen now.
+        effects: What disturbs it.
         tasks: What became of each task begun so far, by its index.
         exchange_s: Simulated time of tool exchanges so far.
     """
@@ -108,8 +109,8 @@ class Episode:
     world: World
     planner: Planner[Observation]
     controller: Controller
-    effects: Effects
     observation: Observation
+    effects: Effects = field(default_factory=Effects)
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
 
@@ -141,14 +142,15 @@ class Episode:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
     def _next_action(self) -> ToolAction:
-        """Of the running chunk; when that has ended, the first of a new one.
-
-        Where a perturbation leads an arm astray, the controller begins anew after it.
-        """
+        """The controller's; where a perturbation leads an arm astray, it begins anew after that."""
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._drop_chunk()
             self.controller.reset()
             return led
+        return self.effects.on_action(self._chosen_action(), self.world)
+
+    def _chosen_action(self) -> ToolAction:
+        """Of the running chunk; when that has ended, the first of a new one."""
         if (action := next(self._chunk, None)) is not None:
             return action
         chunk = self.controller.act(self.observation, self._instruction)
@@ -158,9 +160,9 @@ class Episode:
         return chunk[0]
 
     def _drive(self, action: ToolAction) -> JointCommand:
-        """The endoscope's frame, in which motions are meant, is where the endoscope is now."""
+        """Motions are meant in the frame of the endoscope, wherever that is by now."""
         self.driver.calibrate(_rig(self.world))
-        return self.driver.drive(self.effects.on_action(action, self.world))
+        return self.driver.drive(action)
 
     def _drop_chunk(self) -> None:
         self._chunk = iter(())

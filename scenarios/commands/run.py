@@ -12,7 +12,7 @@ from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -41,7 +41,7 @@ class Run:
     """Who moves the arms."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
-    magnitude: Annotated[float | None, arg(metavar="X")] = None
+    magnitude: Annotated[float | None, number()] = None
     """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""

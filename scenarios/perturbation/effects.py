@@ -18,7 +18,7 @@ from tissue_sim.world import World
 class Effects:
     """Applies perturbations in their order; those of magnitude 0 are none."""
 
-    def __init__(self, perturbations: Sequence[Perturbation], seed: int) -> None:
+    def __init__(self, perturbations: Sequence[Perturbation] = (), seed: int = 0) -> None:
         self._effects: list[Effect] = [
             resolve_name(p.effect)(p, np.random.default_rng([0xD157, seed, k]))
             for k, p in enumerate(perturbations)
