@@ -64,7 +64,7 @@ class Effect:
         """Whether its moment has come."""
         if isinstance(self.at, AtTask):
             return task.index == self.at.index
-        return world.record.time_s >= self.at.time_s
+        return world.record.time_s >= self.at.time_s - 1e-9
 
     def note(self, time_s: float) -> None:
         """Remember that it set in."""
