@@ -129,9 +129,9 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     ),
     Perturbation(
         name="large-gallbladder",
-        description="a gallbladder larger than in the training patients",
+        description="a gallbladder larger than most in the training patients",
         effect=f"{HERE}.out_of_range:LargeGallbladder",
-        magnitude=0.7,
+        magnitude=0.4,
         most=1.0,
         unit="share of the way to the largest possible",
     ),

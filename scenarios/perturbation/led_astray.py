@@ -27,13 +27,15 @@ from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.minimum_jerk import between, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M
-from tissue_sim.frames import Array, inverse_pose, rotation_to_6d, transform, unit
+from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.organ import TUBES
 from tissue_sim.psm import forward_kinematics
 from tissue_sim.world import World
 
 NEAR_M = 0.022  # from the tip to its goal: the tool is about to act
+GRASPER_ROOM_M = 0.010  # along the tubes from wide open jaws to the grasper's tip
+BOTH_BEYOND_M = 0.003  # the tips past both tubes: jaws are widest at the tips
 STANDOFF_M = 0.015  # in front of the failing pose: it is reached from there, tissue not swept
 
 Waypoint = tuple[Array, float]  # T_world_tool (4, 4) and jaw opening (rad)
@@ -138,22 +140,23 @@ class WrongTube(ApplierAstray):
 
 
 class BothTubes(ApplierAstray):
-    """Puts wide open jaws around both tubes; the magnitude is the share of the way there."""
+    """Puts wide open jaws around both tubes where they are nearest; magnitude: share of the way.
+
+    It keeps clear of the grasper; where tubes lie wide apart it cannot reach round both.
+    """
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
-        T = self.goal(world, task)
-        here = T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2]
-        centres = world.tubes.centres(_other(tube))
-        there = centres[np.argmin(np.abs(transform(inverse_pose(T), centres)[:, 0]))]
-        along = T[:3, 0]
-        across = (there - here) - ((there - here) @ along) * along
-        approach = np.cross(along, unit(across))
-        approach *= np.sign(approach @ T[:3, 2])
-        wide = 0.5 * float(np.linalg.norm(across)) + max(
-            world.tubes.radius_m(t) for t in (tube, _other(tube))
-        )
-        jaw = _opening_rad(wide + CLEARANCE_M)
-        return astride(here + 0.5 * across, along, approach, beyond_m=0.5 * CLIP_LENGTH_M), jaw
+        T, tubes = self.goal(world, task), world.tubes
+        here, there = _nearest(tubes.centres(tube), tubes.centres(_other(tube)))
+        across = unit(there - here)
+        across = across * np.sign(across @ T[:3, 1])
+        along = unit(np.cross(across, T[:3, 2]))
+        wide_m = 0.5 * float(np.linalg.norm(there - here)) + max(map(tubes.radius_m, TUBES))
+        middle = 0.5 * (here + there)
+        room_m = (commanded_pose(world, LEFT_ARM)[:3, 3] - middle) @ along
+        middle = middle - max(GRASPER_ROOM_M - room_m, 0.0) * along
+        T_both = astride(middle, along, T[:3, 2], beyond_m=BOTH_BEYOND_M)
+        return T_both, _opening_rad(wide_m + CLEARANCE_M, BOTH_BEYOND_M)
 
 
 class Overshoot(LedAstray):
@@ -190,10 +193,17 @@ def _nearer(jaw_rad: float, goal_rad: float) -> float:
     return jaw_rad + float(np.clip(goal_rad - jaw_rad, -most, most))
 
 
-def _opening_rad(half_gap_m: float) -> float:
-    """Opening of the applier whose fingers, halfway along a clip, are this far from the middle."""
+def _nearest(a_m: Array, b_m: Array) -> tuple[Array, Array]:
+    """The points (3,) of two lines (n, 3) that are nearest to each other."""
+    apart = np.linalg.norm(a_m[:, None] - b_m[None], axis=-1)
+    i, j = np.unravel_index(np.argmin(apart), apart.shape)
+    return a_m[i], b_m[j]
+
+
+def _opening_rad(half_gap_m: float, behind_tip_m: float) -> float:
+    """Opening of the applier that has its fingers so far from their middle, or else its widest."""
     applier = INSTRUMENTS["clip_applier"]
-    sine = half_gap_m / (applier.yaw_to_tip_m - 0.5 * CLIP_LENGTH_M)
+    sine = half_gap_m / (applier.yaw_to_tip_m - behind_tip_m)
     return min(2.0 * float(np.arcsin(min(sine, 1.0))), applier.jaw_range_rad[1])
 
 

@@ -10,9 +10,9 @@ from planner.task import TASKS
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask
-from tests.scenarios.perturbation.episodes import disturbed, perturbation
+from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tissue_sim.clip import CLIP_LENGTH_M
-from tissue_sim.frames import axis_angle, pose
+from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
 
 GRAB, CLIP = 1, 2
 CONTROL_STEP_S = 1 / 30
@@ -30,10 +30,10 @@ RECOVERY = [
 class Led:
     """A nominal episode up to where an effect takes an arm over, then led to the end."""
 
-    def __init__(self, monkeypatch, name, task):
+    def __init__(self, monkeypatch, name, task, seed=SEED):
         p = perturbation(name, at=AtTask(index=task))
         self.effect = resolve_name(p.effect)(p, np.random.default_rng(0))
-        self.episode = disturbed(monkeypatch)
+        self.episode = disturbed(monkeypatch, seed=seed)
         self.world, self.task = self.episode.world, TASKS[task - 1]
         self.arm, self.magnitude = self.effect.arm, p.magnitude
         for step in self.episode.steps():
@@ -50,11 +50,19 @@ class Led:
             self.speeds_m_s.append(np.linalg.norm(moved_m) / CONTROL_STEP_S)
             action = self.effect.lead(self.world, self.task)
 
-    def caught(self):
-        """The tubes that cross between the jaws where a clip would close."""
-        T = self.world.arms.T_world_tool()[self.arm]
-        tubes = self.world.tubes
-        return {t for t in tubes.length_m if tubes.crossing(t, T, CLIP_LENGTH_M) is not None}
+    def between_the_jaws(self):
+        """The tubes whose middle line passes between the fingers, where a clip would close."""
+        to_tool = inverse_pose(self.world.arms.T_world_tool()[self.arm])
+        jaw_rad = self.world.arms.joints[self.arm, 6]
+        applier = self.world.arms.mounted[self.arm]
+        caught = set()
+        for tube in ("duct", "artery"):
+            centres = transform(to_tool, self.world.tubes.centres(tube))
+            x, y, z = centres[np.argmin(np.abs(centres[:, 0]))]
+            half_gap_m = (applier.yaw_to_tip_m + z) * np.sin(0.5 * jaw_rad)
+            if abs(x) < 1e-3 and abs(y) < half_gap_m and -CLIP_LENGTH_M < z < 0:
+                caught.add(tube)
+        return caught
 
 
 @pytest.mark.parametrize(("name", "task"), RECOVERY)
@@ -78,11 +86,15 @@ def test_the_grasper_closes_as_far_above_or_below_as_said(monkeypatch, name, sig
     assert led.world.target[led.arm, 6] < 0.5
 
 
-@pytest.mark.parametrize(("name", "both"), [("wrong-tube", False), ("both-tubes", True)])
-def test_the_applier_is_around_the_tubes_it_should_not_be_around(monkeypatch, name, both):
-    led = Led(monkeypatch, name, CLIP)
+def test_the_applier_is_around_the_other_tube_only(monkeypatch):
+    led = Led(monkeypatch, "wrong-tube", CLIP)
     tube = structure_of(led.task, led.world)
-    assert led.caught() == ({"duct", "artery"} if both else {"duct", "artery"} - {tube})
+    assert led.between_the_jaws() == {"duct", "artery"} - {tube}
+
+
+def test_the_applier_is_around_both_tubes_where_they_are_near_enough(monkeypatch):
+    led = Led(monkeypatch, "both-tubes", CLIP, seed=10_003)
+    assert led.between_the_jaws() == {"duct", "artery"}
 
 
 def test_the_applier_is_as_far_past_the_tube_as_said(monkeypatch):
