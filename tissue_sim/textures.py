@@ -57,7 +57,7 @@ def material(look: Look) -> sapien.render.RenderMaterial:
         emission=[*(look.glow * np.array(look.colour)), 1.0],
     )
     if look.mottle or look.vessels or look.dyed:
-        made.base_color_texture = _texture(_coloured(look), srgb=True)
+        made.base_color_texture = _texture(colours(look), srgb=True)
     if look.relief:
         made.normal_texture = _texture(_relief(look), srgb=False)
     return made
@@ -87,7 +87,7 @@ def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
     return 1.0 - (2.0 * near / (near + far)) ** 2
 
 
-def _coloured(look: Look) -> Array:
+def colours(look: Look) -> Array:
     """(size, size, 3) linear colours."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
     if look.lobules:

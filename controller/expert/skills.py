@@ -20,8 +20,7 @@ from controller.expert.targets import (
 from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.frames import Array
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
@@ -30,7 +29,7 @@ SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 STANDOFF_M = 0.020
 RETREAT_M = 0.030
-OUTSIDE_M = 0.008  # from the grasper's tip to any tissue
+BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 2.5
 JAW_TIME_S = 1.0
@@ -76,17 +75,17 @@ def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
     """An arm among tissue opens and draws back first: it may have caught the wrong thing."""
-    if _outside(arm, world):
+    if not _among_tissue(arm, world):
         return phases
     return (*_go_back(arm, max(opening, float(world.target[arm, 6]))), *phases)
 
 
-def _outside(arm: int, world: World) -> bool:
-    if arm == RIGHT_ARM:
-        return right_arm_back(world)
-    tip = world.arms.T_world_tool()[arm][:3, 3]
-    away_m = np.linalg.norm(world.tissue.positions() - tip, axis=1).min()
-    return bool(away_m > OUTSIDE_M)
+def _among_tissue(arm: int, world: World) -> bool:
+    """Whether any tissue lies beside or between the jaws, behind their tips."""
+    jaws_m = world.arms.mounted[arm].yaw_to_tip_m
+    to_tool = inverse_pose(world.arms.T_world_tool()[arm])
+    x, y, z = transform(to_tool, world.tissue.positions().astype(float)).T
+    return bool(((-jaws_m < z) & (z < 0.0) & (np.hypot(x, y) < BESIDE_M)).any())
 
 
 def _grab() -> tuple[Phase, ...]:
