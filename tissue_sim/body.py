@@ -27,9 +27,10 @@ class Body:
     """
 
     def __init__(self, scene: sapien.Scene, tissue: Tissue, organ: Organ) -> None:
-        self._tissue, self._organ = tissue, organ
-        self._T_world_liver = _liver_pose(organ.bed)
-        self.liver = _liver(scene, self._T_world_liver)
+        self._tissue, self._bed = tissue, organ.bed
+        self._strands_m = organ.vertices[organ.bed_vertices]
+        self._liver_pose = sapien.Pose(_T_world_liver(organ.bed))
+        self.liver = _liver(scene, self._liver_pose)
         self._liver_body = cast(
             sapien.physx.PhysxRigidDynamicComponent,
             self.liver.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent),
@@ -44,7 +45,7 @@ class Body:
 
     def move_liver(self, share: float) -> None:
         """Push the liver to a share of the step's way, for the rigid instruments."""
-        self._liver_body.set_kinematic_target(sapien.Pose(self._shifted_liver(self._at(share))))
+        self._liver_body.set_kinematic_target(self._shifted_liver(self._at(share)))
 
     def move_tissue(self, share: float) -> None:
         """Put what the body holds at a share of the step's way, moving."""
@@ -61,34 +62,33 @@ class Body:
     def restore(self, state: NDArray[np.float64]) -> None:
         """Put back what `state` returned; the tissue's own state comes first."""
         self.offset_m, self.target_m, self.velocity_m_s = state.copy()
-        self.liver.set_pose(sapien.Pose(self._shifted_liver(self.offset_m)))
+        self.liver.set_pose(self._shifted_liver(self.offset_m))
         self._place_tissue(self.offset_m)
 
     def _at(self, share: float) -> Array:
         return self.offset_m + share * (self.target_m - self.offset_m)
 
-    def _shifted_liver(self, offset_m: Array) -> Array:
-        return pose(self._T_world_liver[:3, :3], self._T_world_liver[:3, 3] + offset_m)
+    def _shifted_liver(self, offset_m: Array) -> sapien.Pose:
+        return sapien.Pose((self._liver_pose.p + offset_m).tolist(), self._liver_pose.q)
 
     def _place_tissue(self, offset_m: Array) -> None:
-        tissue, organ = self._tissue, self._organ
+        tissue, n_strand = self._tissue, len(self._strands_m)
         held = np.flatnonzero(tissue.host("fixed")[0])
         tissue.host("position")[0, held] = tissue.host("rest")[0, held] + offset_m
         tissue.host("velocity")[0, held] = self.velocity_m_s
-        strands = organ.vertices[organ.bed_vertices] + offset_m
-        tissue.host("anchor_point")[0, : len(strands)] = strands
-        tissue.host("bed_point")[0] = organ.bed.point_m + offset_m
+        tissue.host("anchor_point")[0, :n_strand] = self._strands_m + offset_m
+        tissue.host("bed_point")[0] = self._bed.point_m + offset_m
 
 
-def _liver(scene: sapien.Scene, T_world_liver: Array) -> sapien.Entity:
+def _liver(scene: sapien.Scene, at: sapien.Pose) -> sapien.Entity:
     """A slab behind the gallbladder."""
     builder = scene.create_actor_builder()
     builder.add_box_collision(half_size=LIVER_SIZE_M)
-    builder.set_initial_pose(sapien.Pose(T_world_liver))
+    builder.set_initial_pose(at)
     return builder.build_kinematic(name=LIVER)
 
 
-def _liver_pose(bed: LiverBed) -> Array:
+def _T_world_liver(bed: LiverBed) -> Array:
     across = np.cross(bed.normal, bed.along)
     deep, inward = LIVER_GIVES_M
     middle = (bed.edge_m + inward + LIVER_SIZE_M[2]) * bed.along
