@@ -30,7 +30,7 @@ from tissue_sim.tubes import Tubes
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 2  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 3  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 
 
