@@ -52,6 +52,10 @@ class Driver:
             [forward_kinematics(q[:6], i) for q, i in zip(joints, rig.instruments, strict=True)]
         )
 
+    def calibrate(self, rig: Rig) -> None:
+        """Take motions in this rig's endoscope frame from now on: the endoscope was moved."""
+        self._rig = rig
+
     @property
     def joints(self) -> Array:
         """(2, 7) joints commanded last."""

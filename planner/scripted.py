@@ -8,13 +8,15 @@ from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back
 from tissue_sim.world import World
 
+HELD_PINCH_N = 0.5  # below it the grasper touches and does not hold, assumed
 PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further back
 
 
 class PlannerScripted:
     """Reads the world's hidden state, so it serves as the reference and the test oracle.
 
-    When a clip or a cut has not come off, it says to go back, and then the same task again.
+    When a clip or a cut has not come off, it says to go back, and then the same task again; when
+    the gallbladder has slipped out of the grasper, to go back and to grab it again.
     """
 
     def __init__(self, world: World) -> None:
@@ -33,10 +35,16 @@ class PlannerScripted:
         if self._backing_off:
             if right_arm_back(self._world):
                 self._backing_off, self._since_s = False, now_s
+                self._index = 0 if self._slipped() else self._index
         elif task_done(task, self._world):
             self._index = min(self._index + 1, len(TASKS) - 1)
             self._since_s = now_s
-        elif task.kind in ("clip", "cut") and now_s - self._since_s > PATIENCE_S:
-            self._backing_off = True
+        elif task.kind in ("clip", "cut"):
+            self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = TASKS[self._index + 1] if self._backing_off else TASKS[self._index]
         return Instruction(task=said, time_s=now_s)
+
+    def _slipped(self) -> bool:
+        """Nothing is held; once a tube is cut there is no spreading them both again."""
+        record = self._world.record
+        return record.grasp.pinch_n < HELD_PINCH_N and not record.cuts

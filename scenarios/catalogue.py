@@ -5,6 +5,9 @@ A planner or controller is named with the path of its factory: `pkgutil.resolve_
 
 from dataclasses import dataclass
 
+from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.perturbation.perturbation import Perturbation
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
@@ -12,12 +15,17 @@ class Scenario:
 
     name: str
     description: str
+    perturbations: tuple[Perturbation, ...] = ()
 
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario
     for scenario in (
         Scenario(name="nominal", description="the anatomy as its seed draws it, undisturbed"),
+        *(
+            Scenario(name=p.name, description=p.description, perturbations=(p,))
+            for p in PERTURBATIONS
+        ),
     )
 }
 

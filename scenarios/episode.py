@@ -20,6 +20,8 @@ from planner.instruction import TASKS, Instruction
 from scenarios.catalogue import CONTROLLERS, PLANNERS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
+from scenarios.perturbation.effect import Applied
+from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from tissue_sim import nurse
 from tissue_sim.anatomy import anatomy_from_seed
@@ -53,12 +55,13 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
 
 def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
-    world = World(render=render)
-    observation = world.reset(anatomy_from_seed(config.seed))
+    world, effects = World(render=render), Effects(config.perturbations, config.seed)
+    observation = world.reset(effects.on_anatomy(anatomy_from_seed(config.seed)))
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
         controller=resolve_name(CONTROLLERS[config.controller])(world),
+        effects=effects,
         observation=observation,
         config=config,
     )
@@ -79,6 +82,7 @@ class Step:
     Attributes:
         observation: After the command.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
+        applied: The perturbations that set in with this step.
     """
 
     time_s: float
@@ -87,6 +91,7 @@ class Step:
     observation: Observation
     outcome: Outcome
     exchange: bool
+    applied: tuple[Applied, ...]
 
 
 @dataclass(kw_only=True)
@@ -95,6 +100,7 @@ class Episode:
 
     Attributes:
         observation: What is seen now.
+        effects: What disturbs it.
         tasks: What became of each task begun so far, by its index.
         exchange_s: Simulated time of tool exchanges so far.
     """
@@ -104,6 +110,7 @@ class Episode:
     planner: Planner[Observation]
     controller: Controller
     observation: Observation
+    effects: Effects = field(default_factory=Effects)
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
 
@@ -117,7 +124,7 @@ class Episode:
         while True:
             if self._needs_exchange():
                 yield from self._exchange()
-            step = self._step(self.driver.drive(self._next_action()))
+            step = self._step(self._drive(self._next_action()))
             self._note(step)
             yield step
             if self._is_over(step):
@@ -135,6 +142,14 @@ class Episode:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
     def _next_action(self) -> ToolAction:
+        """The controller's; where a perturbation leads an arm astray, it begins anew after that."""
+        if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
+            self._drop_chunk()
+            self.controller.reset()
+            return led
+        return self.effects.on_action(self._chosen_action(), self.world)
+
+    def _chosen_action(self) -> ToolAction:
         """Of the running chunk; when that has ended, the first of a new one."""
         if (action := next(self._chunk, None)) is not None:
             return action
@@ -143,6 +158,11 @@ class Episode:
             raise ValueError("controller: a chunk must hold at least one action, got none")
         self._chunk = iter(chunk[1:])
         return chunk[0]
+
+    def _drive(self, action: ToolAction) -> JointCommand:
+        """Motions are meant in the frame of the endoscope, wherever that is by now."""
+        self.driver.calibrate(_rig(self.world))
+        return self.driver.drive(action)
 
     def _drop_chunk(self) -> None:
         self._chunk = iter(())
@@ -165,6 +185,7 @@ class Episode:
 
     def _step(self, command: JointCommand, *, exchange: bool = False) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
+        self.effects.before_step(self.world, task)
         self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
             time_s=self._time_s,
@@ -176,6 +197,7 @@ class Episode:
                 task_done=task_done(task, self.world),
             ),
             exchange=exchange,
+            applied=self.effects.news(),
         )
 
     def _note(self, step: Step) -> None:

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.perturbation.perturbation import Perturbation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -13,6 +14,8 @@ class EpisodeConfig:
 
     Attributes:
         scenario: A key of `scenarios.catalogue.SCENARIOS`.
+        magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
+            scenario's own.
         seed: Of the anatomy and of everything random; 0 or more.
         planner: A key of `scenarios.catalogue.PLANNERS`.
         controller: A key of `scenarios.catalogue.CONTROLLERS`.
@@ -20,11 +23,12 @@ class EpisodeConfig:
             default that of SRT-H.
 
     Raises:
-        ValueError: For an unknown name, a seed that is not a whole number of at least 0, or a
-            cap that is not a number above 0.
+        ValueError: For an unknown name, a magnitude that the scenario does not allow, a seed that
+            is not a whole number of at least 0, or a cap that is not a number above 0.
     """
 
     scenario: str = "nominal"
+    magnitude: float | None = None
     seed: int = 20_000
     planner: str = "scripted"
     controller: str = "expert"
@@ -34,10 +38,24 @@ class EpisodeConfig:
         _require_known("scenario", self.scenario, SCENARIOS)
         _require_known("planner", self.planner, PLANNERS)
         _require_known("controller", self.controller, CONTROLLERS)
+        _ = self.perturbations
         if not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
         if not 0.0 < self.task_cap_s < math.inf:
             raise ValueError(f"task_cap_s must be a number above 0, got {self.task_cap_s!r}")
+
+    @property
+    def perturbations(self) -> tuple[Perturbation, ...]:
+        """Those of the scenario, at the magnitude asked for."""
+        own = SCENARIOS[self.scenario].perturbations
+        if self.magnitude is None:
+            return own
+        if len(own) != 1:
+            able = [name for name, s in SCENARIOS.items() if len(s.perturbations) == 1]
+            raise ValueError(
+                f"scenario {self.scenario!r} takes no magnitude; these do: {', '.join(able)}"
+            )
+        return (replace(own[0], magnitude=self.magnitude),)
 
 
 def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:

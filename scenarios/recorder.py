@@ -16,7 +16,7 @@ from scenarios.results import EpisodeResult
 from scenarios.strict_json import dumps, plain
 from scenarios.versions import versions
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "time_s": (),
@@ -39,6 +39,7 @@ class Recording:
         anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
         instructions: Table of what was asked: task index, text, source.
         events: What happened, in order, each with its step.
+        perturbations: What disturbed the episode, in order, each with the step it set in with.
         result: The `EpisodeResult`, as a dict; None if the episode broke off.
         error: What broke it off, else None.
         arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
@@ -50,6 +51,7 @@ class Recording:
     anatomy: dict[str, Any] | None
     instructions: tuple[dict[str, Any], ...]
     events: tuple[dict[str, Any], ...]
+    perturbations: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
     arrays: dict[str, np.ndarray]
@@ -68,6 +70,7 @@ class Recorder:
     _result: EpisodeResult | None = None
     _instructions: dict[tuple[int, str, str], int] = field(default_factory=dict)
     _events: list[dict[str, Any]] = field(default_factory=list)
+    _perturbations: list[dict[str, Any]] = field(default_factory=list)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
 
     def __enter__(self) -> Self:
@@ -101,6 +104,8 @@ class Recorder:
             self._steps[name].append(array)
         for event in step.outcome.events:
             self._events.append({"step": number, **plain(event)})
+        for applied in step.applied:
+            self._perturbations.append({"step": number, **plain(applied)})
 
     def on_end(self, result: EpisodeResult) -> None:
         """Keeps what it came to."""
@@ -121,6 +126,7 @@ class Recorder:
                 for task, text, source in self._instructions
             ],
             "events": self._events,
+            "perturbations": self._perturbations,
             "result": self._result,
             "error": error,
         }
@@ -162,6 +168,7 @@ def load(path: Path) -> Recording:
         anatomy=header["anatomy"],
         instructions=tuple(header["instructions"]),
         events=tuple(header["events"]),
+        perturbations=tuple(header["perturbations"]),
         result=header["result"],
         error=header["error"],
         arrays=arrays,

@@ -1,4 +1,4 @@
-"""What lies around the field and does not move: liver, fat, bile duct, hepatic artery, cavity."""
+"""What lies around the field and does not deform: liver, fat, bile duct, hepatic artery, cavity."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.drawing import Drawn, Surface
 from tissue_sim.field import AWAY, RIGHT, UP, field_point
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, pose
 from tissue_sim.organ import LiverBed, Organ
 from tissue_sim.shapes import drop, pipe, sheet
 from tissue_sim.textures import TILE_M, Look
@@ -29,7 +29,7 @@ _GRID_M = 0.006
 
 
 class DrawnSurroundings:
-    """The same from a patient's first step to the last."""
+    """The same from a patient's first step to the last; it moves with the body."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._scene = scene
@@ -37,9 +37,13 @@ class DrawnSurroundings:
         self._drawn: list[Drawn] = []
 
     def update(self, world: World) -> None:
-        """Draw another patient's surroundings, when it is another."""
-        if world.organ is self._organ:
-            return
+        """Draw another patient's surroundings, when it is another, where the body is now."""
+        if world.organ is not self._organ:
+            self._renew(world)
+        for drawn in self._drawn:
+            drawn.move(pose(np.eye(3), world.body.offset_m))
+
+    def _renew(self, world: World) -> None:
         self._organ = world.organ
         for drawn in self._drawn:
             drawn.remove()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from tissue_sim.world import World
 
 
-def looks(anatomy: Anatomy) -> dict[str, Look]:
-    """The parts' materials."""
-    return {
+def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
+    """The parts' materials, a share of the whole surface under dye."""
+    clean = {
         "gallbladder": Look(
             colour=anatomy.gallbladder_colour,
             mottle=0.12,
@@ -36,6 +37,7 @@ def looks(anatomy: Anatomy) -> dict[str, Look]:
         CUT_WALL: Look(colour=(0.55, 0.10, 0.08), mottle=0.15, relief=0.1, roughness=0.25),
         CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
     }
+    return {name: replace(look, dyed=dyed) for name, look in clean.items()}
 
 
 class DrawnTissue:
@@ -46,10 +48,11 @@ class DrawnTissue:
         self._organ: Organ | None = None
         self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
         self._parts: dict[str, Drawn] = {}
+        self._dyed = 0.0
 
     def update(self, world: World) -> None:
         """Draw the tissue where it is."""
-        if world.organ is not self._organ:
+        if world.organ is not self._organ or world.conditions.dyed != self._dyed:
             self._renew(world)
         tets = world.tissue.tets()[_alive(world)]
         if not np.array_equal(tets, self._tets):
@@ -68,14 +71,15 @@ class DrawnTissue:
             )
 
     def _renew(self, world: World) -> None:
-        """Another patient."""
+        """Another patient, or other liquid on this one."""
         for drawn in self._parts.values():
             drawn.remove()
-        self._organ = world.organ
+        self._organ, self._dyed = world.organ, world.conditions.dyed
         self._rest_faces = surface_faces(world.organ.tets)
         self._tets = np.zeros((0, 4), np.int32)
         self._parts = {
-            name: Drawn(self._scene, name, look) for name, look in looks(world.anatomy).items()
+            name: Drawn(self._scene, name, look)
+            for name, look in looks(world.anatomy, self._dyed).items()
         }
 
     def _build(self, world: World) -> Skin:

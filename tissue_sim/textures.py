@@ -16,6 +16,7 @@ Colour = tuple[float, float, float]
 
 SIZE = 256  # pixels of a texture's side
 TILE_M = 0.030  # length of a texture's side on the tissue
+DYE = (0.40, 0.015, 0.02)  # red, as in the video of SRT-H
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +30,7 @@ class Look:
         grain: wavelengths of bumps and mottle in a tile.
         glow: light of its own.
         lobules: slope of the lobes of fat.
+        dyed: share of the surface under red liquid.
     """
 
     colour: Colour
@@ -41,6 +43,7 @@ class Look:
     grain: int = 12
     glow: float = 0.0
     lobules: float = 0.0
+    dyed: float = 0.0
 
 
 @lru_cache(maxsize=64)  # a few patients' worth
@@ -53,8 +56,8 @@ def material(look: Look) -> sapien.render.RenderMaterial:
         metallic=look.metallic,
         emission=[*(look.glow * np.array(look.colour)), 1.0],
     )
-    if look.mottle or look.vessels:
-        made.base_color_texture = _texture(_coloured(look), srgb=True)
+    if look.mottle or look.vessels or look.dyed:
+        made.base_color_texture = _texture(colours(look), srgb=True)
     if look.relief:
         made.normal_texture = _texture(_relief(look), srgb=False)
     return made
@@ -84,7 +87,7 @@ def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
     return 1.0 - (2.0 * near / (near + far)) ** 2
 
 
-def _coloured(look: Look) -> Array:
+def colours(look: Look) -> Array:
     """(size, size, 3) linear colours."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
     if look.lobules:
@@ -92,7 +95,14 @@ def _coloured(look: Look) -> Array:
     colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None]
     line = np.exp(-((noise(2, 9, 3) / 0.06) ** 2)) * np.clip(0.6 + 0.5 * noise(1, 4, 4), 0, 1)
     share = look.vessels * np.clip(line, 0.0, 1.0)[..., None]
-    return np.clip(colour * (1 - share) + share * np.array([0.36, 0.045, 0.04]), 0.0, 1.0)
+    colour = colour * (1 - share) + share * np.array([0.36, 0.045, 0.04])
+    return np.clip(np.where(_dyed(look.dyed)[..., None], DYE, colour), 0.0, 1.0)
+
+
+def _dyed(share: float) -> NDArray[np.bool_]:
+    """(size, size) puddles that cover a share of the texture."""
+    puddles = noise(1, 5, 9)
+    return puddles >= np.quantile(puddles, 1.0 - share) if share else np.zeros(puddles.shape, bool)
 
 
 def _relief(look: Look) -> Array:

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from tissue_sim import sight
 from tissue_sim.anatomy import Anatomy
-from tissue_sim.arms import HOME_JOINTS, LIVER, Arms, JointCommand
+from tissue_sim.arms import HOME_JOINTS, Arms, JointCommand
+from tissue_sim.body import Body
 from tissue_sim.clip import Clip, retention_n
+from tissue_sim.conditions import Conditions
 from tissue_sim.field import endoscope_pose
-from tissue_sim.frames import Array, pose
+from tissue_sim.frames import Array
 from tissue_sim.judge import judge
 from tissue_sim.observation import Observation
-from tissue_sim.organ import LiverBed, build_organ
+from tissue_sim.organ import build_organ
 from tissue_sim.physics_system import physics_system
 from tissue_sim.record import Pull, Record
 from tissue_sim.sweep import Indices
@@ -29,11 +31,9 @@ from tissue_sim.world_state import copied, require_state
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 2  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 3  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
-LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
-LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,11 @@ class World:
         self.T_world_endoscope = endoscope_pose(
             anatomy.endoscope_pitch_rad, anatomy.endoscope_yaw_rad, anatomy.endoscope_distance_m
         )
-        self._place_liver(self.organ.bed)
+        if self._liver is not None:
+            self.scene.remove_entity(self._liver)
+        self.body = Body(self.scene, self.tissue, self.organ)
+        self._liver = self.body.liver
+        self.conditions = Conditions()
         self.arms.mount("clip_applier")
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
         self.record = Record()
@@ -116,18 +120,31 @@ class World:
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
         start, self._target = self._target, self.arms.limited(joints)
         per_control, per_tissue = self._steps
-        shares = iter(np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:])
-        for _ in range(per_control):
-            for _ in range(per_tissue):
-                between = start + next(shares) * (self._target - start)
+        shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
+        moving = self.body.begin_step(self.config.control_step_s)
+        for part in shares.reshape(per_control, per_tissue):
+            for share in part:
+                between = start + share * (self._target - start)
                 self.arms.command(JointCommand(joints=between))
                 self.arms.apply_wrenches(*self._wrenches)
+                if moving:
+                    self.body.move_liver(share)
                 self.scene.step()
+            if moving:
+                self.body.move_tissue(part[-1])
             self._place_tools()
             self.tissue.step()
             self._wrenches = self.tissue.tool_wrenches()
+        self.body.end_step()
         self.record = judge(self, joints, intended)
         return self.observe()
+
+    def shift_body(self, offset_m: Array) -> None:
+        """Have the body that holds the organ at an offset (3,) from the anatomy's place, in m.
+
+        It gets there in the course of the next control step, at a steady speed.
+        """
+        self.body.target_m = np.array(offset_m, float)
 
     def observe(self) -> Observation:
         """What a policy may see now, without images."""
@@ -212,6 +229,8 @@ class World:
         self.arms.restore(state["arms"])
         self._target = state["target"]
         self.T_world_endoscope = state["T_world_endoscope"]
+        self.body.restore(state["body"])
+        self.conditions = state["conditions"]
         self._wrenches = state["wrenches"]
         self.record = state["record"]
         self._place_tools()
@@ -227,6 +246,8 @@ class World:
             "arms": self.arms.snapshot(),
             "target": self._target,
             "T_world_endoscope": self.T_world_endoscope,
+            "body": self.body.state(),
+            "conditions": self.conditions,
             "wrenches": self._wrenches,
             "record": self.record,
         }
@@ -254,26 +275,12 @@ class World:
     def _friction(self) -> Array:
         """(8,) Coulomb coefficients: toothed grasper jaws, smooth steel elsewhere (assumed)."""
         friction = np.full(8, 0.1)
-        friction[2:4] = 0.7
+        friction[2:4] = 0.7 * self.conditions.grip
         return friction
 
     def tool_forces_n(self) -> Array:
         """(2, 3) force of the tissue on each instrument, world frame, N."""
         return self._wrenches[0].reshape(2, 4, 3).sum(axis=1).astype(float)
-
-    def _place_liver(self, bed: LiverBed) -> None:
-        """The liver as a slab behind the gallbladder, for the rigid instruments."""
-        if self._liver is not None:
-            self.scene.remove_entity(self._liver)
-        builder = self.scene.create_actor_builder()
-        builder.add_box_collision(half_size=LIVER_SIZE_M)
-        self._liver = builder.build_static(name=LIVER)
-        across = np.cross(bed.normal, bed.along)
-        deep, inward = LIVER_GIVES_M
-        middle = (bed.edge_m + inward + LIVER_SIZE_M[2]) * bed.along
-        middle = middle - (deep + LIVER_SIZE_M[1]) * bed.normal
-        axes = np.stack([across, bed.normal, bed.along], axis=1)
-        self._liver.set_pose(sapien.Pose(pose(axes, bed.point_m + middle)))
 
 
 def _new_scene(*, render: bool) -> sapien.Scene:

@@ -21,11 +21,11 @@ class ControllerExpert:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._jaw_rad = world.arms.joints[:, 6]
         self.reset()
 
     def reset(self) -> None:
-        """Begin the running task's skill anew; the jaws stay as commanded."""
+        """Begin the running task's skill anew; the jaws stay as commanded, by whomever."""
+        self._jaw_rad: Array = self._world.target[:, 6]
         self._task: Task | None = None
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
@@ -41,6 +41,7 @@ class ControllerExpert:
             self._world.arms.T_world_tool(),
             self._jaw_rad,
             self._world.T_world_endoscope[:3, :3],
+            self._world.body.velocity_m_s,
         )
         self._jaw_rad = chunk[-1].jaw_rad
         return chunk

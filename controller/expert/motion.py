@@ -12,6 +12,7 @@ from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vecto
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S = 1.2
 JAW_SPEED_RAD_S = 1.0
+STILL = np.zeros(3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,9 +31,17 @@ class Goal:
 
 
 def chunk_towards(
-    goals: tuple[Goal, Goal], T_world_tool: Array, jaw_rad: Array, R_world_endoscope: Array
+    goals: tuple[Goal, Goal],
+    T_world_tool: Array,
+    jaw_rad: Array,
+    R_world_endoscope: Array,
+    drift_world_m_s: Array = STILL,
 ) -> Chunk:
-    """Motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals."""
+    """Motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals.
+
+    The goals move at `drift_world_m_s` (3,), and so do arms that have none: the patient breathes.
+    """
+    drift_m = CONTROL_STEP_S * drift_world_m_s
     T, jaw = T_world_tool.copy(), jaw_rad.copy()
     chunk = []
     for _ in range(CHUNK_STEPS):
@@ -47,7 +56,7 @@ def chunk_towards(
                 T[arm, :3, :3] = T[arm, :3, :3] @ turns[arm]
         chunk.append(
             ToolAction(
-                move_endoscope_m=moves @ R_world_endoscope,
+                move_endoscope_m=(moves + drift_m) @ R_world_endoscope,
                 turn_tool=np.stack([rotation_to_6d(R) for R in turns]),
                 jaw_rad=jaw.copy(),
             )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from controller.expert.motion import Goal, distance
 from controller.expert.targets import (
     applier_opening_rad,
@@ -18,7 +20,7 @@ from controller.expert.targets import (
 from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
@@ -27,6 +29,7 @@ SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 STANDOFF_M = 0.020
 RETREAT_M = 0.030
+BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 2.5
 JAW_TIME_S = 1.0
@@ -51,18 +54,38 @@ class Phase:
 
 
 def skill(task: Task, world: World) -> tuple[Phase, ...]:
-    """The phases that carry out a task in this patient."""
+    """The phases that carry out a task in this patient, from wherever the arm is."""
     tube = structure_of(task, world)
+    opening = SCISSORS_OPEN_RAD
+    if task.right_tool == "clip_applier" and tube:
+        opening = applier_opening_rad(world.tubes, tube)
     if task.kind == "grab":
-        return _grab()
+        return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
     if task.kind == "clip":
         k = task.clip or 1
-        return _close_on(lambda w: clip_pose(w, tube, k), applier_opening_rad(world.tubes, tube))
+        closing = _close_on(lambda w: clip_pose(w, tube, k), opening)
+        return _from_outside(RIGHT_ARM, closing, opening, world)
     if task.kind == "cut":
-        return _close_on(lambda w: cut_pose(w, tube), SCISSORS_OPEN_RAD)
-    if task.kind == "go_back":
-        return _go_back(applier_opening_rad(world.tubes, tube))
-    return _go_back(SCISSORS_OPEN_RAD)
+        closing = _close_on(lambda w: cut_pose(w, tube), opening)
+        return _from_outside(RIGHT_ARM, closing, opening, world)
+    return (*_go_back(RIGHT_ARM, opening), _stay(RIGHT_ARM))
+
+
+def _from_outside(
+    arm: int, phases: tuple[Phase, ...], opening: float, world: World
+) -> tuple[Phase, ...]:
+    """An arm among tissue opens and draws back first: it may have caught the wrong thing."""
+    if not _among_tissue(arm, world):
+        return phases
+    return (*_go_back(arm, max(opening, float(world.target[arm, 6]))), *phases)
+
+
+def _among_tissue(arm: int, world: World) -> bool:
+    """Whether any tissue lies beside or between the jaws, behind their tips."""
+    jaws_m = world.arms.mounted[arm].yaw_to_tip_m
+    to_tool = inverse_pose(world.arms.T_world_tool()[arm])
+    x, y, z = transform(to_tool, world.tissue.positions().astype(float)).T
+    return bool(((-jaws_m < z) & (z < 0.0) & (np.hypot(x, y) < BESIDE_M)).any())
 
 
 def _grab() -> tuple[Phase, ...]:
@@ -88,7 +111,7 @@ def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, 
     return stand, astride, _shut(arm), _stay(arm)
 
 
-def _go_back(opening: float) -> tuple[Phase, ...]:
+def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
     def retreat(world: World, start: Array) -> Goal:
         return Goal(
             T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=FREE_SPEED_M_S
@@ -97,9 +120,9 @@ def _go_back(opening: float) -> tuple[Phase, ...]:
     def far(world: World, time_s: float) -> bool:
         return time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
 
-    open_up = _jaw(RIGHT_ARM, "open", opening)
-    back = Phase(name="go back", arm=RIGHT_ARM, goal=retreat, done=far)
-    return open_up, back, _stay(RIGHT_ARM)
+    open_up = _jaw(arm, "open", opening)
+    back = Phase(name="go back", arm=arm, goal=retreat, done=far)
+    return open_up, back
 
 
 def _go(

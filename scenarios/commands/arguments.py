@@ -23,6 +23,24 @@ def at_least(minimum: int) -> PrimitiveConstructorSpec[int]:
     )
 
 
+def number() -> PrimitiveConstructorSpec[float | None]:
+    """Returns the type of a number that may be left out, to annotate a float | None with."""
+
+    def parse(words: list[str]) -> float:
+        try:
+            return float(words[0])
+        except ValueError:
+            raise ValueError(f"{words[0]!r} is not a number") from None
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="X",
+        instance_from_str=parse,
+        is_instance=lambda value: value is None or isinstance(value, float),
+        str_from_instance=lambda value: [str(value)],
+    )
+
+
 def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
     """Returns the type of a name among `names`, to annotate a str with."""
     allowed = tuple(names)

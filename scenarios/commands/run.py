@@ -12,7 +12,7 @@ from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -41,6 +41,8 @@ class Run:
     """Who moves the arms."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
+    magnitude: Annotated[float | None, number()] = None
+    """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 1
@@ -66,9 +68,16 @@ class Run:
         return exit_code(finished)
 
     def _require_possible(self) -> None:
+        self._require_magnitude()
         if self.video is not None:
             self._require_video_possible(self.video)
         require_writable_folder(self.out, "--out")
+
+    def _require_magnitude(self) -> None:
+        try:
+            EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude)
+        except ValueError as error:
+            raise BadInputError(f"--magnitude: {error}") from None
 
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:
@@ -98,6 +107,7 @@ class Run:
         configs = [
             EpisodeConfig(
                 scenario=self.scenario,
+                magnitude=self.magnitude,
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,

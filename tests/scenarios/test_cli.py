@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from scenarios.catalogue import SCENARIOS
 from scenarios.cli import main, parse
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
@@ -38,6 +39,12 @@ def complaint(capfd, *words):
         (["run", "--episodes", "0"], ["--episodes", "'0'", "whole number of at least 1"]),
         (["run", "--workers", "0"], ["--workers", "'0'", "whole number of at least 1"]),
         (["run", "--sed", "3"], ["--sed", "--seed"]),
+        (["run", "--magnitude", "0.1"], ["--magnitude", "'nominal'", "breathing"]),
+        (["run", "--scenario", "breathing", "--magnitude", "x"], ["--magnitude", "'x'", "number"]),
+        (["run", "--scenario", "breathing", "--magnitude", "nan"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "breathing", "--magnitude", "-1"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "breathing", "--magnitude", "1"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "latency", "--magnitude", "0.5"], ["--magnitude", "whole number"]),
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
         (["operate"], ["operate", "run", "doctor"]),
@@ -94,6 +101,20 @@ def test_video_without_a_renderer_is_bad_input(capfd, tmp_path, monkeypatch):
 
 def test_words_become_the_command_they_name():
     assert parse(["run", "--seed", "7", "--controller", "idle"]) == Run(seed=7, controller="idle")
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_scenario_is_reached_from_the_command_line(name):
+    command = parse(["run", "--scenario", name])
+    assert isinstance(command, Run)
+    assert EpisodeConfig(scenario=command.scenario).perturbations == SCENARIOS[name].perturbations
+
+
+def test_a_magnitude_replaces_the_scenarios_own():
+    words = ["run", "--scenario", "breathing", "--magnitude", "0.004"]
+    assert parse(words) == Run(scenario="breathing", magnitude=0.004)
+    (breathing,) = EpisodeConfig(scenario="breathing", magnitude=0.004).perturbations
+    assert breathing.magnitude == 0.004
 
 
 @pytest.mark.parametrize("words", [["--help"], ["run", "--help"]])

@@ -8,8 +8,10 @@ import pytest
 
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.episode_config import EpisodeConfig
+from scenarios.perturbation.effect import Applied
 from scenarios.recorder import STEP_ARRAYS, Recorder, load
 from scenarios.results import EpisodeResult
+from scenarios.strict_json import plain
 
 CONFIG = EpisodeConfig(seed=20_007)
 RESULT = EpisodeResult(
@@ -56,9 +58,10 @@ class Step:
     command: Command
     observation: Observation
     outcome: Outcome
+    applied: tuple[Event, ...] = ()
 
 
-def random_step(rng, number, instruction=None, events=()):
+def random_step(rng, number, instruction=None, events=(), applied=()):
     return Step(
         time_s=number / 30,
         instruction=instruction or Instruction(task=TASKS[0]),
@@ -69,6 +72,7 @@ def random_step(rng, number, instruction=None, events=()):
             forces_n=rng.normal(size=(2, 3)),
         ),
         outcome=Outcome(events=events),
+        applied=applied,
     )
 
 
@@ -176,5 +180,14 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
 def test_another_schema_is_refused(tmp_path):
     path = tmp_path / "episode.npz"
     np.savez_compressed(path, header=np.array(json.dumps({"schema_version": 999})))
-    with pytest.raises(ValueError, match="has schema 999; allowed: 1"):
+    with pytest.raises(ValueError, match="has schema 999; allowed: 2"):
         load(path)
+
+
+def test_what_disturbed_the_episode_is_kept_with_its_step(tmp_path):
+    told = Applied(name="breathing", time_s=0.1, magnitude=0.002, unit="m of amplitude")
+    rng = np.random.default_rng(3)
+    steps = [random_step(rng, k, applied=(told,) if k == 3 else ()) for k in range(5)]
+    record(tmp_path / "e.npz", steps)
+    (kept,) = load(tmp_path / "e.npz").perturbations
+    assert kept == {"step": 3, **plain(told)}

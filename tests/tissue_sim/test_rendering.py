@@ -234,3 +234,16 @@ def _depth_matches_geometry(
     on_sac = depth_m[np.vectorize(names.get)(classes) == "gallbladder"]
     assert abs(on_sac.min() - ahead.min()) < 0.002
     assert on_sac.max() < ahead.max()
+
+
+def test_dye_reddens_the_gallbladder_and_is_gone_when_it_is_washed_off(world: World) -> None:
+    def greenness() -> float:
+        sac = world.tissue.positions()[world.organ.sac_rings[3:9, 0]].astype(float)
+        red, green, _ = pixels(world, sac, world.endoscope_rgb()).mean(axis=0)
+        return float(green / red)
+
+    clean = greenness()
+    world.conditions = replace(world.conditions, dyed=1.0)
+    assert greenness() < 0.8 * clean
+    world.conditions = replace(world.conditions, dyed=0.0)
+    assert greenness() == clean

@@ -1,0 +1,28 @@
+"""The body moves under the instruments as the patient is ventilated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.task import Task
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.perturbation import AtTime, Moment
+from tissue_sim.field import UP
+from tissue_sim.world import World
+
+PERIOD_S = 4.0  # 15 breaths a minute under anaesthesia, assumed
+
+
+class Breathing(Effect):
+    """Moves what holds the organ by `magnitude` m to and fro along the body, as a sine."""
+
+    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+        return AtTime(time_s=float(rng.uniform(0.0, PERIOD_S)))
+
+    def before_step(self, world: World, task: Task) -> None:
+        if not self.applied and self.due(world, task):
+            self._start_s = world.record.time_s
+            self.note(self._start_s)
+        if self.applied:
+            time_s = world.record.time_s + world.config.control_step_s - self._start_s
+            world.shift_body(self.magnitude * np.sin(2.0 * np.pi * time_s / PERIOD_S) * UP)

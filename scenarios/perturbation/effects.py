@@ -1,0 +1,55 @@
+"""All perturbations of an episode as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pkgutil import resolve_name
+
+import numpy as np
+
+from controller.action import ToolAction
+from planner.task import Task
+from scenarios.perturbation.effect import Applied, Effect
+from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.world import World
+
+
+class Effects:
+    """Applies perturbations in their order; those of magnitude 0 are none."""
+
+    def __init__(self, perturbations: Sequence[Perturbation] = (), seed: int = 0) -> None:
+        self._effects: list[Effect] = [
+            resolve_name(p.effect)(p, np.random.default_rng([0xD157, seed, k]))
+            for k, p in enumerate(perturbations)
+            if p.magnitude
+        ]
+        self._told = 0
+
+    def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
+        """The patient to operate on."""
+        for effect in self._effects:
+            anatomy = effect.on_anatomy(anatomy)
+        return anatomy
+
+    def lead(self, world: World, task: Task) -> ToolAction | None:
+        """The next motion while the arms are led astray; None while the controller has them."""
+        led = (effect.lead(world, task) for effect in self._effects)
+        return next((action for action in led if action is not None), None)
+
+    def on_action(self, action: ToolAction, world: World) -> ToolAction:
+        """What reaches the driver of a controller's action."""
+        for effect in self._effects:
+            action = effect.on_action(action, world)
+        return action
+
+    def before_step(self, world: World, task: Task) -> None:
+        """Change the world before its next control step."""
+        for effect in self._effects:
+            effect.before_step(world, task)
+
+    def news(self) -> tuple[Applied, ...]:
+        """What set in since this was asked last."""
+        applied = sorted((a for e in self._effects for a in e.applied), key=lambda a: a.time_s)
+        told, self._told = self._told, len(applied)
+        return tuple(applied[told:])

@@ -1,0 +1,38 @@
+"""Actions reach the robot late."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S, ToolAction, hold
+from planner.task import Task
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.world import World
+
+
+class Latency(Effect):
+    """Delays each action by `magnitude` control steps; the robot holds while none arrives.
+
+    What would have arrived during a tool exchange is lost: nobody listens then.
+    """
+
+    def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
+        super().__init__(perturbation, rng)
+        self._sent: deque[tuple[int, ToolAction]] = deque()
+
+    def before_step(self, world: World, task: Task) -> None:
+        if not self.applied and self.due(world, task):
+            self.note(world.record.time_s)
+
+    def on_action(self, action: ToolAction, world: World) -> ToolAction:
+        now = round(world.record.time_s / CONTROL_STEP_S)
+        if not self.applied:
+            return action
+        self._sent.append((now, action))
+        while self._sent[0][0] < now - self.magnitude:
+            self._sent.popleft()
+        sent, oldest = self._sent[0]
+        return oldest if sent == now - self.magnitude else hold(world.target[:, 6])

@@ -1,0 +1,211 @@
+"""SRT-H's recovery set: an arm is led to where things have gone wrong, then given back.
+
+Nothing is closed on a wrong structure that could not be opened again: no clip is set, no cut made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S, ToolAction, hold
+from controller.expert.motion import JAW_SPEED_RAD_S
+from controller.expert.skills import GRASP_OPEN_RAD, GRASP_PINCH_N, GRASP_SHUT_RAD
+from controller.expert.targets import (
+    CLEARANCE_M,
+    applier_opening_rad,
+    astride,
+    before,
+    clip_pose,
+    grasp_pose,
+)
+from planner.criteria import structure_of
+from planner.task import Task
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.minimum_jerk import between, minimum_jerk
+from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import Array, rotation_to_6d, unit
+from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.organ import TUBES
+from tissue_sim.psm import forward_kinematics
+from tissue_sim.world import World
+
+NEAR_M = 0.022  # from the tip to its goal: the tool is about to act
+GRASPER_ROOM_M = 0.010  # along the tubes from wide open jaws to the grasper's tip
+BOTH_BEYOND_M = 0.003  # the tips past both tubes: jaws are widest at the tips
+STANDOFF_M = 0.015  # in front of the failing pose: it is reached from there, tissue not swept
+
+Waypoint = tuple[Array, float]  # T_world_tool (4, 4) and jaw opening (rad)
+
+
+class LedAstray(Effect):
+    """Takes one arm over as it is about to act in a task, moves it smoothly, and gives it back."""
+
+    arm: ClassVar[int] = RIGHT_ARM
+    tasks: ClassVar[tuple[int, ...]] = ()
+
+    def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
+        super().__init__(perturbation, rng)
+        self._way: Iterator[Waypoint] | None = None
+
+    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+        return AtTask(index=int(rng.choice(self.tasks)))
+
+    def lead(self, world: World, task: Task) -> ToolAction | None:
+        if self._way is None and self.due(world, task) and self._about_to_act(world, task):
+            self._way = self._leading(world, *self.failing(world, task))
+            self.note(world.record.time_s)
+        waypoint = next(self._way, None) if self._way else None
+        return None if waypoint is None else _action(world, self.arm, *waypoint)
+
+    def goal(self, world: World, task: Task) -> Array:
+        """`T_world_tool` where the task is rightly done."""
+        raise NotImplementedError
+
+    def failing(self, world: World, task: Task) -> Waypoint:
+        """Where the arm is led to."""
+        raise NotImplementedError
+
+    def _about_to_act(self, world: World, task: Task) -> bool:
+        tip, goal = commanded_pose(world, self.arm)[:3, 3], self.goal(world, task)[:3, 3]
+        return bool(np.linalg.norm(tip - goal) < NEAR_M)
+
+    def _leading(self, world: World, T_failing: Array, jaw_rad: float) -> Iterator[Waypoint]:
+        jaw = float(world.target[self.arm, 6])
+        for T_end in (before(T_failing, STANDOFF_M), T_failing):
+            for T in minimum_jerk(commanded_pose(world, self.arm), T_end):
+                jaw = _nearer(jaw, jaw_rad)
+                yield T, jaw
+
+
+class GraspMissed(LedAstray):
+    """Closes the grasper `magnitude` m off the infundibulum, along the image's vertical."""
+
+    arm = LEFT_ARM
+    tasks = (1,)
+    side: ClassVar[float]
+
+    def goal(self, world: World, task: Task) -> Array:
+        return grasp_pose(world)
+
+    def failing(self, world: World, task: Task) -> Waypoint:
+        T = grasp_pose(world)
+        T[:3, 3] += self.side * self.magnitude * world.T_world_endoscope[:3, 1]
+        return T, GRASP_OPEN_RAD
+
+    def _leading(self, world: World, T_failing: Array, jaw_rad: float) -> Iterator[Waypoint]:
+        yield from super()._leading(world, T_failing, jaw_rad)
+        while jaw_rad > GRASP_SHUT_RAD and world.record.grasp.pinch_n < GRASP_PINCH_N:
+            jaw_rad = _nearer(jaw_rad, GRASP_SHUT_RAD)
+            yield T_failing, jaw_rad
+
+
+class GraspMissedAbove(GraspMissed):
+    side = 1.0
+
+
+class GraspMissedBelow(GraspMissed):
+    side = -1.0
+
+
+class ApplierAstray(LedAstray):
+    """Leads the clip applier astray, as a clip is about to be set while both tubes are whole."""
+
+    tasks = (2, 4, 6)
+
+    def goal(self, world: World, task: Task) -> Array:
+        return clip_pose(world, structure_of(task, world), task.clip or 1)
+
+    def failing(self, world: World, task: Task) -> Waypoint:
+        tube = structure_of(task, world)
+        opening = applier_opening_rad(world.tubes, tube)
+        T, jaw = self.worst(world, task, tube)
+        share = self.magnitude
+        return between(self.goal(world, task), T, share), opening + share * (jaw - opening)
+
+    def worst(self, world: World, task: Task, tube: str) -> Waypoint:
+        """Where a magnitude of 1 leads to."""
+        raise NotImplementedError
+
+
+class WrongTube(ApplierAstray):
+    """Puts the open jaws around the other tube; the magnitude is the share of the way there."""
+
+    def worst(self, world: World, task: Task, tube: str) -> Waypoint:
+        other = _other(tube)
+        return clip_pose(world, other, task.clip or 1), applier_opening_rad(world.tubes, other)
+
+
+class BothTubes(ApplierAstray):
+    """Puts wide open jaws around both tubes where they are nearest; magnitude: share of the way.
+
+    It keeps clear of the grasper; where tubes lie wide apart it cannot reach round both.
+    """
+
+    def worst(self, world: World, task: Task, tube: str) -> Waypoint:
+        T, tubes = self.goal(world, task), world.tubes
+        here, there = _nearest(tubes.centres(tube), tubes.centres(_other(tube)))
+        across = unit(there - here)
+        across = across * np.sign(across @ T[:3, 1])
+        along = unit(np.cross(across, T[:3, 2]))
+        wide_m = 0.5 * float(np.linalg.norm(there - here)) + max(map(tubes.radius_m, TUBES))
+        middle = 0.5 * (here + there)
+        room_m = (commanded_pose(world, LEFT_ARM)[:3, 3] - middle) @ along
+        middle = middle - max(GRASPER_ROOM_M - room_m, 0.0) * along
+        T_both = astride(middle, along, T[:3, 2], beyond_m=BOTH_BEYOND_M)
+        return T_both, _opening_rad(wide_m + CLEARANCE_M, BOTH_BEYOND_M)
+
+
+class Overshoot(LedAstray):
+    """Pushes the open applier `magnitude` m too far past the tube."""
+
+    tasks = (2, 4, 6, 10, 12, 14)
+
+    def goal(self, world: World, task: Task) -> Array:
+        return clip_pose(world, structure_of(task, world), task.clip or 1)
+
+    def failing(self, world: World, task: Task) -> Waypoint:
+        T = before(self.goal(world, task), -self.magnitude)
+        return T, applier_opening_rad(world.tubes, structure_of(task, world))
+
+
+def commanded_pose(world: World, arm: int) -> Array:
+    """`T_world_tool` (4, 4) where an arm is commanded to be."""
+    T_rcm_tool = forward_kinematics(world.target[arm, :6], world.arms.mounted[arm])
+    return world.arms.T_world_rcm[arm] @ T_rcm_tool
+
+
+def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> ToolAction:
+    """From where the arm is commanded to a pose; the other arm holds."""
+    T, still = commanded_pose(world, arm), hold(world.target[:, 6])
+    moves, turns, jaws = still.move_endoscope_m, still.turn_tool, still.jaw_rad
+    moves[arm] = (T_world_tool[:3, 3] - T[:3, 3]) @ world.T_world_endoscope[:3, :3]
+    turns[arm] = rotation_to_6d(T[:3, :3].T @ T_world_tool[:3, :3])
+    jaws[arm] = jaw_rad
+    return still
+
+
+def _nearer(jaw_rad: float, goal_rad: float) -> float:
+    most = JAW_SPEED_RAD_S * CONTROL_STEP_S
+    return jaw_rad + float(np.clip(goal_rad - jaw_rad, -most, most))
+
+
+def _nearest(a_m: Array, b_m: Array) -> tuple[Array, Array]:
+    """The points (3,) of two lines (n, 3) that are nearest to each other."""
+    apart = np.linalg.norm(a_m[:, None] - b_m[None], axis=-1)
+    i, j = np.unravel_index(np.argmin(apart), apart.shape)
+    return a_m[i], b_m[j]
+
+
+def _opening_rad(half_gap_m: float, behind_tip_m: float) -> float:
+    """Opening of the applier that has its fingers so far from their middle, or else its widest."""
+    applier = INSTRUMENTS["clip_applier"]
+    sine = half_gap_m / (applier.yaw_to_tip_m - behind_tip_m)
+    return min(2.0 * float(np.arcsin(min(sine, 1.0))), applier.jaw_range_rad[1])
+
+
+def _other(tube: str) -> str:
+    return "artery" if tube == "duct" else "duct"

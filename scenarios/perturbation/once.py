@@ -1,0 +1,28 @@
+"""Perturbations of the world that set in once, some time after the start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.task import Task
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.perturbation import AtTime, Moment
+from tissue_sim.world import World
+
+EARLIEST_S, LATEST_S = 5.0, 60.0
+
+
+class Once(Effect):
+    """Changes the world when its moment comes, in one control step."""
+
+    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+        return AtTime(time_s=float(rng.uniform(EARLIEST_S, LATEST_S)))
+
+    def before_step(self, world: World, task: Task) -> None:
+        if not self.applied and self.due(world, task):
+            self.note(world.record.time_s)
+            self.change(world)
+
+    def change(self, world: World) -> None:
+        """Do it."""
+        raise NotImplementedError

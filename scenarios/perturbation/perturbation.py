@@ -1,0 +1,57 @@
+"""One disturbance of an episode, as configured; light to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtTask:
+    """While a task is under way: its index, 1 to 17."""
+
+    index: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtTime:
+    """From a simulated time on."""
+
+    time_s: float
+
+
+Moment = AtTask | AtTime
+
+
+@dataclass(frozen=True, kw_only=True)
+class Perturbation:
+    """A disturbance with a strength, so that the strength which breaks a policy can be found.
+
+    Attributes:
+        name: in scenarios and recordings.
+        effect: path of the subclass of `scenarios.perturbation.effect.Effect` that applies it.
+        magnitude: its strength, 0 (leaves the episode as it is, bit for bit) to `most`.
+        unit: of the magnitude.
+        whole: only whole magnitudes make sense.
+        at: when it begins; None draws it from the episode's seed.
+
+    Raises:
+        ValueError: the magnitude is not allowed.
+    """
+
+    name: str
+    description: str
+    effect: str
+    magnitude: float
+    most: float
+    unit: str
+    whole: bool = False
+    at: Moment | None = None
+
+    def __post_init__(self) -> None:
+        allowed = 0.0 <= self.magnitude <= self.most
+        if not allowed or (self.whole and self.magnitude != int(self.magnitude)):
+            kind = "a whole number" if self.whole else "a number"
+            raise ValueError(
+                f"{self.name}: magnitude = {self.magnitude:g} must be {kind} from 0 to "
+                f"{self.most:g} ({self.unit})"
+            )

@@ -1,0 +1,49 @@
+"""What an instrument loses: the clip it carries, the tissue it holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.task import Task
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.perturbation import AtTask, Moment
+from tissue_sim.outcome import right_arm_back
+from tissue_sim.world import World
+
+CLIP_TASKS = (2, 4, 6, 10, 12, 14)
+GRASP_SLIPS_S = 3.0
+
+
+class ClipDropped(Effect):
+    """The applier loses its clip as it nears the tube, `magnitude` times in one task."""
+
+    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+        return AtTask(index=int(rng.choice(CLIP_TASKS)))
+
+    def before_step(self, world: World, task: Task) -> None:
+        left = len(self.applied) < self.magnitude and self.due(world, task)
+        if left and world.record.clip_loaded and not right_arm_back(world):
+            self.note(world.record.time_s)
+            _drop_clip(world)
+
+
+class GraspSlip(Effect):
+    """The grasper's jaws lose a share `magnitude` of their friction for a while."""
+
+    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+        return AtTask(index=int(rng.choice(CLIP_TASKS)))
+
+    def before_step(self, world: World, task: Task) -> None:
+        if not self.applied and self.due(world, task):
+            self._start_s = world.record.time_s
+            self.note(self._start_s)
+        if self.applied:
+            slips = world.record.time_s - self._start_s < GRASP_SLIPS_S
+            grip = 1.0 - self.magnitude if slips else 1.0
+            world.conditions = replace(world.conditions, grip=grip)
+
+
+def _drop_clip(world: World) -> None:
+    world.record = replace(world.record, clip_loaded=False)

@@ -1,0 +1,129 @@
+"""Laws of each mechanism, measured on the world."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from planner.instruction import TASKS
+from planner.scripted import HELD_PINCH_N
+from scenarios.catalogue import CONTROLLERS
+from scenarios.perturbation.breathing import PERIOD_S
+from scenarios.perturbation.out_of_range import (
+    LargeGallbladder,
+    ShortTubes,
+    SoftTissue,
+    StiffTissue,
+    WideTubes,
+)
+from scenarios.perturbation.perturbation import AtTask, AtTime
+from tests.scenarios.perturbation.episodes import disturbed, perturbation
+from tissue_sim.anatomy import RANGES, anatomy_from_seed
+from tissue_sim.field import UP
+from tissue_sim.frames import inverse_pose, rotation_vector
+
+CONTROL_STEP_S = 1 / 30
+WAVES = "tests.scenarios.perturbation.waving_controller:ControllerWaves"
+FLOAT32_M = 2e-8
+
+
+def test_breathing_moves_the_fixed_ends_as_a_sine(monkeypatch):
+    start_s, amplitude_m = 0.5, 0.003
+    breathing = perturbation("breathing", magnitude=amplitude_m, at=AtTime(time_s=start_s))
+    episode = disturbed(monkeypatch, breathing, controller="idle")
+    fixed = episode.world.organ.fixed
+    at_rest = episode.world.organ.vertices[fixed]
+    for step in islice(episode.steps(), 60):
+        phase = 2 * np.pi * max(step.time_s - start_s, 0.0) / PERIOD_S
+        moved = episode.world.tissue.positions()[fixed] - at_rest
+        expected = np.tile(amplitude_m * np.sin(phase) * UP, (len(moved), 1))
+        np.testing.assert_allclose(moved, expected, atol=FLOAT32_M)
+
+
+@pytest.mark.parametrize("delay", [1, 7])
+def test_latency_delays_each_command_by_exactly_as_many_steps(monkeypatch, delay):
+    monkeypatch.setitem(CONTROLLERS, "waves", WAVES)
+    late = perturbation("latency", magnitude=delay)
+    commands = [
+        np.stack([step.command.joints for step in islice(episode.steps(), 40)])
+        for episode in (
+            disturbed(monkeypatch, controller="waves"),
+            disturbed(monkeypatch, late, controller="waves"),
+        )
+    ]
+    np.testing.assert_array_equal(commands[1][delay:], commands[0][:-delay])
+    assert np.ptp(commands[1][:delay], axis=0).max() < 1e-12
+    assert np.ptp(commands[1][delay:], axis=0).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["camera-shift", "camera-turn"])
+def test_the_endoscope_is_moved_by_the_magnitude_at_its_moment_and_no_more(monkeypatch, name):
+    bump = perturbation(name, magnitude=0.02, at=AtTime(time_s=0.5))
+    episode = disturbed(monkeypatch, bump, controller="idle")
+    before = episode.world.T_world_endoscope
+    for step in islice(episode.steps(), 30):
+        change = inverse_pose(before) @ episode.world.T_world_endoscope
+        sizes = np.linalg.norm(change[:3, 3]), np.linalg.norm(rotation_vector(change[:3, :3]))
+        bumped = 0.02 if step.time_s > 0.5 + 0.01 else 0.0
+        expected = (bumped, 0.0) if name == "camera-shift" else (0.0, bumped)
+        np.testing.assert_allclose(sizes, expected, atol=1e-9)
+
+
+def test_motions_are_meant_in_the_frame_of_the_endoscope_as_it_is(monkeypatch):
+    monkeypatch.setitem(CONTROLLERS, "waves", WAVES)
+    bump = perturbation("camera-turn", magnitude=0.5, at=AtTime(time_s=0.0))
+    episode = disturbed(monkeypatch, bump, controller="waves")
+    tips = [s.observation.tips_endoscope[:, :3, 3] for s in islice(episode.steps(), 12)]
+    moved = tips[-1] - tips[2]  # the controller moves along (1, 1, 1) of what it sees
+    along = moved / np.linalg.norm(moved, axis=1, keepdims=True)
+    np.testing.assert_allclose(along, np.full((2, 3), 3**-0.5), atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("effect", "name"),
+    [
+        (StiffTissue, "stiff-tissue"),
+        (SoftTissue, "soft-tissue"),
+        (WideTubes, "wide-tubes"),
+        (ShortTubes, "short-tubes"),
+        (LargeGallbladder, "large-gallbladder"),
+    ],
+)
+def test_a_patient_goes_steadily_to_the_limit_of_what_is_possible(effect, name):
+    anatomy, rng = anatomy_from_seed(10_001), np.random.default_rng(0)
+    moved = [
+        effect(perturbation(name, magnitude=m), rng).on_anatomy(anatomy)
+        for m in (0.0, 0.25, 0.5, 0.75, 1.0)
+    ]
+    assert moved[0] == anatomy
+    for parameter in effect.parameters:
+        values = [getattr(a, parameter) for a in moved]
+        assert values[-1] == pytest.approx(getattr(RANGES[parameter], effect.limit))
+        steps = np.diff(np.log(values))
+        np.testing.assert_allclose(steps, steps[0])
+
+
+def test_a_slip_loses_the_gallbladder_and_it_is_grabbed_again(monkeypatch):
+    episode = disturbed(monkeypatch, perturbation("grasp-slip", at=AtTask(index=2)))
+    steps, world = episode.steps(), episode.world
+    assert any(step.applied for step in steps)
+    assert any(world.record.grasp.pinch_n < HELD_PINCH_N for _ in islice(steps, 60))
+    again = (s for s in islice(steps, 450) if s.instruction.task == TASKS[0])
+    assert any(step.outcome.task_done for step in again)
+    assert world.record.grasp.vertices
+    assert world.conditions.grip == 1.0
+
+
+def test_the_applier_loses_as_many_clips_as_said_and_the_nurse_brings_others(monkeypatch):
+    lost = perturbation("clip-dropped", magnitude=2, at=AtTask(index=2))
+    episode = disturbed(monkeypatch, lost)
+    dropped = exchanges = 0
+    for step in episode.steps():
+        dropped += len(step.applied)
+        assert not (step.applied and step.observation.clip_loaded)
+        exchanges += step.exchange
+        if step.instruction.task.index == 2 and step.outcome.task_done:
+            break
+    assert dropped == 2
+    assert exchanges
+    assert len(episode.world.record.clips) == 1

@@ -1,0 +1,28 @@
+"""A controller that looks at nothing: what it does depends on how often it was asked."""
+
+import numpy as np
+
+from controller.action import ToolAction, hold
+
+
+class ControllerWaves:
+    """Moves both tools to and fro."""
+
+    def __init__(self, world):
+        self._jaw_rad = world.target[:, 6]
+        self._asked = 0
+
+    def reset(self):
+        pass
+
+    def act(self, observation, instruction):
+        self._asked += 1
+        still = hold(self._jaw_rad)
+        swing = 0.0005 * np.sin(0.3 * self._asked)
+        return (
+            ToolAction(
+                move_endoscope_m=np.full((2, 3), swing),
+                turn_tool=still.turn_tool,
+                jaw_rad=still.jaw_rad,
+            ),
+        )
