@@ -250,9 +250,7 @@ def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
     )
 
 
-def _bed_vertices(
-    vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int
-) -> Indices:
+def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int) -> Indices:
     """The outer vertices of the body and fundus that face the liver."""
     body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
     outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()

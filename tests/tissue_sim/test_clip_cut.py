@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, astride
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, Clip, closure, grip_n, latch, lose, retention_n
 from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
@@ -15,6 +14,7 @@ from tissue_sim.thresholds import BILE_RATE_M3_S, BLOOD_RATE_M3_S, LUMEN_CLOSED,
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
 from tissue_sim.tubes import Tubes
+from tissue_sim.verification.bodies import EPS, astride
 
 SEEDS = [0, 3, 20_007]
 SETTLE_STEPS, HALF_SECOND = 45, 30

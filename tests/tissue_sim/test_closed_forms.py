@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from tests.tissue_sim.bodies import EPS, box, organ_of, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.material import DENSITY_KG_M3, Material
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import boundary_faces
+from tissue_sim.verification.bodies import EPS, box, organ_of, tissue_of
 
 GRAVITY = 9.81
 SETTLED_M = 1e-8

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, NOWHERE, box, forces, organ_of, put, tissue_of
+from tests.tissue_sim.bodies import forces
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.contact import BED_STIFFNESS, STICK_STIFFNESS
 from tissue_sim.field import AWAY
@@ -13,6 +13,7 @@ from tissue_sim.instruments import INSTRUMENTS, link_patches
 from tissue_sim.layout import N_SHAPES
 from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import EPS, NOWHERE, box, organ_of, put, tissue_of
 
 CAPSULE, CAPSULE_RADIUS_M = 4, 0.003
 T_WORLD_LINK = pose(axis_angle([1.0, 1.0, 0.0], 0.4), np.array([0.05, -0.02, 0.03]))

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, RUBBER, box, forces, organ_of, put, tissue_of
+from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array
 from tissue_sim.material import DENSITY_KG_M3, Material
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
 
 SIZE_M = (0.02, 0.01, 0.01)
 REST, TETS = box(SIZE_M, (4, 2, 2))
