@@ -53,6 +53,11 @@ class Slit:
         return 1 - self.yield_m / self.expected_m
 
     @property
+    def most_shortfall(self) -> Array:
+        """(n,), its bound: the singular field is missed within a cell of the slit's ends."""
+        return 1.25 * 2 / (SLIT * self.cells)
+
+    @property
     def order(self) -> Array:
         """(n - 1,), observed order in the cell; 1, as stress at the slit's ends is singular."""
         return -np.diff(np.log(self.shortfall)) / np.diff(np.log(self.cells))
