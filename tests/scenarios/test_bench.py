@@ -1,5 +1,6 @@
 """Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
 
+import re
 from contextlib import nullcontext
 from importlib.metadata import PackageNotFoundError
 from itertools import islice
@@ -202,3 +203,14 @@ def test_newton_holds_the_same_body(body):
     )
     apart = np.linalg.norm(newtons.positions() - ours.positions(), axis=1)
     assert np.median(apart) < 0.002
+
+
+@pytest.mark.slow
+def test_the_accuracy_report_ends_below_the_allowed_error(capsys):
+    assert main(["bench", "accuracy", "--seed", "10003", "--steps", "30"]) == 0
+    said = capsys.readouterr().out
+    assert "2808" in said
+    assert "11232" in said
+    at_rest = re.search(r"at rest: (\S+) mm at most, allowed (\S+) mm", said)
+    assert at_rest
+    assert float(at_rest[1]) < float(at_rest[2])
