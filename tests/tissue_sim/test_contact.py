@@ -77,7 +77,8 @@ def test_what_is_held_into_the_bed_comes_to_rest_at_the_worlds_step() -> None:
         tissue.step()
     static = equilibrium(statics_of(tissue), rest)
     assert static[below, 2].max() < 0.002  # it does lie in the bed
-    assert np.abs(tissue.positions() - static).max() < 1e-6
+    # the solver leaves micrometres; a vertex that is thrown out comes a millimetre far
+    assert np.abs(tissue.positions() - static).max() < 1e-5
 
 
 def test_beside_the_bed_tissue_falls_on() -> None:

@@ -110,9 +110,8 @@ def pull_direction(organ: Organ) -> Array:
 
 
 def _grasped_tissue(organ: Organ, stiffness_scale: float, config: TissueConfig) -> Tissue:
-    tissue = Tissue([organ], stiffness_scale=[stiffness_scale], config=config)
-    tissue.host("fixed")[0, : len(organ.vertices)] |= grasped(organ)
-    return tissue
+    held = replace(organ, fixed=organ.fixed | grasped(organ))
+    return Tissue([held], stiffness_scale=[stiffness_scale], config=config)
 
 
 def _drawn(
