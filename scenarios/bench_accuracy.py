@@ -38,7 +38,7 @@ def _table(results: list[Retraction], seed: int) -> Table:
         "held (s)",
         "largest error (mm)",
         "RMS (mm)",
-        "largest by inertia alone (mm)",
+        "largest, solved tightly (mm)",
     ):
         table.add_column(heading, justify="right")
     for r in results:

@@ -41,7 +41,7 @@ class Retraction:
         held_s: (n,), times since the motion ended.
         largest_m: (n,), largest distance of a vertex from its place at rest.
         rms_m: (n,), root mean square of the distances.
-        lag_m: (n,), the largest when every step is solved tightly: inertia and damping alone.
+        lag_m: (n,), the largest when every step is solved tightly: inertia and viscosity alone.
         broken: springs that broke on the way; the static solution is without them.
         static_m: (n_vertex, 3), the static solution.
     """
