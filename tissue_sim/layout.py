@@ -68,7 +68,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "anchor_stiffness": np.full(n_bed, ANCHOR_STIFFNESS),
         "anchor_strength": np.full(n_bed, ANCHOR_STRENGTH),
         "n_part": np.array(len(rings)),
-        "part": np.where(organ.fixed, -1, parts_of(rings, len(organ.vertices))),
+        "part": parts_of(rings, len(organ.vertices)),
         "bed_point": organ.bed.point_m,
         "bed_normal": organ.bed.normal,
         "bed_along": organ.bed.along,

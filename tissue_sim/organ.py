@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.field import AWAY, RIGHT, UP, field_point
 from tissue_sim.frames import Array, unit
-from tissue_sim.sweep import Indices, Sweep, signed_volumes, sweep
+from tissue_sim.sweep import Indices, Sweep, signed_volumes, subdivided, sweep
 
 REGIONS = (
     "gallbladder wall",
@@ -78,15 +78,25 @@ class Organ:
     bed: LiverBed
 
 
-def build_organ(anatomy: Anatomy) -> Organ:
+def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
     """Mesh the anatomy. Pure: the same anatomy gives the same mesh.
+
+    Args:
+        anatomy: the patient.
+        refinement: parts into which each edge along and around the world's mesh is cut, for the
+            study of convergence; what holds a vertex (ties, anchors) then holds more of them.
 
     Raises:
         ValueError: an element is inverted or a part hangs in the air.
     """
     side = -1.0 if anatomy.artery_on_left else 1.0
     axis, radius = _sac_profile(anatomy)
-    sac = sweep(axis, radius, sectors=SAC_SECTORS, lumen=SAC_LUMEN)
+    sac = sweep(
+        subdivided(axis, refinement),
+        subdivided(radius, refinement),
+        sectors=refinement * SAC_SECTORS,
+        lumen=SAC_LUMEN,
+    )
     lines = {
         "duct": _duct_centreline(anatomy, side),
         "artery": _artery_centreline(anatomy, side, axis, radius),
@@ -94,14 +104,15 @@ def build_organ(anatomy: Anatomy) -> Organ:
     diameters = {"duct": anatomy.duct_diameter_m, "artery": anatomy.artery_diameter_m}
     tubes = {
         name: sweep(
-            line,
-            np.full(len(line), 0.5 * diameters[name]),
-            sectors=TUBE_SECTORS,
+            subdivided(line, refinement),
+            np.full(refinement * (len(line) - 1) + 1, 0.5 * diameters[name]),
+            sectors=refinement * TUBE_SECTORS,
             lumen=TUBE_LUMEN,
         )
         for name, (line, _) in lines.items()
     }
-    return _join(anatomy, sac, tubes, {name: neck for name, (_, neck) in lines.items()}, axis)
+    necks = {name: refinement * neck for name, (_, neck) in lines.items()}
+    return _join(anatomy, sac, tubes, necks, axis, refinement)
 
 
 def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
@@ -178,6 +189,7 @@ def _join(
     tubes: dict[str, Sweep],
     neck_ring: dict[str, int],
     axis: Array,
+    refinement: int,
 ) -> Organ:
     """Number the parts in one system and find what holds them together."""
     parts = {"gallbladder": sac, **tubes}
@@ -208,8 +220,8 @@ def _join(
         tie_vertex=tie_vertex.astype(np.int32),
         tie_corners=corners,
         tie_weights=weights,
-        bed_vertices=_bed_vertices(vertices, sac.rings, bed),
-        remnants=_remnants(anatomy, rings),
+        bed_vertices=_bed_vertices(vertices, sac.rings, bed, refinement),
+        remnants=_remnants(anatomy, rings, refinement),
         bed=bed,
     )
 
@@ -238,21 +250,26 @@ def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
     )
 
 
-def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed) -> Indices:
+def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int) -> Indices:
     """The outer vertices of the body and fundus that face the liver."""
-    outer = sac_rings[INFUNDIBULUM_SEGMENTS + 1 :, 1 + SAC_SECTORS :].ravel()
+    body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
+    outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()
     offset = vertices[outer] - bed.point_m
     lies = (offset @ bed.normal < 0.006) & (offset @ bed.along > bed.edge_m)
     return outer[lies].astype(np.int32)
 
 
-def _remnants(anatomy: Anatomy, rings: dict[str, Indices]) -> Indices:
+def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
     """Strands left by the dissection between duct and artery, near the sac."""
+    outer = {
+        name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
+        for name, r in rings.items()
+    }
     rng = np.random.default_rng([0x57A2D, anatomy.seed])
     pairs = [
         (
-            int(rng.choice(rings["duct"][-5 - int(rng.integers(0, 2)), 1 + TUBE_SECTORS :])),
-            int(rng.choice(rings["artery"][-4 - int(rng.integers(0, 2)), 1 + TUBE_SECTORS :])),
+            int(rng.choice(outer["duct"][-5 - int(rng.integers(0, 2))])),
+            int(rng.choice(outer["artery"][-4 - int(rng.integers(0, 2))])),
         )
         for _ in range(anatomy.remnants)
     ]

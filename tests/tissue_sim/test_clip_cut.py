@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, astride
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, Clip, closure, grip_n, latch, lose, retention_n
 from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
@@ -15,6 +14,8 @@ from tissue_sim.thresholds import BILE_RATE_M3_S, BLOOD_RATE_M3_S, LUMEN_CLOSED,
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
 from tissue_sim.tubes import Tubes
+from tissue_sim.verification.bodies import EPS, astride
+from tissue_sim.verification.clip_closure import clip_closure
 
 SEEDS = [0, 3, 20_007]
 SETTLE_STEPS, HALF_SECOND = 45, 30
@@ -73,6 +74,15 @@ def test_a_clip_astride_closes_the_lumen_and_holds(tubes: Tubes, tube: str) -> N
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
     assert retention_n(tubes, clip) > TEST_PULL_N
     np.testing.assert_allclose(tubes.lumen_fraction(other(tube))[1:-3], 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_the_harder_the_squeeze_the_smaller_the_lumen(tube: str) -> None:
+    under = clip_closure(anatomy_from_seed(0), tube, [0.01, 0.1, 1.0])
+    assert np.all(np.diff(under.lumen) < 0)
+    assert np.all(np.diff(under.grip_n) > 0)
+    assert under.lumen[0] > 0.5
+    assert under.lumen[-1] < LUMEN_CLOSED
 
 
 @pytest.mark.parametrize("tube", TUBES)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.tissue_sim.bodies import astride
 from tissue_sim import data_parallel
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, latch
@@ -12,6 +11,7 @@ from tissue_sim.data_parallel import DataParallelTissue
 from tissue_sim.organ import build_organ
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
+from tissue_sim.verification.bodies import astride
 
 SEEDS = (10_000, 10_001)
 AGREEMENT_M = 3.0e-6  # of some millimetres: rounding, once both have converged
