@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import root
 
 from tissue_sim.field import AWAY
 from tissue_sim.frames import Array, axis_angle, pose, unit
@@ -84,6 +86,22 @@ def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -
     if material is not None:
         tissue.host("mu")[:], tissue.host("lam")[:] = material.lame
     return tissue
+
+
+def stretches_under(stress_pa: float, material: Material) -> tuple[float, float]:
+    """Along and across a bar pulled by a stress per rest area: the energy's stationary point."""
+    mu, lam = material.lame
+
+    def unbalanced(s: Sequence[float]) -> list[float]:
+        dJ = s[0] * s[1] ** 2 - 1
+        return [
+            (2 * mu * (s[0] - 1) + lam * dJ * s[1] ** 2 - stress_pa) / mu,
+            (2 * mu * (s[1] - 1) + lam * dJ * s[0] * s[1]) / mu,
+        ]
+
+    guess = 1 + stress_pa / material.young_pa
+    along, across = root(unbalanced, [guess, guess**-0.5], tol=1e-12).x
+    return along, across
 
 
 def put(tissue: Tissue, positions: Array) -> Array:

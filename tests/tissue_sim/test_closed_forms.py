@@ -1,12 +1,9 @@
 """Static bodies against closed forms: a stretched bar, a bent beam, a squeezed block."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
-from scipy.optimize import root
 
-from tests.tissue_sim.bodies import EPS, box, organ_of, tissue_of
+from tests.tissue_sim.bodies import EPS, box, organ_of, stretches_under, tissue_of
 from tissue_sim.frames import Array
 from tissue_sim.material import DENSITY_KG_M3, Material
 from tissue_sim.sweep import Indices
@@ -44,21 +41,6 @@ def creeping(vertices: Array, tets: Indices, material: Material, **organ: Array)
     return tissue_of(
         organ_of(vertices, tets, **organ), material, step_s=0.002, damping_per_s=2000.0
     )
-
-
-def stretches_under(stress_pa: float, material: Material) -> tuple[float, float]:
-    """Along and across a bar pulled by a stress per rest area: the energy's stationary point."""
-    mu, lam = material.lame
-
-    def unbalanced(s: Sequence[float]) -> list[float]:
-        dJ = s[0] * s[1] ** 2 - 1
-        return [
-            (2 * mu * (s[0] - 1) + lam * dJ * s[1] ** 2 - stress_pa) / mu,
-            (2 * mu * (s[1] - 1) + lam * dJ * s[0] * s[1]) / mu,
-        ]
-
-    along, across = root(unbalanced, [1.0, 1.0], tol=1e-12).x
-    return along, across
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
