@@ -76,6 +76,16 @@ class TissueArrays:
     ring_joined: wp.array3d(dtype=int)
     ring_centre: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
+    # walls: each element's tube or sac and segment or patch (see `walls`), and their loads
+    wall: wp.array2d(dtype=wp.vec2i)
+    segment_gradient: wp.array3d(dtype=wp.vec3)
+    segment_lie: wp.array3d(dtype=wp.vec3)
+    segment_volume: wp.array3d(dtype=float)
+    segment_pull: wp.array3d(dtype=float)
+    patch_shape: wp.array2d(dtype=wp.mat33)
+    patch_volume: wp.array2d(dtype=float)
+    patch_stiffness: wp.array2d(dtype=float)
+    patch_stretch: wp.array2d(dtype=float)
     # linear system
     row: wp.array2d(dtype=int)
     column: wp.array2d(dtype=int)

@@ -8,10 +8,11 @@ import numpy as np
 
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.organ import Organ
+from tissue_sim.sweep import Indices
 from tissue_sim.thresholds import GRASP_MOST_SLIP_M
 from tissue_sim.tissue import Tissue
 
-LEFT_FINGERS = (2, 3)  # rows of the contact shapes
+LEFT_FINGERS, RIGHT_FINGERS = (2, 3), (6, 7)  # rows of the contact shapes
 INFUNDIBULUM_RINGS = 7
 
 
@@ -46,8 +47,6 @@ def follow_grasp(
     held = [sac[touching[sac] == finger] for finger in LEFT_FINGERS]
     if not all(len(h) for h in held):
         return Grasp(since_s=time_s)
-    closing = T_world_tool[:3, 1]
-    press = [abs(float((forces[h] @ closing).sum())) for h in held]
     total = np.sum([forces[h].sum(axis=0) for h in held], axis=0)
     x = transform(inverse_pose(T_world_tool), tissue.positions(b).astype(float))
     vertices = np.concatenate(held)
@@ -62,6 +61,15 @@ def follow_grasp(
         place_tool_m=tuple(map(tuple, x[vertices] if slipped else place)),
         since_s=time_s if slipped else before.since_s,
         slip_m=slip,
-        pinch_n=min(press),
+        pinch_n=pinch_n(tissue, sac, LEFT_FINGERS, T_world_tool, b),
         traction_n=float(np.linalg.norm(total)),
     )
+
+
+def pinch_n(
+    tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
+) -> float:
+    """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
+    touching = tissue.host("contact_shape")[b, vertices]
+    along = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
+    return float(min(abs(along[touching == finger].sum()) for finger in fingers))

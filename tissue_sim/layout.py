@@ -19,6 +19,7 @@ from tissue_sim.material import (
 )
 from tissue_sim.organ import REGIONS, TUBES, Organ
 from tissue_sim.sweep import Indices
+from tissue_sim.walls import n_patches, patch_stiffness, wall_pieces
 
 SPARE_PARTS = 8  # a transection makes one
 SPARE_VERTICES = 96  # room for cuts: a transection takes 13
@@ -73,6 +74,8 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "bed_normal": organ.bed.normal,
         "bed_along": organ.bed.along,
         "bed_edge": np.array(organ.bed.edge_m),
+        "wall": wall_pieces(organ),
+        "patch_stiffness": patch_stiffness(organ),
         **_tube_values(organ),
     }
 
@@ -113,6 +116,8 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_ring = max(len(r) for o in organs for r in o.rings.values())
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
+    n_patch = max(n_patches(o) for o in organs)
+    segments = (len(TUBES), n_ring)
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
@@ -128,6 +133,10 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "anchor_strength": (n_anchor,),
         "ring": (2, n_ring, n_around), "n_ring": (2,), "ring_joined": (2, n_ring),
         "ring_centre": (2, n_ring), "tube_radius": (2,),
+        "wall": (n_tet,), "segment_gradient": segments, "segment_lie": segments,
+        "segment_volume": segments, "segment_pull": segments,
+        "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),
+        "patch_stiffness": (n_patch,),
         "row": (n_vertex + 1,), "column": (BLOCKS_A_ROW * n_vertex,),
         "block": (BLOCKS_A_ROW * n_vertex,),
         "n_part": (), "part_middle": (n_part,), "part_count": (n_part,),

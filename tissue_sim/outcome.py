@@ -80,10 +80,11 @@ def right_arm_back(world: World) -> bool:
 
 
 def tube_cut(world: World, tube: str) -> bool:
-    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut."""
+    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut or torn."""
     cuts = [c for c in world.record.cuts if c.tube == tube]
+    torn = any(t.tube == tube for t in world.record.tears)
     clips = good_clips(world, tube)
-    if len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
+    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
         return False
     low, high = sorted(_station(c, tube) for c in clips)[1:3]
     return _cuffs_m(cuts[0], low, high) >= CUFF_LEAST_M

@@ -23,6 +23,7 @@ CLASSES = (
     "artery leak",
     "psm1",
     "psm2",
+    "gallbladder leak",
 )
 
 

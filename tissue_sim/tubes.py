@@ -47,6 +47,9 @@ class Tubes:
             tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
         }
         self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in TUBES}
+        self.tie_rows = {
+            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube])) for tube in TUBES
+        }
         self._tube_tets = {
             tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
             for k, tube in enumerate(TUBES, start=1)
@@ -72,6 +75,15 @@ class Tubes:
     def lumen_fraction(self, tube: str) -> Array:
         """(n_ring,) area of the lumen over its area at rest."""
         return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
+
+    def rest_lumen_m2(self, tube: str) -> Array:
+        """(n_ring,) area of the lumen at rest."""
+        return self._rest_area[tube]
+
+    def open_share(self, tube: str, ring: int) -> float:
+        """How much of the lumen's edge is parted at a ring, 0 to 1."""
+        inner = slice(1, 1 + (self.below[tube].shape[1] - 1) // 2)
+        return float((self.above[tube] != self.below[tube])[ring, inner].mean())
 
     def crossing(self, tube: str, T_world_tool: Array, reach_m: float) -> Crossing | None:
         """Where the tube crosses the jaws' middle plane x = 0, at most `reach_m` behind the tip."""

@@ -23,7 +23,7 @@ from tissue_sim.tubes import Tubes
 # How far a joint may be pushed past its limit (rad; insertion m), assumed. Arms that press on each
 # other under wild commands were seen at 0.05, single fingers at 0.47.
 BEYOND_LIMIT = np.array([0.2, 0.2, 0.02, 0.2, 0.2, 0.2, 1.5, 1.5])
-SIDES = ("body", "gallbladder")
+SIDES = ("body", "gallbladder", "hole")
 FLAG = Bound(low=0, high=1)
 POSITIVE = Bound(low=0)
 
@@ -101,6 +101,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "record/*/vertices": vertex,
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
         "record/*/tube": Bound(names=TUBES),
+        "record/*/structure": Bound(names=(*TUBES, "gallbladder")),
         "record/*/side": Bound(names=SIDES),
         "record/*/point_m": Bound(shape=(3,)),
         "record/*/T_world_clip": Bound(shape=(4, 4)),
@@ -128,7 +129,7 @@ def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
 def _require_history(record: Record, tubes: Tubes) -> None:
     """Clips, cuts and the grasp fit the tubes, and what is counted twice agrees."""
     crossings = [crossing for clip in record.clips for crossing in clip.crossings]
-    for place in (*crossings, *record.cuts):
+    for place in (*crossings, *record.openings):
         n_ring = len(tubes.below[place.tube])
         if not 0 <= place.ring < n_ring:
             raise ValueError(f"state/record: ring {place.ring} of the {place.tube} of {n_ring}")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.cut import ring_faces
 from tissue_sim.organ import build_organ
+from tissue_sim.parting import ring_faces
 from tissue_sim.skin import (
     CUT_LUMEN,
     CUT_WALL,

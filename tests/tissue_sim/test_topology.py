@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tissue_sim.cut import ring_faces
+from tissue_sim.parting import ring_faces
 from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.topology import block_pattern, boundary_faces, components, part_vertices
 from tissue_sim.verification.bodies import box, rod

@@ -66,7 +66,8 @@ def stretches(stress_pa: float, material: Material) -> tuple[float, float]:
             (2 * mu * (s[1] - 1) + lam * dJ * s[0] * s[1]) / mu,
         ]
 
-    along, across = root(unbalanced, [1.0, 1.0], tol=1e-12).x
+    guess = 1 + stress_pa / material.young_pa
+    along, across = root(unbalanced, [guess, guess**-0.5], tol=1e-12).x
     return along, across
 
 
