@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.organ import TUBES
 from tissue_sim.sweep import Indices
 from tissue_sim.topology import part_vertices
 from tissue_sim.tubes import Crossing, Tubes
@@ -36,7 +35,7 @@ class Cut:
 def sever(tubes: Tubes, T_world_tool: Array, *, time_s: float) -> tuple[Cut, ...]:
     """Cut every tube between the closed blades. The tissue is rewired."""
     cuts = []
-    for tube in TUBES:
+    for tube in tubes.organ.tubes:
         crossing = tubes.crossing(tube, T_world_tool, BLADE_LENGTH_M)
         if crossing is not None and _part(tubes, crossing, T_world_tool):
             whole = bool(crossing.ring in tubes.severed_rings(tube))
@@ -70,7 +69,7 @@ def _part(tubes: Tubes, crossing: Crossing, T_world_tool: Array) -> bool:
     for k, parent in enumerate(parents):
         tubes.above[tube][r, np.flatnonzero(ring == parent)[0]] = n + k
     if r in tubes.severed_rings(tube):
-        tissue.host("ring_joined")[b, TUBES.index(tube), r] = 0
+        tissue.host("ring_joined")[b, tubes.organ.tubes.index(tube), r] = 0
     tissue.rewire(b)
     return True
 

@@ -19,14 +19,13 @@ if TYPE_CHECKING:
 FALL_M = 0.014
 DROPS = 4
 PERIOD_S = 0.8
-_LOOKS = {
-    "duct": Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0),
-    "artery": Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0),
-}
+_BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
+_BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
+_LOOKS = {"duct": _BILE, "artery": _BLOOD, "second artery": _BLOOD}
 
 
 class DrawnLeaks:
-    """One surface for bile, one for blood."""
+    """One surface for each tube."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._drawn = {tube: Drawn(scene, f"{tube} leak", look) for tube, look in _LOOKS.items()}

@@ -10,7 +10,11 @@ from tissue_sim.cut import Cut
 from tissue_sim.thresholds import BILE_RATE_M3_S, BLOOD_RATE_M3_S, LUMEN_CLOSED
 from tissue_sim.tubes import Tubes
 
-_OPEN_RATE = {"duct": BILE_RATE_M3_S, "artery": BLOOD_RATE_M3_S}
+_OPEN_RATE = {
+    "duct": BILE_RATE_M3_S,
+    "artery": BLOOD_RATE_M3_S,
+    "second artery": BLOOD_RATE_M3_S,
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,6 +41,8 @@ MATERIALS = {
     "duct lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
     "artery wall": Material(young_pa=500e3, poisson=0.45),
     "artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "second artery wall": Material(young_pa=500e3, poisson=0.45),
+    "second artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
 }
 
 TIE_STIFFNESS = 400.0  # N/m a vertex, assumed: as stiff as the walls it joins

@@ -23,6 +23,8 @@ CLASSES = (
     "artery leak",
     "psm1",
     "psm2",
+    "second artery",
+    "second artery leak",
 )
 
 
