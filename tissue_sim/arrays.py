@@ -70,7 +70,7 @@ class TissueArrays:
     bed_along: wp.array(dtype=wp.vec3)
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
-    # tubes: rings of outer vertices, for contact between duct and artery
+    # tubes: rings of outer vertices, for contact between them; n_ring is 0 where one is absent
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
     ring_joined: wp.array3d(dtype=int)

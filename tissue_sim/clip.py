@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.organ import TUBES
 from tissue_sim.tubes import Crossing, Tubes
 
 CLIP_LENGTH_M = 0.0095  # leg length of a medium-large polymer clip, assumed
@@ -55,7 +54,7 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
     """Close a clip where the applier's jaws are; its legs cover what they hold."""
     local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
     crossings, complete, springs, caught = [], [], [], []
-    for tube in TUBES:
+    for tube in tubes.organ.tubes:
         crossing = tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M)
         if crossing is None:
             continue

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.organ import TUBES
 from tissue_sim.parting import Opening, part_ring
 from tissue_sim.tubes import Crossing, Tubes
 
 BLADE_LENGTH_M = 0.011  # curved scissors, assumed
+BLADE_WIDTH_M = 0.0010  # thickness of the closed blades, assumed
 SHEAR_GAP_M = 0.0012  # blades' distance at the tissue at which it parts, assumed
 
 
@@ -27,7 +27,7 @@ class Cut(Opening):
 def sever(tubes: Tubes, T_world_tool: Array, *, time_s: float) -> tuple[Cut, ...]:
     """Cut every tube between the closed blades. The tissue is rewired."""
     cuts = []
-    for tube in TUBES:
+    for tube in tubes.organ.tubes:
         crossing = tubes.crossing(tube, T_world_tool, BLADE_LENGTH_M)
         if crossing is not None and _part(tubes, crossing, T_world_tool):
             whole = bool(crossing.ring in tubes.severed_rings(tube))

@@ -24,10 +24,12 @@ DROPS = 4
 PERIOD_S = 0.8
 MOST_RADIUS_M = 0.003  # a drop that is larger falls apart
 _BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
+_BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
 _LOOKS = {
     "duct": _BILE,
     "gallbladder": _BILE,
-    "artery": Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0),
+    "artery": _BLOOD,
+    "second artery": _BLOOD,
 }
 
 

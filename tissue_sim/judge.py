@@ -15,7 +15,6 @@ from tissue_sim.frames import Array
 from tissue_sim.grasp import RIGHT_FINGERS, Grasp, follow_grasp, pinch_n
 from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.leak import hole_leak, leaks
-from tissue_sim.organ import TUBES
 from tissue_sim.psm import joint_limits
 from tissue_sim.record import Record
 from tissue_sim.tear import Load, tear, worst_load
@@ -53,7 +52,7 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     monitor = InjuryMonitor(r.injuries, r.broken_limits)
     r = _use_right_tool(world, time_s, intended, monitor)
     world.tissue.load_walls()
-    loads = [worst_load(world.tubes, tube) for tube in TUBES]
+    loads = [worst_load(world.tubes, tube) for tube in world.organ.tubes]
     monitor.watch(_wall_readings(world, loads), time_s)
     r = _tear(world, r, loads, time_s)
     pulled_off = {p.number for p in r.pulls if p.force_n > p.holds_n}

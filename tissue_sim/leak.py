@@ -14,14 +14,18 @@ from tissue_sim.thresholds import LUMEN_CLOSED
 from tissue_sim.tubes import Tubes
 
 SIDES = ("body", "gallbladder")
-FLUIDS: dict[str, Fluid] = {"duct": BILE, "artery": BLOOD}
+FLUIDS: dict[str, Fluid] = {"duct": BILE, "artery": BLOOD, "second artery": BLOOD}
 DRAIN = ("duct", "gallbladder")  # by this stump the gallbladder itself runs out
 BILE_PRESSURE_PA = 1.2e3  # in ducts and gallbladder at rest: 12 cm of water, assumed
+ARTERIAL_PRESSURE_PA = 12.4e3  # mean, 93 mmHg, textbook value
+BACK_PRESSURE_PA = 2.0e3  # from the gallbladder's small vessels, assumed
 PRESSURE_PA = {
     ("duct", "body"): BILE_PRESSURE_PA,
     ("duct", "gallbladder"): BILE_PRESSURE_PA,
-    ("artery", "body"): 12.4e3,  # mean arterial pressure of 93 mmHg, textbook value
-    ("artery", "gallbladder"): 2.0e3,  # back from the gallbladder's small vessels, assumed
+    ("artery", "body"): ARTERIAL_PRESSURE_PA,
+    ("artery", "gallbladder"): BACK_PRESSURE_PA,
+    ("second artery", "body"): ARTERIAL_PRESSURE_PA,
+    ("second artery", "gallbladder"): BACK_PRESSURE_PA,
 }
 
 

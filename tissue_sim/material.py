@@ -48,9 +48,16 @@ MATERIALS = {
     "duct lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
     "artery wall": Material(young_pa=500e3, poisson=0.45),
     "artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "second artery wall": Material(young_pa=500e3, poisson=0.45),
+    "second artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
 }
 
-WALL_THICKNESS_M = {"gallbladder": 1.0e-3, "duct": 0.4e-3, "artery": 0.4e-3}  # real, assumed
+WALL_THICKNESS_M = {  # real, assumed
+    "gallbladder": 1.0e-3,
+    "duct": 0.4e-3,
+    "artery": 0.4e-3,
+    "second artery": 0.4e-3,
+}
 SAC_MESH_WALL_M = 3.75e-3  # for which the gallbladder wall's modulus is scaled
 
 TIE_STIFFNESS = 400.0  # N/m a vertex, assumed: as stiff as the walls it joins

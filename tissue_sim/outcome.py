@@ -72,9 +72,10 @@ def clip_placed(world: World, tube: str, k: int) -> bool:
 
 
 def right_arm_back(world: World) -> bool:
-    """The right tip at a distance from both tubes, nothing between its jaws."""
+    """The right tip at a distance from every tube, nothing between its jaws."""
     tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
-    distance = min(float(np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min()) for t in TUBES)
+    away = [np.linalg.norm(world.tubes.centres(t) - tip, axis=1) for t in world.organ.tubes]
+    distance = min(float(a.min()) for a in away)
     touching = world.tissue.host("contact_shape")[0, : world.tissue.n_vertex()] >= 4
     return distance >= RETRACTED_M and not touching.any()
 

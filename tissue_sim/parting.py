@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.organ import TUBES
 from tissue_sim.sweep import Indices
 from tissue_sim.topology import part_vertices
 from tissue_sim.tubes import Tubes
@@ -55,7 +54,7 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     for k, parent in enumerate(parents):
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
     if ring in tubes.severed_rings(tube):
-        tissue.host("ring_joined")[b, TUBES.index(tube), ring] = 0
+        tissue.host("ring_joined")[b, tubes.organ.tubes.index(tube), ring] = 0
     tissue.rewire(b)
     return True
 

@@ -24,6 +24,8 @@ CLASSES = (
     "psm1",
     "psm2",
     "gallbladder leak",
+    "second artery",
+    "second artery leak",
 )
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.material import WALL_THICKNESS_M
-from tissue_sim.organ import TUBES
 from tissue_sim.parting import Opening, part_ring
 from tissue_sim.thresholds import STRENGTH_PA
 from tissue_sim.tubes import Tubes
@@ -55,7 +54,7 @@ def worst_load(tubes: Tubes, tube: str) -> Load:
 
     A pull runs on along the tube: what one segment alone carries is jaws that work on it.
     """
-    pulls = tubes.tissue.host("segment_pull")[tubes.b, TUBES.index(tube)]
+    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
     around = np.pad(pulls[: tubes.organ.neck_ring[tube]], 1)
     pulls = np.minimum(around[1:-1], np.maximum(around[:-2], around[2:]))
     whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))

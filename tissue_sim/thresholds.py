@@ -34,5 +34,6 @@ TORN_MOST = 0  # attachments of a tube in the sac, or of the sac on the liver be
 STRENGTH_PA = {
     "duct": 1.4e6,  # assumed: as the artery's, the weaker of the two walls that were measured
     "artery": 1.4e6,  # reference sheet
+    "second artery": 1.4e6,
 }
 SAC_MOST_STRETCH = 2.0  # of a patch of the gallbladder's wall, assumed: see `material`

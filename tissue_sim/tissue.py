@@ -16,6 +16,7 @@ from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
 from tissue_sim.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.organ import Organ
+from tissue_sim.soundness import require_sound_organ
 from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.thresholds import SAC_MOST_STRETCH
 from tissue_sim.topology import block_pattern, boundary_faces
@@ -56,6 +57,8 @@ class Tissue:
     ) -> None:
         self.config = config or TissueConfig()
         self.organs = tuple(organs)
+        for organ in self.organs:
+            require_sound_organ(organ)
         self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
         self.arrays, self.shapes = allocate(self.organs, device)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform, unit
-from tissue_sim.organ import TUBES, Organ
+from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
@@ -42,17 +42,18 @@ class Tubes:
         self.tissue, self.organ, self.b = tissue, organ, b
         self.below = organ.rings
         self.above = {tube: rings.copy() for tube, rings in organ.rings.items()}
-        self.stations_m = {tube: _stations(organ, tube) for tube in TUBES}
+        self.stations_m = {tube: _stations(organ, tube) for tube in organ.tubes}
         self.length_m = {
             tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
         }
-        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in TUBES}
+        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in organ.tubes}
         self.tie_rows = {
-            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube])) for tube in TUBES
+            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube]))
+            for tube in organ.tubes
         }
         self._tube_tets = {
             tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
-            for k, tube in enumerate(TUBES, start=1)
+            for k, tube in enumerate(organ.tubes, start=1)
         }
 
     def centres(self, tube: str) -> Array:
@@ -62,7 +63,7 @@ class Tubes:
 
     def radius_m(self, tube: str) -> float:
         """Outer radius at rest."""
-        return float(self.tissue.host("tube_radius")[self.b, TUBES.index(tube)])
+        return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
 
     def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
         """Position (3,) and unit tangent (3,) at a station, world frame."""
@@ -150,7 +151,7 @@ class Tubes:
         return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
 
     def _joined(self, tube: str) -> NDArray[np.bool_]:
-        k = TUBES.index(tube)
+        k = self.organ.tubes.index(tube)
         n = self.organ.neck_ring[tube]
         return self.tissue.host("ring_joined")[self.b, k, :n] != 0
 

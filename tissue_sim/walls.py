@@ -10,17 +10,17 @@ import numpy as np
 
 from tissue_sim.frames import Array
 from tissue_sim.material import SAC_MESH_WALL_M
-from tissue_sim.organ import TUBES, Organ
+from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices
 
 SAC = -1  # instead of a tube's row
 
 
 def wall_pieces(organ: Organ) -> Indices:
-    """(n_tet, 2): a tube's row in `TUBES` or `SAC`, and the segment or patch; else -1 twice."""
+    """(n_tet, 2): row in `organ.tubes` or `SAC`, and the segment or patch; else -1 twice."""
     pieces = np.full((len(organ.tets), 2), -1, np.int32)
     wall = organ.region % 2 == 0
-    for row, tube in enumerate(TUBES):
+    for row, tube in enumerate(organ.tubes):
         segment = _lowest(organ, organ.rings[tube])
         chosen = wall & (segment >= 0) & (segment < organ.neck_ring[tube])
         pieces[chosen] = np.column_stack([np.full(chosen.sum(), row), segment[chosen]])

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, N_SHAPES
-from tissue_sim.organ import TUBES
 from tissue_sim.record import Record
 from tissue_sim.state_check import Bound, brief, require_like, require_within
 from tissue_sim.sweep import signed_volumes
@@ -77,6 +76,7 @@ def _sizes(tissue: Tissue) -> dict[str, Bound]:
 
 def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[str, Bound]:
     """Bounds by pattern of a path in the state."""
+    names = tubes.organ.tubes
     vertex = Bound(low=0, high=int(state["tissue"]["n_vertex"][0]) - 1)
     joints = Bound(
         low=joint_ranges[..., 0] - BEYOND_LIMIT, high=joint_ranges[..., 1] + BEYOND_LIMIT
@@ -95,13 +95,13 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/*_stiffness": POSITIVE,
         "tissue/link_*": POSITIVE,
         "above/*": vertex,
-        **{f"stations/{tube}": Bound(low=0, high=tubes.stations_m[tube][-1]) for tube in TUBES},
+        **{f"stations/{tube}": Bound(low=0, high=tubes.stations_m[tube][-1]) for tube in names},
         "arms/qpos": joints,
         "arms/drive_targets": joints,
         "record/*/vertices": vertex,
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
-        "record/*/tube": Bound(names=TUBES),
-        "record/*/structure": Bound(names=(*TUBES, "gallbladder")),
+        "record/*/tube": Bound(names=names),
+        "record/*/structure": Bound(names=(*names, "gallbladder")),
         "record/*/side": Bound(names=SIDES),
         "record/*/point_m": Bound(shape=(3,)),
         "record/*/T_world_clip": Bound(shape=(4, 4)),
