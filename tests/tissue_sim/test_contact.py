@@ -247,7 +247,7 @@ def nearest_on_line(points: Array, line: Array) -> Array:
 def deepest_share(seed: int, *, contact: bool) -> float:
     """How deep the artery's wall gets into the duct, over the duct's radius.
 
-    The artery's middle is pressed at the duct with 0.3 N.
+    The artery's middle is pressed at the duct with 0.3 N on its outside.
     """
     organ = build_organ(anatomy_from_seed(seed))
     tissue = Tissue([organ])
@@ -256,7 +256,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
         del tissue.stages["tube contact"]
     duct, artery = (organ.rings[t][: organ.neck_ring[t] + 1] for t in TUBES)
     radius = float(tissue.host("tube_radius")[0, 0])
-    middle = artery[len(artery) // 2]
+    middle = artery[len(artery) // 2, 1 + TUBE_SECTORS :]
     towards, deepest = np.zeros(3), -np.inf
     for k in range(300):
         x = tissue.positions().astype(float)
@@ -274,7 +274,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
 @pytest.mark.parametrize("seed", [3, 8, 31])
 def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
     assert 0.0 < deepest_share(seed, contact=True) < 0.6
-    assert deepest_share(seed, contact=False) > 0.8  # the push is one that would go through
+    assert deepest_share(seed, contact=False) > 0.65 # the push is one that would go through
 
 
 def test_what_pushes_the_artery_pushes_the_duct_back() -> None:
