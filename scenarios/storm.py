@@ -161,9 +161,7 @@ def crush(arm: Arm, point_world_m: Array) -> Iterator[Motion]:
 GUSTS: tuple[Callable[[Arm], Iterator[Motion]], ...] = (walk, stab, bite, yank, yank, chatter)
 
 
-def _action(
-    motions: tuple[Motion | None, ...], joints: Array, world: World
-) -> ToolAction:
+def _action(motions: tuple[Motion | None, ...], joints: Array, world: World) -> ToolAction:
     """Both arms' motions as one action; an arm whose gust has passed stays."""
     at_rest = [
         m or Motion(move_world_m=np.zeros(3), turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)

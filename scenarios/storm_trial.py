@@ -172,7 +172,9 @@ def _follow(world: World, commands) -> Iterator[Moment]:
 def _measure(world: World) -> Moment:
     tissue = world.tissue
     n = tissue.n_vertex()
-    position, velocity = (tissue.host(name)[0, :n].astype(float) for name in ("position", "velocity"))
+    position, velocity = (
+        tissue.host(name)[0, :n].astype(float) for name in ("position", "velocity")
+    )
     mass, rest = tissue.host("mass")[0, :n], tissue.host("volume")[0, : len(tissue.tets())]
     forces, volumes = world.tool_forces_n(), tissue.volumes()
     speed = np.linalg.norm(velocity, axis=1)
