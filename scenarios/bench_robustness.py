@@ -37,16 +37,18 @@ def trial_table(trials: Sequence[Trial]) -> Table:
     table.add_column("measured")
     for heading in ("median", "p99", "most"):
         table.add_column(heading, justify="right")
-    for name, values in {
-        "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in trials],
-        "fastest tissue (m/s)": [t.tissue_speed_m_s for t in trials],
-        "force on a tool (N)": [t.force_n for t in trials],
-        "energy in the tissue (mJ)": [1e3 * t.energy_j for t in trials],
-        "volume lost in the storm (%)": [100 * (1 - t.volume[0]) for t in trials],
-        "volume gained in the storm (%)": [100 * (t.volume[1] - 1) for t in trials],
-        "elements inside out in the storm": [t.inverted for t in trials],
-    }.items():
-        table.add_row(name, *(f"{x:.4g}" for x in np.nanpercentile(values, [50, 99, 100])))
+    finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
+    measured = {
+        "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in finished],
+        "fastest tissue (m/s)": [t.tissue_speed_m_s for t in finished],
+        "force on a tool (N)": [t.force_n for t in finished],
+        "energy in the tissue (mJ)": [1e3 * t.energy_j for t in finished],
+        "volume lost in the storm (%)": [100 * (1 - t.volume[0]) for t in finished],
+        "volume gained in the storm (%)": [100 * (t.volume[1] - 1) for t in finished],
+        "elements inside out in the storm": [t.inverted for t in finished],
+    }
+    for name, values in measured.items() if finished else ():
+        table.add_row(name, *(f"{x:.4g}" for x in np.percentile(values, [50, 99, 100])))
     table.add_section()
     for name in ("touched", "torn", "clipped", "cut"):
         share = sum(getattr(t, name) for t in trials) / len(trials)

@@ -110,7 +110,9 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert main(["bench", "wrld"]) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    assert err == "calot: Error parsing {world}: unknown 'wrld'; allowed: world\n"
+    assert err == (
+        "calot: Unrecognized options: wrld; Available subcommands: world, robustness, parallel\n"
+    )
 
 
 def test_the_report_says_how_fast_and_what_was_measured(capsys):

@@ -12,7 +12,7 @@ from tissue_sim.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.instruments import INSTRUMENTS, link_patches
 from tissue_sim.layout import N_SHAPES
 from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
-from tissue_sim.tissue import Tissue
+from tissue_sim.tissue import Tissue, TissueConfig
 
 CAPSULE, CAPSULE_RADIUS_M = 4, 0.003
 T_WORLD_LINK = pose(axis_angle([1.0, 1.0, 0.0], 0.4), np.array([0.05, -0.02, 0.03]))
@@ -63,6 +63,23 @@ def test_a_body_on_the_bed_comes_to_rest_where_the_bed_carries_its_weight() -> N
     assert -BED_STIFFNESS * np.minimum(height, 0.0).sum() == pytest.approx(weight, rel=1e-2)
     assert tissue.host("bed_force")[0] @ axis == pytest.approx(weight, rel=1e-2)
     assert np.abs(tissue.host("bed_force")[0] @ R[:, :2]).max() < 1e-3 * weight
+
+
+@pytest.mark.parametrize("size", [(0.03, 0.03, 0.02), (0.01, 0.01, 0.002)])
+def test_a_light_body_does_not_bounce_on_the_bed_at_the_step_of_the_world(
+    size: tuple[float, float, float],
+) -> None:
+    rest, tets = box(size, (4, 4, 2))
+    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.zeros(3)}))
+    config = TissueConfig()
+    tissue = tissue_of(
+        organ_of(rest + 1e-3 * bed.normal, tets, bed=bed),
+        gravity_m_s2=config.gravity_m_s2, damping_per_s=config.damping_per_s,
+        iterations=config.iterations, tolerance=config.tolerance,
+    )  # fmt: skip
+    for _ in range(240):
+        tissue.step()
+    assert np.abs(tissue.host("velocity")).max() < 1e-4
 
 
 def test_beside_the_bed_tissue_falls_on() -> None:
