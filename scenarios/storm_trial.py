@@ -135,6 +135,8 @@ def _broken_laws(world: World, stormy: list[Moment], still: list[Moment]) -> Ite
     gained_j -= still[0].energy_j + still[0].height_energy_j
     if gained_j > ENERGY_NOISE_J:
         yield f"gained {1e3 * gained_j:.2f} mJ at rest"
+    if still[-1].touched:
+        yield "still caught on a tool"
     yield from _spoiled(world)
 
 

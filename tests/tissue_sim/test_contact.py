@@ -290,8 +290,8 @@ def deepest_share(seed: int, *, contact: bool) -> float:
 
 @pytest.mark.parametrize("seed", [3, 8, 31])
 def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
-    assert 0.0 < deepest_share(seed, contact=True) < 0.6
-    assert deepest_share(seed, contact=False) > 0.65  # the push is one that would go through
+    assert 0.0 < deepest_share(seed, contact=True) < 0.7
+    assert deepest_share(seed, contact=False) > 0.9  # the push is one that would go through
 
 
 def test_what_pushes_the_artery_pushes_the_duct_back() -> None:

@@ -42,12 +42,6 @@ def test_a_scattered_tube_finds_back(seed: int) -> None:
     assert inside_out_after_a_scatter(tube(), seed) == 0
 
 
-def test_without_easing_the_bulk_some_stay_tangled() -> None:
-    stiff = tube()
-    del stiff.stages["untangle"]
-    assert any(inside_out_after_a_scatter(stiff, seed) > 0 for seed in range(5))
-
-
 def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() -> None:
     tissue = tube()
     x, centre = TUBE.vertices.copy(), int(TUBE.rings[4, 0])
