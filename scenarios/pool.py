@@ -1,4 +1,4 @@
-"""Episodes side by side, in processes that go from one episode to the next."""
+"""Attempts side by side, in processes that go from one to the next."""
 
 import os
 import signal
@@ -8,31 +8,30 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from typing import Any, Generic, TypeVar
 
-from scenarios.attempt import broken_off
-from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import WorkerDiedError
-from scenarios.results import EpisodeResult
 
-Attempt = Callable[[EpisodeConfig], EpisodeResult]
+Config = TypeVar("Config")
+Result = TypeVar("Result")
 
 STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
 
 @dataclass(kw_only=True)
-class _Worker:
-    """A process at the other end of `connection`, and the episode it is at."""
+class _Worker(Generic[Config]):
+    """A process at the other end of `connection`, and the attempt it is at."""
 
     process: BaseProcess
     connection: Connection
-    config: EpisodeConfig
+    config: Config
 
-    def begin(self, config: EpisodeConfig) -> None:
+    def begin(self, config: Config) -> None:
         self.config = config
         with suppress(BrokenPipeError):  # it died since: `result` will say so
             self.connection.send(config)
 
-    def result(self) -> EpisodeResult:
+    def result(self) -> Any:
         """Raises EOFError or ConnectionResetError if the process died."""
         return self.connection.recv()
 
@@ -50,15 +49,18 @@ class _Worker:
 
 
 def run_side_by_side(
-    attempt: Attempt, configs: Sequence[EpisodeConfig], workers: int
-) -> Generator[EpisodeResult, None, None]:
-    """Yields the result of each episode as it ends; a worker that dies costs its episode only.
+    attempt: Callable[[Config], Result],
+    configs: Sequence[Config],
+    workers: int,
+    after_death: Callable[[Config, WorkerDiedError], Result],
+) -> Generator[Result, None, None]:
+    """Yields each attempt's result as it ends; `after_death` gives that of a worker that died.
 
     The workers are fresh interpreters, to which `attempt` goes by pickle.
     Closing the iterator early interrupts the workers, which save what they have recorded.
     """
     waiting = list(configs)
-    crew: list[_Worker] = []
+    crew: list[_Worker[Config]] = []
     try:
         while waiting or crew:
             while waiting and len(crew) < workers:
@@ -70,7 +72,7 @@ def run_side_by_side(
                 except (EOFError, ConnectionResetError):
                     crew.remove(worker)
                     worker.leave()
-                    result = broken_off(config, _death(worker))
+                    result = after_death(config, _death(worker))
                 else:
                     if waiting:
                         worker.begin(waiting.pop(0))
@@ -85,7 +87,7 @@ def run_side_by_side(
             worker.leave()
 
 
-def _hire(attempt: Attempt, config: EpisodeConfig) -> _Worker:
+def _hire(attempt: Callable[[Config], Any], config: Config) -> _Worker[Config]:
     context = get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, attempt), daemon=True)
@@ -96,7 +98,7 @@ def _hire(attempt: Attempt, config: EpisodeConfig) -> _Worker:
     return worker
 
 
-def _ready(crew: list[_Worker]) -> list[_Worker]:
+def _ready(crew: list[_Worker[Config]]) -> list[_Worker[Config]]:
     ready = set(wait([worker.connection for worker in crew]))
     return [worker for worker in crew if worker.connection in ready]
 
@@ -105,7 +107,7 @@ def _death(worker: _Worker) -> WorkerDiedError:
     return WorkerDiedError(f"worker died with exit code {worker.process.exitcode}")
 
 
-def _serve(connection: Connection, attempt: Attempt) -> None:
+def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C reaches the parent only, which passes it on once
     with suppress(EOFError, OSError, KeyboardInterrupt):
         while True:

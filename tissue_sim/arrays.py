@@ -30,6 +30,7 @@ class TissueArrays:
     fixed: wp.array2d(dtype=int)
     surface: wp.array2d(dtype=int)
     covered: wp.array2d(dtype=int)
+    tangled: wp.array2d(dtype=int)
     load: wp.array2d(dtype=wp.vec3)
     force: wp.array2d(dtype=wp.vec3)
     # tetrahedra
@@ -39,7 +40,8 @@ class TissueArrays:
     rest_inverse: wp.array2d(dtype=wp.mat33)
     volume: wp.array2d(dtype=float)
     mu: wp.array2d(dtype=float)
-    lam: wp.array2d(dtype=float)
+    bulk: wp.array2d(dtype=float)  # lambda of the material
+    lam: wp.array2d(dtype=float)  # what of it an element feels now
     tet_slot: wp.array3d(dtype=int)
     # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron
     tie_corner: wp.array3d(dtype=int)

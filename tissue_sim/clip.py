@@ -127,6 +127,8 @@ def _squeeze(
     ring: NDArray[np.int32], held: NDArray[np.bool_], local: Array, radius_m: float
 ) -> list[tuple[int, int, float, float]]:
     """Springs of one ring between its two flattened halves: vertices, rest (m), stiffness."""
+    if not held.any():
+        return []
     n = (len(ring) - 1) // 2
     middle = float(np.median(local[ring[held], 1]))
     layers = {"inner": slice(1, 1 + n), "outer": slice(1 + n, None)}

@@ -145,14 +145,15 @@ def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
 def add_bed_contact(t: TissueArrays, b: int, i: int):
     """Vertex i against the liver bed's plane.
 
-    A vertex that begins the step in the bed is held to it also where inertia alone would lift it
-    off: else it falls back in the next step, and so on for ever.
+    A contact that stands at the start of the step holds to its end, even where the inertia alone
+    would lift the vertex off: else a resting body is caught and let go every other step.
     """
     p = t.position[b, i] - t.bed_point[b]
     height = wp.dot(p, t.bed_normal[b])
-    lowest = wp.min(height, wp.dot(t.previous[b, i] - t.bed_point[b], t.bed_normal[b]))
+    before = wp.dot(t.previous[b, i] - t.bed_point[b], t.bed_normal[b])
+    lowest = wp.min(height, before)
     on_bed = wp.dot(p, t.bed_along[b]) > t.bed_edge[b]
-    if lowest < 0.0 and height > -BED_THICKNESS and on_bed:
+    if lowest < 0.0 and lowest > -BED_THICKNESS and on_bed:
         n = t.bed_normal[b]
         f = n * (-height * BED_STIFFNESS)
         wp.atomic_add(t.bed_force, b, f)

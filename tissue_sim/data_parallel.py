@@ -30,6 +30,7 @@ from tissue_sim.springs import (
     break_tie,
 )
 from tissue_sim.tissue import STATE, Tissue
+from tissue_sim.untangle import ease, mark_tangled
 
 wp.set_module_options({"enable_backward": False})
 
@@ -47,6 +48,8 @@ def clear(t: TissueArrays, s: ToolShapes, c: Scalars):
     b, k = wp.tid()
     if k < t.row[b, t.n_vertex[b]]:
         t.block[b, k] = wp.mat33()
+    if k < t.n_vertex[b]:
+        t.tangled[b, k] = 0
     if k < s.force.shape[1]:
         s.force[b, k] = wp.vec3()
         s.torque[b, k] = wp.vec3()
@@ -62,6 +65,20 @@ def begin(t: TissueArrays, h: float):
     b, i = wp.tid()
     if i < t.n_vertex[b]:
         predict(t, b, i, h)
+
+
+@wp.kernel
+def tangles(t: TissueArrays):
+    b, e = wp.tid()
+    if e < t.n_tet[b]:
+        mark_tangled(t, b, e)
+
+
+@wp.kernel
+def ease_tangles(t: TissueArrays):
+    b, e = wp.tid()
+    if e < t.n_tet[b]:
+        ease(t, b, e)
 
 
 @wp.kernel
@@ -243,6 +260,8 @@ class DataParallelTissue:
         plan = [
             (clear, blocks, [t, s, c]),
             (begin, vertices, [t, h]),
+            (tangles, t.tet.shape, [t]),
+            (ease_tangles, t.tet.shape, [t]),
             (elements, t.tet.shape, [t, config.viscosity_s / h]),
             (ties, t.tie_stiffness.shape, [t]),
             (links, t.link_stiffness.shape, [t]),

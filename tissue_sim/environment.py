@@ -19,6 +19,7 @@ from mani_skill.sensors.camera import Camera, CameraConfig
 from mani_skill.utils.registration import register_env
 from mani_skill.utils.structs.pose import Pose
 from mani_skill.utils.structs.types import SceneConfig, SimConfig
+from mani_skill.utils.wrappers.gymnasium import CPUGymWrapper
 
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM, JointCommand
@@ -309,6 +310,11 @@ class CholecystectomyEnv(BaseEnv):
                 name = CAMERAS[0].name if uid == "render_camera" else uid
                 T = sapien.Pose(T_world_camera(self.world, name))
                 camera.camera._render_cameras[0].entity.set_pose(T)
+
+
+def make_single(**options: Any) -> gym.Env:
+    """`gym.make` of the environment, with numpy arrays that have no batch axis."""
+    return CPUGymWrapper(gym.make(ENVIRONMENT_ID, **options))
 
 
 def action_limits() -> tuple[Array, Array]:

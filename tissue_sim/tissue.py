@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tissue_sim import contact, elasticity, implicit, rupture, springs
+from tissue_sim import contact, elasticity, implicit, rupture, springs, untangle
 from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
@@ -283,6 +283,7 @@ class Tissue:
         c, t, n_env = self.config, self.arrays, len(self.organs)
         plan = {
             "predict": (implicit.begin_step, [t, c.step_s]),
+            "untangle": (untangle.ease_bulk, [t]),
             "elements": (elasticity.assemble_elements, [t, c.viscosity_s / c.step_s]),
             "springs": (springs.assemble_springs, [t]),
             "tube contact": (contact.assemble_tube_contact, [t]),

@@ -1,30 +1,24 @@
-"""`calot bench`: how fast and how exact; a new bench is a new file and one line in BENCHES."""
+"""`calot bench`: how a part of Calot does; a new bench is a new class and a line in Bench."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pkgutil import resolve_name
-from typing import Annotated
+from typing import Annotated, Any
 
 from rich.console import Console
-from tyro.conf import Positional
+from tyro.conf import OmitSubcommandPrefixes, subcommand
 
-from scenarios.commands.arguments import at_least, one_of
-
-BENCHES: dict[str, str] = {
-    "world": "scenarios.bench_world:bench_world",
-    "accuracy": "scenarios.bench_accuracy:bench_accuracy",
-}
-"""A function each, of the seed and the number of control steps, that returns what to print."""
+from scenarios.commands.arguments import at_least
+from scenarios.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LEAST_RESETS = 50  # fewer say nothing about a slope
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bench:
-    """Measure on one core how fast a part of Calot runs, or how exact it is."""
+class World:
+    """How fast each stage of the world is, on one core."""
 
-    part: Positional[Annotated[str, one_of(BENCHES)]]
-    """What to measure."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
@@ -32,14 +26,109 @@ class Bench:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # read when the libraries are imported
-        bench = resolve_name(BENCHES[self.part])
-        with Console(stderr=True).status(f"measuring: {self.part}"):
-            report = bench(seed=self.seed, steps=self.steps)
-        console = Console()
-        for part in (*report, machine_line()):
-            console.print(part, highlight=False, soft_wrap=isinstance(part, str))
+        from scenarios.bench_world import bench_world
+
+        with Console(stderr=True).status("measuring: world"):
+            report = bench_world(seed=self.seed, steps=self.steps)
+        _show(report)
         return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Accuracy:
+    """How far the tissue is from its static solution after a retraction by 20 mm."""
+
+    seed: Annotated[int, at_least(0)] = 20_000
+    """Of the anatomy."""
+    steps: Annotated[int, at_least(1)] = 300
+    """Control steps for which the retraction is held."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_accuracy import bench_accuracy
+
+        with Console(stderr=True).status("measuring: accuracy"):
+            report = bench_accuracy(seed=self.seed, steps=self.steps)
+        _show(report)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robustness:
+    """Whether tissue stays tissue under violent random motions, 3 s each, tools at 200 mm/s."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the first anatomy and storm; then one up."""
+    episodes: Annotated[int, at_least(1)] = 40
+    """Storms."""
+    workers: Annotated[int, at_least(1)] = 1
+    """Processes to run them in."""
+    resets: Annotated[int, at_least(0)] = 0
+    """Measure also whether memory grows, over this many resets (at least 50)."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 1 if a storm broke a law."""
+        if 0 < self.resets < LEAST_RESETS:
+            raise BadInputError(f"--resets {self.resets}: 0, or at least {LEAST_RESETS}")
+        from scenarios.bench_robustness import broken_lines, memory_lines, run_trials, trial_table
+
+        trials = run_trials(self.seed, self.episodes, self.workers)
+        broken = broken_lines(trials)
+        memory = memory_lines(self.seed, self.resets) if self.resets else []
+        _show([trial_table(trials), *broken, *memory])
+        return 1 if broken else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parallel:
+    """What threads gain in state mode, and processes with cameras where there is a renderer."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the first anatomy; then one up."""
+    steps: Annotated[int, at_least(1)] = 30
+    """Control steps of a round."""
+    worlds: Annotated[int, at_least(1)] = 4
+    """Worlds that the threads share."""
+    most: Annotated[int, at_least(1)] = 4
+    """Threads, and processes with cameras, at most: 1, 2, 4 ... of them are measured."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_parallel import camera_table, thread_table
+        from tissue_sim.renderer_probe import renderer_available
+
+        numbers = [2**k for k in range(self.most.bit_length())]
+        with Console(stderr=True).status("measuring: parallel"):
+            report = [
+                thread_table(seed=self.seed, steps=self.steps, worlds=self.worlds, threads=numbers)
+            ]
+            if renderer_available():
+                report.append(camera_table(seed=self.seed, steps=self.steps, processes=numbers))
+        _show(report)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """Measure how a part of Calot does on this machine."""
+
+    part: OmitSubcommandPrefixes[
+        Annotated[World, subcommand("world")]
+        | Annotated[Accuracy, subcommand("accuracy")]
+        | Annotated[Robustness, subcommand("robustness")]
+        | Annotated[Parallel, subcommand("parallel")]
+    ]
+
+    def execute(self) -> int:
+        """Measures and reports; returns the part's exit code."""
+        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # read when the libraries are imported
+        return self.part.execute()
+
+
+def _show(report: Iterable[Any]) -> None:
+    console = Console()
+    for part in (*report, machine_line()):
+        console.print(part, highlight=False, soft_wrap=isinstance(part, str))
 
 
 def machine_line() -> str:

@@ -10,7 +10,7 @@ from typing import Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.attempt import attempt_episode
+from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.output_path import require_writable_folder
@@ -116,7 +116,7 @@ class Run:
         ]
         if self.workers > 1:
             attempt = partial(attempt_episode, out=self.out)
-            yield from run_side_by_side(attempt, configs, self.workers)
+            yield from run_side_by_side(attempt, configs, self.workers, broken_off)
         else:
             for config in configs:
                 yield attempt_episode(config, self.out, observers)

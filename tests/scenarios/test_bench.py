@@ -112,7 +112,8 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     out, err = capfd.readouterr()
     assert out == ""
     assert err == (
-        "calot: Error parsing {world,accuracy}: unknown 'wrld'; allowed: world, accuracy\n"
+        "calot: Unrecognized options: wrld;"
+        " Available subcommands: world, accuracy, robustness, parallel\n"
     )
 
 

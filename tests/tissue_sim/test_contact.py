@@ -12,7 +12,7 @@ from tissue_sim.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.instruments import INSTRUMENTS, link_patches
 from tissue_sim.layout import N_SHAPES
 from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
-from tissue_sim.tissue import Tissue
+from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.verification.bodies import EPS, NOWHERE, box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 
@@ -79,6 +79,23 @@ def test_what_is_held_into_the_bed_comes_to_rest_at_the_worlds_step() -> None:
     assert static[below, 2].max() < 0.002  # it does lie in the bed
     # the solver leaves micrometres; a vertex that is thrown out comes a millimetre far
     assert np.abs(tissue.positions() - static).max() < 1e-5
+
+
+@pytest.mark.parametrize("size", [(0.03, 0.03, 0.02), (0.01, 0.01, 0.002)])
+def test_a_light_body_does_not_bounce_on_the_bed_at_the_step_of_the_world(
+    size: tuple[float, float, float],
+) -> None:
+    rest, tets = box(size, (4, 4, 2))
+    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.zeros(3)}))
+    config = TissueConfig()
+    tissue = tissue_of(
+        organ_of(rest + 1e-3 * bed.normal, tets, bed=bed),
+        gravity_m_s2=config.gravity_m_s2, damping_per_s=config.damping_per_s,
+        iterations=config.iterations, tolerance=config.tolerance,
+    )  # fmt: skip
+    for _ in range(240):
+        tissue.step()
+    assert np.abs(tissue.host("velocity")).max() < 1e-4
 
 
 def test_beside_the_bed_tissue_falls_on() -> None:

@@ -14,7 +14,6 @@ from tissue_sim.field import AWAY, RIGHT, UP
 from tissue_sim.frames import Array, unit
 from tissue_sim.leak import leaks
 from tissue_sim.organ import Organ, build_organ
-from tissue_sim.thresholds import BLOOD_RATE_M3_S
 from tissue_sim.tissue import Tissue
 from tissue_sim.tubes import Tubes
 from tissue_sim.variants import VARIANTS, variant
@@ -168,4 +167,6 @@ def test_the_second_artery_can_be_clipped_and_cut_and_then_bleeds(two_arteries: 
     assert [c.tube for c in cuts] == ["second artery"]
     assert tubes.in_two_parts("second artery")
     found = {leak.side: leak.rate_m3_s for leak in leaks(tubes, [], cuts)}
-    assert found == {"body": BLOOD_RATE_M3_S, "gallbladder": BLOOD_RATE_M3_S}
+    assert (
+        found["body"] > found["gallbladder"] > 0.0
+    )  # what comes back from the gallbladder is less

@@ -1,0 +1,49 @@
+"""Laws of worlds on threads: each is as if alone, whatever the number of threads."""
+
+import numpy as np
+import pytest
+
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import JointCommand
+from tissue_sim.parallel import Worlds
+
+SEEDS = (10_000, 10_001, 10_002)
+
+
+def reach(k: int) -> JointCommand:
+    """The grasper into the tissue, jaws working."""
+    q = np.tile([0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4], (2, 1))
+    q[1, :3] = [0.1, 0.0, 0.08]
+    q[0, 2] += 0.002 * k
+    q[:, 6] *= 0.5 + 0.5 * np.cos(0.3 * k)
+    return JointCommand(joints=q)
+
+
+def run(threads: int, seeds: tuple[int, ...] = SEEDS) -> list[list[np.ndarray]]:
+    with Worlds(len(seeds), threads=threads) as worlds:
+        worlds.reset([anatomy_from_seed(seed) for seed in seeds])
+        for k in range(20):
+            seen = worlds.step([reach(k)] * len(seeds))
+        assert all(np.abs(s.forces_n).max() > 0 for s in seen)
+        return [
+            [s.vector(), *w.tissue.state().values()]
+            for s, w in zip(seen, worlds.worlds, strict=True)
+        ]
+
+
+def test_the_number_of_threads_changes_no_bit() -> None:
+    for one, three in zip(run(1), run(3), strict=True):
+        for a, b in zip(one, three, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+def test_a_world_does_not_feel_its_neighbours() -> None:
+    for a, b in zip(run(1, SEEDS[1:2])[0][:1], run(3)[1][:1], strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_each_world_needs_a_command() -> None:
+    with Worlds(2, threads=1) as worlds:
+        worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])
+        with pytest.raises(ValueError, match="shorter"):
+            worlds.step([reach(0)])

@@ -1,0 +1,52 @@
+"""Laws of the vector environment: rows are what single environments give."""
+
+import numpy as np
+import pytest
+
+vector = pytest.importorskip("tissue_sim.vector")
+
+from tissue_sim.arms import HOME_JOINTS  # noqa: E402  after the skip
+from tissue_sim.environment import make_single  # noqa: E402
+
+SEED = 10_000
+HOME = np.tile(HOME_JOINTS, 2).astype(np.float32)
+
+
+def actions(k: int) -> np.ndarray:
+    rows = np.tile(HOME, (2, 1))
+    rows[:, 2] += np.array([0.001, 0.002]) * k
+    return rows.astype(np.float32)
+
+
+def test_each_row_is_an_environment_of_its_own() -> None:
+    together = vector.make_vec(2)
+    seen = [together.reset(seed=SEED)[0], *(together.step(actions(k))[0] for k in range(15))]
+    together.close()
+    for row in range(2):
+        alone = make_single(obs_mode="state")
+        path = [alone.reset(seed=SEED + row)[0]]
+        path += [alone.step(actions(k)[row])[0] for k in range(15)]
+        alone.close()
+        np.testing.assert_array_equal(np.stack(seen)[:, row], np.stack(path))
+
+
+def test_an_environment_that_ended_is_reset_by_the_next_step() -> None:
+    together = vector.make_vec(2, max_episode_steps=2)
+    together.reset(seed=SEED)
+    steps = [together.step(actions(0)) for _ in range(3)]
+    together.close()
+    assert steps[1][3].all()
+    assert not steps[2][3].any()
+    assert (steps[2][4]["elapsed_steps"] == 0).all()
+
+
+@pytest.mark.render
+def test_with_pictures_each_environment_is_a_process() -> None:
+    renderer = pytest.importorskip("tissue_sim.renderer_probe")
+    if not renderer.renderer_available():
+        pytest.skip("there is no renderer")
+    together = vector.make_vec(2, obs_mode="rgb")
+    seen, _ = together.reset(seed=SEED)
+    together.close()
+    assert seen["sensor_data"]["endoscope_left"]["rgb"].shape[0] == 2
+    assert seen["sensor_data"]["endoscope_left"]["rgb"].std() > 5

@@ -1,0 +1,64 @@
+"""Several worlds in one process, stepped side by side by threads.
+
+A tissue step runs outside Python's interpreter lock, so that threads overlap; the worlds share
+nothing, so that the result does not depend on the number of threads, to the bit.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Self
+
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.arms import JointCommand
+from tissue_sim.observation import Observation
+from tissue_sim.world import World, WorldConfig
+
+
+class Worlds:
+    """A number of operating fields, without pictures."""
+
+    def __init__(
+        self, number: int, *, threads: int | None = None, config: WorldConfig | None = None
+    ) -> None:
+        """Empty fields.
+
+        Args:
+            number: of worlds.
+            threads: that step them; as many as there are cores to run on by default.
+            config: of each world.
+        """
+        self.worlds = tuple(World(config=config) for _ in range(number))
+        self._pool = ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)))
+
+    def reset(self, anatomies: Sequence[Anatomy]) -> list[Observation]:
+        """A new patient in each world."""
+        pairs = zip(self.worlds, anatomies, strict=True)
+        return list(self._pool.map(lambda pair: pair[0].reset(pair[1]), pairs))
+
+    def step(self, commands: Sequence[JointCommand]) -> list[Observation]:
+        """One control period of every world.
+
+        Raises:
+            ValueError: a command is bad; the other worlds have moved.
+        """
+        pairs = zip(self.worlds, commands, strict=True)
+        return list(self._pool.map(lambda pair: pair[0].step(pair[1]), pairs))
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
