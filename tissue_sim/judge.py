@@ -9,15 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose
+from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
 from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M, SHEAR_GAP_M, sever
 from tissue_sim.frames import Array
 from tissue_sim.grasp import Grasp, follow_grasp
 from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.leak import leaks
+from tissue_sim.loose_clip import fall
+from tissue_sim.organ import TUBES
 from tissue_sim.psm import joint_limits
 from tissue_sim.record import Record
+from tissue_sim.slip import Pull, under_pull
 from tissue_sim.thresholds import (
+    CLIP_MOST_SLIP_M,
     INSTRUMENT_CONTACT_MOST_N,
     JOINT_MARGIN_RAD,
     LEAK_MOST_M3,
@@ -42,15 +46,17 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     Args:
         world: just stepped.
         joints: (2, 7) as commanded.
-        intended: the structure the instruction names; None when it names none.
+        intended: the structure meant; None for the one nearest to the jaws.
     """
     r = world.record
     time_s = r.time_s + world.config.control_step_s
     monitor = InjuryMonitor(r.injuries, r.broken_limits)
     r = _use_right_tool(world, time_s, intended, monitor)
-    pulled_off = {p.number for p in r.pulls if p.force_n > p.holds_n}
-    clips = tuple(_held(world, clip, off=clip.number in pulled_off) for clip in r.clips)
-    leaking = leaks(world.tubes, clips, r.cuts)
+    clips = tuple(fall(c, world.organ.bed, world.config.control_step_s) for c in r.clips)
+    r = replace(r, clips=clips)
+    if r.pull is not None:
+        r = _pull(world, r, r.pull, time_s, monitor)
+    leaking = leaks(world.tubes, r.clips, r.cuts)
     leaked = r.leaked_m3 + world.config.control_step_s * sum(x.rate_m3_s for x in leaking)
     T_world_tool = world.arms.T_world_tool()[LEFT_ARM]
     grasp = follow_grasp(r.grasp, world.tissue, world.organ, T_world_tool, time_s)
@@ -58,7 +64,6 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     return replace(
         r,
         time_s=time_s,
-        clips=clips,
         grasp=grasp,
         leaks=leaking,
         leaked_m3=leaked,
@@ -90,7 +95,8 @@ def _clip(
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
     clip = latch(world.tubes, T, number=len(r.clips) + 1, time_s=time_s)
-    wrong = [c.tube for c in clip.crossings if c.tube != intended]
+    meant = intended if intended is not None else _nearest_tube(world, T, CLIP_LENGTH_M)
+    wrong = [c.tube for c in clip.crossings if c.tube != meant]
     for name in wrong + ["gallbladder"] * clip.on_sac:
         monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
@@ -100,20 +106,34 @@ def _cut(
     world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
+    meant = intended if intended is not None else _nearest_tube(world, T, BLADE_LENGTH_M)
     on_sac = world.tubes.sac_between(T, BLADE_LENGTH_M, BLADE_WIDTH_M)
     cuts = sever(world.tubes, T, time_s=time_s)
-    wrong = [c.tube for c in cuts if c.tube != intended]
+    wrong = [c.tube for c in cuts if c.tube != meant]
     for name in wrong + ["gallbladder"] * on_sac:
         monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
     return replace(r, cuts=(*r.cuts, *cuts))
 
 
-def _held(world: World, clip: Clip, *, off: bool) -> Clip:
-    """The clip, lost if it is pulled off."""
-    if clip.lost or not off:
-        return clip
-    world.tissue.host("load")[0] = 0.0
-    return lose(world.tubes, clip)
+def _nearest_tube(world: World, T_world_tool: Array, reach_m: float) -> str:
+    """The tube nearest to the middle of closing jaws."""
+    middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
+    return min(TUBES, key=lambda t: np.linalg.norm(world.tubes.centres(t) - middle, axis=1).min())
+
+
+def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMonitor) -> Record:
+    """What the pull under way does to its clip."""
+    k = pull.number - 1
+    before = r.clips[k]
+    clip = under_pull(world.tubes, before, pull, world.config.control_step_s)
+    if clip.slid_m > CLIP_MOST_SLIP_M >= before.slid_m:
+        slip = Reading(event="clip slip", value=clip.slid_m, limit=CLIP_MOST_SLIP_M)
+        monitor.add(slip, time_s)
+    if clip.lost:
+        monitor.add(Reading(event="clip off", value=1, limit=0), time_s)
+        world.tissue.host("load")[0] = 0.0
+        r = replace(r, pull=None)
+    return replace(r, clips=(*r.clips[:k], clip, *r.clips[k + 1 :]))
 
 
 def _readings(world: World, joints: Array, grasp: Grasp, leaked_m3: float) -> Iterator[Reading]:

@@ -9,21 +9,7 @@ from tissue_sim.cut import Cut
 from tissue_sim.grasp import Grasp
 from tissue_sim.injury import Injury
 from tissue_sim.leak import Leak
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pull:
-    """A test pull at a clip.
-
-    Attributes:
-        number: the clip's.
-        force_n: how hard it is pulled now.
-        holds_n: what its grip held before the pull: pulling tightens the tissue, not the clip.
-    """
-
-    number: int
-    force_n: float
-    holds_n: float
+from tissue_sim.slip import Pull
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +19,8 @@ class Record:
     Attributes:
         clip_loaded: the applier holds a clip.
         jaws_opened: the right jaws have opened since they last closed on something.
-        pulls: the test pulls under way.
+        clips: held, fallen off and dropped ones, in order.
+        pull: the test pull under way.
         leaked_m3: bile and blood so far.
         broken_limits: names of the limits that are exceeded now.
     """
@@ -44,8 +31,13 @@ class Record:
     clips: tuple[Clip, ...] = ()
     cuts: tuple[Cut, ...] = ()
     grasp: Grasp = field(default_factory=Grasp)
-    pulls: tuple[Pull, ...] = ()
+    pull: Pull | None = None
     leaks: tuple[Leak, ...] = ()
     leaked_m3: float = 0.0
     injuries: tuple[Injury, ...] = ()
     broken_limits: frozenset[str] = frozenset()
+
+    @property
+    def dropped_clips(self) -> int:
+        """Clips that closed on nothing or fell from the applier."""
+        return sum(clip.dropped for clip in self.clips)

@@ -135,7 +135,6 @@ class Tissue:
             "fixed",
             "contact_shape",
             "surface",
-            "covered",
         ):
             values = self.host(name)
             values[b, new] = values[b, list(parents)]

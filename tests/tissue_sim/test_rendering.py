@@ -175,12 +175,12 @@ def test_open_stump_shows_its_leak_and_a_red_cut_face(world: World) -> None:
 
 
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:
-    from tissue_sim.drawn_clips import T_world_clip
+    from tissue_sim.clip import T_world_clip
 
     clip_on(world, "duct", 0.5)
     hold(world, 10)
     (clip,) = world.record.clips
-    T = T_world_clip(world, clip)
+    T = T_world_clip(world.tubes, clip)
     caught = transform(inverse_pose(T), world.tissue.positions()[list(clip.vertices)].astype(float))
     assert np.abs(caught[:, 1]).max() < 0.0012  # between the legs, flattened
     assert caught[:, 2].min() > -0.0095
