@@ -19,7 +19,7 @@ from tissue_sim.loose_clip import fall
 from tissue_sim.organ import TUBES
 from tissue_sim.psm import joint_limits
 from tissue_sim.record import Record
-from tissue_sim.slip import Pull, under_pull
+from tissue_sim.slip import Pull, parted, under_pull
 from tissue_sim.thresholds import (
     CLIP_MOST_SLIP_M,
     INSTRUMENT_CONTACT_MOST_N,
@@ -112,7 +112,8 @@ def _cut(
     wrong = [c.tube for c in cuts if c.tube != meant]
     for name in wrong + ["gallbladder"] * on_sac:
         monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
-    return replace(r, cuts=(*r.cuts, *cuts))
+    clips = tuple(parted(world.tubes, c) for c in r.clips) if cuts else r.clips
+    return replace(r, cuts=(*r.cuts, *cuts), clips=clips)
 
 
 def _nearest_tube(world: World, T_world_tool: Array, reach_m: float) -> str:

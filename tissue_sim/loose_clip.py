@@ -1,13 +1,14 @@
-"""A clip that nothing holds falls freely, to the liver bed or to the floor of the field."""
+"""A clip that nothing holds falls freely, onto the liver bed or onto the fat behind the tubes."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from tissue_sim.clip import Clip
+from tissue_sim.field import AWAY
 from tissue_sim.organ import LiverBed
 
-FLOOR_M = -0.045  # height of the bowel below the field's centre, assumed
+FAT_AWAY_M = 0.011  # where the fat behind the field begins, assumed
 GRAVITY_M_S2 = 9.81
 
 
@@ -18,11 +19,12 @@ def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
     speed = clip.fall_m_s + GRAVITY_M_S2 * step_s
     T = clip.T_world_clip.copy()
     T[2, 3] -= speed * step_s
-    offset = T[:3, 3] - bed.point_m
-    if offset @ bed.along > bed.edge_m and (height := offset @ bed.normal) < 0.0:
+    tip = T[:3, 3]
+    above_bed = tip - bed.point_m
+    if above_bed @ bed.along > bed.edge_m and (height := above_bed @ bed.normal) < 0.0:
         T[:3, 3] -= height * bed.normal
-    elif T[2, 3] <= FLOOR_M:
-        T[2, 3] = FLOOR_M
+    elif (inside := tip @ AWAY - FAT_AWAY_M) > 0.0:
+        T[:3, 3] -= inside * AWAY
     else:
         return replace(clip, T_world_clip=T, fall_m_s=speed)
     return replace(clip, T_world_clip=T, fall_m_s=None)

@@ -81,30 +81,54 @@ def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
     )
 
 
+def parted(tubes: Tubes, clip: Clip) -> Clip:
+    """The clip after a cut: a ring severed under its legs stays with its own stump."""
+    there = {
+        int(old): int(new)
+        for crossing, rings in zip(clip.crossings, clip.rings, strict=True)
+        for r in rings
+        for old, new in zip(
+            tubes.below[crossing.tube][r],
+            tubes.side(crossing.tube, crossing.station_m)[r],
+            strict=True,
+        )
+    }
+    if clip.lost or all(there.get(v, v) == v for v in clip.vertices):
+        return clip
+    return _on_vertices(tubes, clip, {v: there.get(v, v) for v in clip.vertices})
+
+
 def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
     """The same squeeze on rings further on; what would lie beyond the stump's end is let go."""
     (crossing,), (rings,) = clip.crossings, clip.rings
-    tube, T = crossing.tube, T_world_clip(tubes, clip)
-    first, last = tubes.stump(tube, crossing.station_m)
-    side = tubes.side(tube, crossing.station_m)
+    tube, station = crossing.tube, crossing.station_m
+    first, last = tubes.stump(tube, station)
+    side = tubes.side(tube, station)
     kept = [r for r in rings if first <= r + shift <= last]
     there = {
         int(old): int(new) for r in kept for old, new in zip(side[r], side[r + shift], strict=True)
     }
+    move_m = np.subtract(*tubes.stations_m[tube][[crossing.ring + shift, crossing.ring]])
+    _, tangent = tubes.point(tube, station)
+    by_clip_m = T_world_clip(tubes, clip)[:3, :3].T @ tangent * move_m
+    clip = _on_vertices(tubes, clip, there)
+    return replace(
+        clip, rings=(tuple(r + shift for r in kept),), places_m=clip.places_m + by_clip_m
+    )
+
+
+def _on_vertices(tubes: Tubes, clip: Clip, there: dict[int, int]) -> Clip:
+    """The clip holds other vertices instead; those that are not in `there` are let go."""
     springs = [
         (there[i], there[j], rest, stiffness)
         for i, j, rest, stiffness in springs_in(tubes, clip.links)
         if i in there and j in there
     ]
     held = [there[v] for v in clip.vertices if v in there]
-    move = np.subtract(*tubes.stations_m[tube][[crossing.ring + shift, crossing.ring]])
-    _, tangent = tubes.point(tube, crossing.station_m)
-    places = clip.places_m[[v in there for v in clip.vertices]] + T[:3, :3].T @ tangent * move
     release(tubes, clip.links, clip.vertices)
     return replace(
         clip,
-        rings=(tuple(r + shift for r in kept),),
         links=squeeze(tubes, springs, held),
         vertices=tuple(held),
-        places_m=places,
+        places_m=clip.places_m[[v in there for v in clip.vertices]],
     )
