@@ -17,7 +17,6 @@ from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.leak import leaks
 from tissue_sim.loose_clip import fall
 from tissue_sim.organ import TUBES
-from tissue_sim.psm import joint_limits
 from tissue_sim.record import Record
 from tissue_sim.slip import Pull, parted, under_pull
 from tissue_sim.thresholds import (
@@ -52,8 +51,9 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     time_s = r.time_s + world.config.control_step_s
     monitor = InjuryMonitor(r.injuries, r.broken_limits)
     r = _use_right_tool(world, time_s, intended, monitor)
-    clips = tuple(fall(c, world.organ.bed, world.config.control_step_s) for c in r.clips)
-    r = replace(r, clips=clips)
+    if any(c.fall_m_s is not None for c in r.clips):
+        bed, step_s = world.organ.bed, world.config.control_step_s
+        r = replace(r, clips=tuple(fall(c, bed, step_s) for c in r.clips))
     if r.pull is not None:
         r = _pull(world, r, r.pull, time_s, monitor)
     leaking = leaks(world.tubes, r.clips, r.cuts)
@@ -141,10 +141,7 @@ def _readings(world: World, joints: Array, grasp: Grasp, leaked_m3: float) -> It
     """Every quantity that has a limit."""
     rigid = world.arms.contact_forces_n()
     torn = int((world.tissue.host("tie_stiffness")[0] == 0.0).sum())
-    beyond = max(
-        float(np.max(np.abs(q[:6] - np.clip(q[:6], *joint_limits(tool).T))))
-        for q, tool in zip(joints, world.arms.mounted, strict=True)
-    )
+    beyond = float(np.abs(joints - world.arms.limited(joints))[:, :6].max())
     for event, value, limit in (
         ("pinch", grasp.pinch_n, PINCH_MOST_N),
         ("traction", grasp.traction_n, TRACTION_MOST_N),

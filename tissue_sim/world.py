@@ -32,7 +32,7 @@ from tissue_sim.world_state import copied, require_state
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 3  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 4  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 
@@ -210,7 +210,8 @@ class World:
         """Where the middle of a clip is now (3,), world frame: of what it holds, or of its legs."""
         if not clip.vertices:
             return clip.T_world_clip[:3, 3] - 0.5 * CLIP_LENGTH_M * clip.T_world_clip[:3, 2]
-        return self.tissue.positions()[list(clip.vertices)].mean(axis=0).astype(float)
+        held = self.tissue.positions()[list(clip.vertices)]
+        return np.add.reduce(held, axis=0, dtype=float) / len(held)
 
     def state(self) -> dict[str, Any]:
         """Everything the next step depends on, tissue topology included."""

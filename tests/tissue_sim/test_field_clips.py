@@ -151,6 +151,9 @@ def test_a_clip_pulled_a_little_beyond_its_hold_slips_and_no_stump_holds(world: 
     clamp = world.tubes.below["duct"][0]
     _, along = world.tubes.point("duct", clip.crossings[0].station_m)
     pull_n = 1.02 * retention_n(world.tubes, clip)
+    world.pull_clip(1, 0.95 * pull_n * along, clamp)
+    world.step(HOME)
+    assert world.record.clips[0].slid_m == 0.0
     assert stumps_hold(world)
     for _ in range(2):
         world.pull_clip(1, pull_n * along, clamp)
