@@ -129,8 +129,11 @@ def test_near_the_cut_a_clip_loses_more_when_it_is_askew(tube: str) -> None:
     square, askew = (
         clipped_and_cut(tube, CUFF_LEAST_M, askew_rad=a) for a in (0.0, np.deg2rad(35.0))
     )
-    shares = [retention_n(*pair) / grip_n(*pair) for pair in (square, askew)]
-    assert shares[1] < 0.95 * np.cos(np.deg2rad(30.0)) * shares[0]
+    shares = [
+        retention_n(*pair) / grip_n(*pair) / np.cos(pair[1].crossings[0].tilt_rad)
+        for pair in (square, askew)
+    ]
+    assert shares[1] < 0.9 * shares[0]
 
 
 def test_a_clip_around_part_of_a_tube_comes_off_at_any_pull(tube: str) -> None:
@@ -168,7 +171,8 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
         before = T_world_clip(tubes, clip)
         clip = under_pull(tubes, clip, pull, STEP_S)
         moved = np.linalg.norm(T_world_clip(tubes, clip)[:3, 3] - before[:3, 3])
-        assert moved < 3 * SLIP_SPEED_M_S * STEP_S  # it glides, also from ring to ring
+        # it glides, and on to the next ring without a jump of a whole ring
+        assert 0.99 < moved / (SLIP_SPEED_M_S * STEP_S) < 2.2
         assert clip.slid_m == pytest.approx((k + 1) * SLIP_SPEED_M_S * STEP_S)
     run(tubes, 2 * HALF_SECOND)
     now = clip.crossings[0]

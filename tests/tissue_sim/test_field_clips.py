@@ -32,14 +32,20 @@ def world(one_world: World) -> World:
     return one_world
 
 
-def close_applier(world: World, T_world_tool: Array, intended: str | None = None) -> Clip:
-    """The right tool put at a pose, its jaws just closed."""
+def put_right_tool(world: World, T_world_tool: Array, jaw_rad: float) -> Array:
+    """The right tool at a pose, its jaws this far open; returns the joints (2, 7)."""
     T_rcm = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
-    tool = world.arms.mounted[RIGHT_ARM]
     joints = world.arms.joints
+    tool = world.arms.mounted[RIGHT_ARM]
     joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm, tool, joints[RIGHT_ARM, :6])
-    joints[RIGHT_ARM, 6] = 0.0
+    joints[RIGHT_ARM, 6] = jaw_rad
     world.arms.set_joints(joints)
+    return joints
+
+
+def close_applier(world: World, T_world_tool: Array, intended: str | None = None) -> Clip:
+    """The applier at a pose, its jaws just closed."""
+    joints = put_right_tool(world, T_world_tool, 0.0)
     world.record = replace(world.record, jaws_opened=True)
     world.step(JointCommand(joints=joints), intended=intended)
     return world.record.clips[-1]
@@ -80,11 +86,12 @@ def test_with_the_other_tube_behind_the_tip_the_one_between_the_jaws_is_meant(
 ) -> None:
     T = on_tube(world, "duct")
     bring_artery_to_duct(world, 0.004, T[:3, 2])
+    world.tissue.host("fixed")[0, world.tubes.below["artery"]] = 1
     distance = {t: np.linalg.norm(world.tubes.centres(t) - T[:3, 3], axis=1).min() for t in TUBES}
     assert distance["artery"] < distance["duct"]  # of the tip
     clip = close_applier(world, T)
     assert [c.tube for c in clip.crossings] == ["duct"]
-    assert events(world) == []
+    assert "clip on duct" not in events(world)
 
 
 @pytest.mark.parametrize("intended", TUBES)
@@ -117,6 +124,26 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
     )
     world.record = replace(world.record, cuts=cuts)
     world.step(HOME)
+
+
+def test_scissors_under_a_clips_edge_leave_it_on_its_own_stump(world: World) -> None:
+    at = world.tubes.stations_m["duct"][7]
+    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * CLIP_LENGTH_M)
+    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    assert 7 in clip.rings[0]
+    world.record = replace(world.record, clips=(clip,))
+    for _ in range(10):
+        world.step(HOME)
+    world.equip("scissors")
+    T = astride(world.tubes, "duct", at, beyond_m=BLADE_LENGTH_M / 2)
+    joints = put_right_tool(world, T, jaw_rad=0.9)
+    for jaw_rad in np.linspace(0.9, -0.3, 30):
+        joints[RIGHT_ARM, 6] = jaw_rad
+        world.step(JointCommand(joints=joints), intended="duct")
+    (cut,), (clip,) = world.record.cuts, world.record.clips
+    assert cut.ring == 7
+    assert cut.station_m < clip.crossings[0].station_m
+    assert set(world.tubes.above["duct"][cut.ring]) <= set(clip.vertices)
 
 
 def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
