@@ -16,7 +16,6 @@ from tissue_sim.grasp import Grasp, follow_grasp
 from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.leak import leaks
 from tissue_sim.loose_clip import fall
-from tissue_sim.organ import TUBES
 from tissue_sim.record import Record
 from tissue_sim.slip import Pull, parted, under_pull
 from tissue_sim.thresholds import (
@@ -95,7 +94,7 @@ def _clip(
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
     clip = latch(world.tubes, T, number=len(r.clips) + 1, time_s=time_s)
-    meant = intended if intended is not None else _nearest_tube(world, T, CLIP_LENGTH_M)
+    meant = intended if intended is not None else world.tubes.nearest(T, CLIP_LENGTH_M)
     wrong = [c.tube for c in clip.crossings if c.tube != meant]
     for name in wrong + ["gallbladder"] * clip.on_sac:
         monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
@@ -106,7 +105,7 @@ def _cut(
     world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
-    meant = intended if intended is not None else _nearest_tube(world, T, BLADE_LENGTH_M)
+    meant = intended if intended is not None else world.tubes.nearest(T, BLADE_LENGTH_M)
     on_sac = world.tubes.sac_between(T, BLADE_LENGTH_M, BLADE_WIDTH_M)
     cuts = sever(world.tubes, T, time_s=time_s)
     wrong = [c.tube for c in cuts if c.tube != meant]
@@ -114,12 +113,6 @@ def _cut(
         monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
     clips = tuple(parted(world.tubes, c) for c in r.clips) if cuts else r.clips
     return replace(r, cuts=(*r.cuts, *cuts), clips=clips)
-
-
-def _nearest_tube(world: World, T_world_tool: Array, reach_m: float) -> str:
-    """The tube nearest to the middle of closing jaws."""
-    middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
-    return min(TUBES, key=lambda t: np.linalg.norm(world.tubes.centres(t) - middle, axis=1).min())
 
 
 def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMonitor) -> Record:

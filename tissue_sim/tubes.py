@@ -138,6 +138,11 @@ class Tubes:
                 )
         return best
 
+    def nearest(self, T_world_tool: Array, reach_m: float) -> str:
+        """The tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
+        middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
+        return min(TUBES, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min())
+
     def sac_between(self, T_world_tool: Array, reach_m: float, width_m: float) -> bool:
         """Whether part of the gallbladder lies where the closing jaws meet.
 
