@@ -32,22 +32,24 @@ def world(one_world: World) -> World:
     return one_world
 
 
-def put_right_tool(world: World, T_world_tool: Array, jaw_rad: float) -> Array:
-    """The right tool at a pose, its jaws this far open; returns the joints (2, 7)."""
+def put_right_tool(
+    world: World, T_world_tool: Array, jaw_rad: float, intended: str | None = None
+) -> Array:
+    """The right tool at a pose, its jaws this far open, for a step; returns the joints (2, 7)."""
     T_rcm = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
     joints = world.arms.joints
     tool = world.arms.mounted[RIGHT_ARM]
     joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm, tool, joints[RIGHT_ARM, :6])
     joints[RIGHT_ARM, 6] = jaw_rad
     world.arms.set_joints(joints)
+    world.step(JointCommand(joints=joints), intended=intended)
     return joints
 
 
 def close_applier(world: World, T_world_tool: Array, intended: str | None = None) -> Clip:
-    """The applier at a pose, its jaws just closed."""
-    joints = put_right_tool(world, T_world_tool, 0.0)
-    world.record = replace(world.record, jaws_opened=True)
-    world.step(JointCommand(joints=joints), intended=intended)
+    """The applier at a pose, open, and then closed at once."""
+    put_right_tool(world, T_world_tool, 0.6)
+    put_right_tool(world, T_world_tool, 0.0, intended)
     return world.record.clips[-1]
 
 
@@ -96,8 +98,10 @@ def test_one_clip_across_both_tubes_is_an_injury_and_good_for_neither(
     world: World, intended: str
 ) -> None:
     T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    put_right_tool(world, T, 0.6)
     bring_artery_to_duct(world, 0.0, T[:3, 2])
-    clip = close_applier(world, T, intended)
+    put_right_tool(world, T, 0.0, intended)
+    (clip,) = world.record.clips
     assert {c.tube for c in clip.crossings} == set(TUBES)
     other = TUBES[1 - TUBES.index(intended)]
     assert events(world) == [f"clip on {other}"]
