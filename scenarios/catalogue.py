@@ -11,12 +11,28 @@ from scenarios.perturbation.perturbation import Perturbation
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """Conditions under which an episode takes place."""
+    """Conditions under which an episode takes place.
+
+    Attributes:
+        variant: A key of `tissue_sim.variants.VARIANTS`; None for the seed's own anatomy.
+    """
 
     name: str
     description: str
     perturbations: tuple[Perturbation, ...] = ()
+    variant: str | None = None
 
+
+VARIANTS: dict[str, str] = {
+    "short-duct": "a cystic duct on which three clips just fit",
+    "wide-duct": "a cystic duct wider than the seeds draw, which a clip still spans",
+    "artery-in-front": "the artery crosses in front of the duct, to the far side of the neck",
+    "artery-behind": "the artery crosses behind the duct, to the far side of the neck",
+    "low-insertion": "a long cystic duct beside the common hepatic duct, which it joins low",
+    "two-arteries": "a second, thinner artery behind, to be left alone",
+    "fat": "fat and connective tissue left between duct, artery and gallbladder",
+    "swapped": "the artery on the left of the duct",
+}
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario
@@ -25,6 +41,10 @@ SCENARIOS: dict[str, Scenario] = {
         *(
             Scenario(name=p.name, description=p.description, perturbations=(p,))
             for p in PERTURBATIONS
+        ),
+        *(
+            Scenario(name=name, description=description, variant=name)
+            for name, description in VARIANTS.items()
         ),
     )
 }

@@ -17,19 +17,20 @@ from controller.driver import Driver, Rig, rig_of
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
-from scenarios.catalogue import CONTROLLERS, PLANNERS
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from tissue_sim import nurse
-from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
 from tissue_sim.injury import Injury
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back, stumps_hold
 from tissue_sim.retention import pull_all_clips
+from tissue_sim.variants import variant
 from tissue_sim.world import World
 
 PLAN_PERIOD_S = 1.0
@@ -56,7 +57,7 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
 def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
     world, effects = World(render=render), Effects(config.perturbations, config.seed)
-    observation = world.reset(effects.on_anatomy(anatomy_from_seed(config.seed)))
+    observation = world.reset(effects.on_anatomy(anatomy_of(config)))
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
@@ -65,6 +66,12 @@ def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
         observation=observation,
         config=config,
     )
+
+
+def anatomy_of(config: EpisodeConfig) -> Anatomy:
+    """The seed's patient, with the scenario's anatomical variant."""
+    anatomy, name = anatomy_from_seed(config.seed), SCENARIOS[config.scenario].variant
+    return variant(name, anatomy) if name else anatomy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,9 +220,11 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
+        """The last task alone is not the end: it is also how one backs off from the last cut."""
         task = step.instruction.task
         out_of_time = self.tasks[task.index].time_s > self.config.task_cap_s
-        return out_of_time or (step.outcome.task_done and task == TASKS[-1])
+        all_done = all(t.success for t in self.tasks.values())
+        return out_of_time or (task == TASKS[-1] and all_done)
 
     @property
     def _time_s(self) -> float:

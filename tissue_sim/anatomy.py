@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +15,10 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """The values a parameter may take: the seeds' range, and what is possible at all."""
+    """The values a parameter may take: the seeds' range, and what is possible at all.
+
+    Seeds draw nothing where low is high: only a variant differs there.
+    """
 
     low: float
     high: float
@@ -35,6 +40,7 @@ RANGES: dict[str, Range] = {
     "artery_slack": Range(low=0.02, high=0.07, least=0.0, most=0.3),
     "artery_depth_m": Range(low=-0.004, high=0.004, least=-0.015, most=0.015),
     "artery_insertion_m": Range(low=0.006, high=0.011, least=0.003, most=0.020),
+    "artery_turn_rad": Range(low=0.0, high=0.0, least=-math.pi, most=math.pi),
     "bed_tilt_rad": Range(low=0.50, high=0.90, least=0.2, most=1.3),
     "stiffness_scale": Range(low=0.5, high=2.0, least=0.1, most=10.0),
     "endoscope_pitch_rad": Range(low=0.54, high=0.68, least=0.2, most=1.2),
@@ -42,7 +48,28 @@ RANGES: dict[str, Range] = {
     "endoscope_distance_m": Range(low=0.080, high=0.095, least=0.04, most=0.2),
 }
 SWAPPED_SHARE = 0.15  # assumed: how often the artery lies on the left
-MOST_REMNANTS = 6
+COUNTS: dict[str, Range] = {  # assumed
+    "remnants": Range(low=0, high=6, least=0, most=6),
+    "fat_strands": Range(low=0, high=0, least=0, most=40),
+}
+WIDEST_TUBE = 0.26  # a tube's diameter over the gallbladder's width: that of the infundibulum
+
+
+@dataclass(frozen=True, kw_only=True)
+class Artery:
+    """One artery of the gallbladder; its parameters mean what `Anatomy` says of `artery_*`."""
+
+    length_m: float
+    diameter_m: float
+    angle_rad: float
+    slack: float
+    depth_m: float
+    insertion_m: float
+    turn_rad: float
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            _check_number(f.name, getattr(self, f.name), RANGES[f"artery_{f.name}"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +80,10 @@ class Anatomy:
     at `duct_angle_rad` from straight down in the endoscope's view; the artery from
     `artery_insertion_m` above the neck, on the other side, to its fixed end. `slack` is the
     part of a tube's length by which it is longer than the straight line between its ends.
+    `artery_turn_rad` is where around the sac the artery enters: 0 on its own side, pi/2 in front,
+    pi on the other side, -pi/2 behind. `artery_depth_m` is how far its fixed end lies behind that
+    point. Of the connective tissue that the dissection left, `remnants` join duct and artery near
+    the sac, and `fat_strands` all three over their whole length.
     """
 
     seed: int
@@ -68,12 +99,15 @@ class Anatomy:
     artery_slack: float
     artery_depth_m: float
     artery_insertion_m: float
+    artery_turn_rad: float
+    second_artery: Artery | None = None
     bed_tilt_rad: float
     stiffness_scale: float
     endoscope_pitch_rad: float
     endoscope_yaw_rad: float
     endoscope_distance_m: float
     remnants: int
+    fat_strands: int
     artery_on_left: bool
     gallbladder_colour: Colour
     duct_colour: Colour
@@ -81,14 +115,23 @@ class Anatomy:
     liver_colour: Colour
 
     def __post_init__(self) -> None:
+        _check_count("seed", self.seed, 0, math.inf)
         for name, allowed in RANGES.items():
-            value = getattr(self, name)
-            if not allowed.least <= value <= allowed.most:
-                raise ValueError(
-                    f"anatomy: {name} = {value} is outside {allowed.least} to {allowed.most}"
-                )
-        if not 0 <= self.remnants <= MOST_REMNANTS:
-            raise ValueError(f"anatomy: remnants = {self.remnants} is outside 0 to {MOST_REMNANTS}")
+            _check_number(name, getattr(self, name), allowed)
+        for name, allowed in COUNTS.items():
+            _check_count(name, getattr(self, name), allowed.least, allowed.most)
+        _check_type("artery_on_left", self.artery_on_left, bool)
+        _check_type("second_artery", self.second_artery, Artery | None)
+        for part in ("gallbladder", "duct", "artery", "liver"):
+            _check_colour(f"{part}_colour", getattr(self, f"{part}_colour"))
+        self._check_widths()
+
+    @property
+    def arteries(self) -> dict[str, Artery]:
+        """The artery, and the second one where there is one, by the tube's name."""
+        named = {f.name: getattr(self, f"artery_{f.name}") for f in fields(Artery)}
+        first = {"artery": Artery(**named)}
+        return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
     def hash(self) -> str:
@@ -100,6 +143,19 @@ class Anatomy:
         """The structure ("duct" or "artery") that the surgeon calls the "left" or "right" tube."""
         return "artery" if (tube == "left") == self.artery_on_left else "duct"
 
+    def _check_widths(self) -> None:
+        """A tube wider than the infundibulum would have nothing to enter."""
+        most = WIDEST_TUBE * self.gallbladder_width_m
+        widths = {"duct_diameter_m": self.duct_diameter_m}
+        for tube, artery in self.arteries.items():
+            widths[f"{tube.replace(' ', '_')}_diameter_m"] = artery.diameter_m
+        for name, value in widths.items():
+            if value > most:
+                raise ValueError(
+                    f"anatomy: {name} = {value} must be at most {most:.4g}, the infundibulum's "
+                    f"width of a gallbladder {self.gallbladder_width_m} m wide"
+                )
+
 
 def anatomy_from_seed(seed: int) -> Anatomy:
     """The patient of a seed: 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
@@ -110,11 +166,15 @@ def anatomy_from_seed(seed: int) -> Anatomy:
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise ValueError(f"seed = {seed!r} must be an integer of 0 or more")
     rng = np.random.default_rng([0xCA107, int(seed)])
-    drawn = {name: float(rng.uniform(r.low, r.high)) for name, r in RANGES.items()}
+    drawn: dict[str, Any] = {
+        name: float(rng.uniform(r.low, r.high)) if r.low < r.high else r.low
+        for name, r in RANGES.items()
+    }
     return Anatomy(
         seed=int(seed),
         **drawn,
-        remnants=int(rng.integers(0, MOST_REMNANTS + 1)),
+        remnants=int(rng.integers(0, int(COUNTS["remnants"].high) + 1)),
+        fat_strands=0,
         artery_on_left=bool(rng.random() < SWAPPED_SHARE),
         gallbladder_colour=_tint(rng, (0.46, 0.55, 0.30)),
         duct_colour=_tint(rng, (0.80, 0.68, 0.42)),
@@ -129,16 +189,57 @@ def anatomy_to_dict(anatomy: Anatomy) -> dict[str, object]:
 
 
 def anatomy_from_dict(data: dict[str, object]) -> Anatomy:
-    """The anatomy saved by `anatomy_to_dict`.
+    """The anatomy saved by `anatomy_to_dict`, also after a way through JSON.
 
     Raises:
         ValueError: a field is missing or unknown, or a value is impossible.
     """
-    known = {f.name for f in fields(Anatomy)}
+    made = _fields_of(Anatomy, data, "anatomy")
+    made = {k: tuple(v) if isinstance(v, list) else v for k, v in made.items()}
+    if made["second_artery"] is not None:
+        second = _fields_of(Artery, made["second_artery"], "anatomy: second_artery")
+        made["second_artery"] = Artery(**second)
+    return Anatomy(**made)
+
+
+def _fields_of(kind: type, data: object, what: str) -> dict[str, Any]:
+    known = {f.name for f in fields(kind)}
+    if not isinstance(data, dict):
+        raise ValueError(f"{what} = {data!r} must be a dictionary of {sorted(known)}")
     if set(data) != known:
-        raise ValueError(f"anatomy: fields differ: {sorted(set(data) ^ known)}")
-    made = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items()}
-    return Anatomy(**made)  # pyright: ignore[reportArgumentType]
+        raise ValueError(f"{what}: fields differ: {sorted(set(data) ^ known, key=str)}")
+    return data
+
+
+def _check_number(name: str, value: Any, allowed: Range) -> None:
+    real = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (real and allowed.least <= value <= allowed.most):
+        raise ValueError(
+            f"anatomy: {name} = {value!r} must be a number from {allowed.least} to {allowed.most}"
+        )
+
+
+def _check_count(name: str, value: Any, least: float, most: float) -> None:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not (whole and least <= value <= most):
+        raise ValueError(
+            f"anatomy: {name} = {value!r} must be a whole number from {least} to {most}"
+        )
+
+
+def _check_type(name: str, value: object, kind: Any) -> None:
+    if not isinstance(value, kind):
+        raise ValueError(
+            f"anatomy: {name} = {value!r} must be of type {getattr(kind, '__name__', kind)}"
+        )
+
+
+def _check_colour(name: str, value: object) -> None:
+    channel = Range(low=0.0, high=1.0, least=0.0, most=1.0)
+    if not isinstance(value, tuple) or len(value) != 3:
+        raise ValueError(f"anatomy: {name} = {value!r} must be three numbers from 0 to 1")
+    for c in value:
+        _check_number(name, c, channel)
 
 
 def _tint(rng: np.random.Generator, colour: Colour) -> Colour:

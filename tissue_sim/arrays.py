@@ -70,12 +70,22 @@ class TissueArrays:
     bed_along: wp.array(dtype=wp.vec3)
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
-    # tubes: rings of outer vertices, for contact between duct and artery
+    # tubes: rings of outer vertices, for contact between them; n_ring is 0 where one is absent
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
     ring_joined: wp.array3d(dtype=int)
     ring_centre: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
+    # walls: each element's tube or sac and segment or patch (see `walls`), and their loads
+    wall: wp.array2d(dtype=wp.vec2i)
+    segment_gradient: wp.array3d(dtype=wp.vec3)
+    segment_lie: wp.array3d(dtype=wp.vec3)
+    segment_volume: wp.array3d(dtype=float)
+    segment_pull: wp.array3d(dtype=float)
+    patch_shape: wp.array2d(dtype=wp.mat33)
+    patch_volume: wp.array2d(dtype=float)
+    patch_stiffness: wp.array2d(dtype=float)
+    patch_stretch: wp.array2d(dtype=float)
     # linear system
     row: wp.array2d(dtype=int)
     column: wp.array2d(dtype=int)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
-from tissue_sim.organ import TUBES
 from tissue_sim.squeeze import Spring, release, springs_across, squeeze, tension_n
 from tissue_sim.thresholds import CUFF_LEAST_M
 from tissue_sim.tubes import Crossing, Tubes
@@ -72,7 +71,7 @@ class Clip:
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
     """Close a clip where the applier's jaws are; its legs cover what they hold."""
     on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
-    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in TUBES]
+    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.tubes]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
         return replace(dropped_clip(T_world_tool, number=number, time_s=time_s), on_sac=on_sac)

@@ -147,7 +147,7 @@ def back_substitute(t: TissueArrays, b: int):
 
 @wp.func
 def measure_parts(t: TissueArrays, b: int):
-    """Each vertex's arm: where it is from the middle of its part."""
+    """Each vertex's arm: where it is from the middle of its part. What is held fast is in none."""
     part = t.part[b]
     middle = t.part_middle[b]
     count = t.part_count[b]
@@ -155,6 +155,8 @@ def measure_parts(t: TissueArrays, b: int):
         middle[p] = wp.vec3()
         count[p] = 0.0
     for i in range(t.n_vertex[b]):
+        if t.fixed[b, i] != 0:
+            part[i] = -1
         if part[i] >= 0:
             middle[part[i]] = middle[part[i]] + t.position[b, i]
             count[part[i]] = count[part[i]] + 1.0

@@ -1,4 +1,4 @@
-"""Contact of tissue with instruments, of duct with artery, and of tissue with the liver bed.
+"""Contact of tissue with instruments, of tube with tube, and of tissue with the liver bed.
 
 Instruments are rounded patches (see `ToolShapes`). Normal force is a linear penalty; friction
 is Coulomb's with elastic sticking: a touched vertex remembers where on the shape it sticks, is
@@ -18,7 +18,7 @@ wp.set_module_options({"enable_backward": False})
 # enough for one linearisation a step
 NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m a vertex
 STICK_STIFFNESS = wp.constant(500.0)  # N/m a vertex
-TUBE_STIFFNESS = wp.constant(300.0)  # N/m a vertex, duct against artery
+TUBE_STIFFNESS = wp.constant(300.0)  # N/m a vertex, tube against tube
 BED_STIFFNESS = wp.constant(200.0)  # N/m a vertex
 BED_THICKNESS = wp.constant(0.006)  # m; deeper is beside the liver, not in it
 REACH = wp.constant(0.006)  # m; farther than this from a patch there is no contact
@@ -143,11 +143,16 @@ def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
 
 @wp.func
 def add_bed_contact(t: TissueArrays, b: int, i: int):
-    """Vertex i against the liver bed's plane."""
+    """Vertex i against the liver bed's plane.
+
+    A vertex that begins the step in the bed is held to it also where inertia alone would lift it
+    off: else it falls back in the next step, and so on for ever.
+    """
     p = t.position[b, i] - t.bed_point[b]
     height = wp.dot(p, t.bed_normal[b])
+    lowest = wp.min(height, wp.dot(t.previous[b, i] - t.bed_point[b], t.bed_normal[b]))
     on_bed = wp.dot(p, t.bed_along[b]) > t.bed_edge[b]
-    if height < 0.0 and height > -BED_THICKNESS and on_bed:
+    if lowest < 0.0 and height > -BED_THICKNESS and on_bed:
         n = t.bed_normal[b]
         f = n * (-height * BED_STIFFNESS)
         wp.atomic_add(t.bed_force, b, f)
@@ -175,17 +180,18 @@ def ring_centre(t: TissueArrays, b: int, tube: int, r: int):
 
 
 @wp.func
-def push_apart(t: TissueArrays, b: int, i: int, radius: float):
-    """Vertex i (of the artery) against the duct's capsules; the reaction goes to two rings."""
+def push_apart(t: TissueArrays, b: int, i: int, tube: int):
+    """Vertex i of another tube against a tube's capsules; the reaction goes to two rings."""
+    radius = t.tube_radius[b, tube]
     x = t.position[b, i]
     nearest = float(1.0e9)
     segment = int(-1)
     share = float(0.0)
     offset = wp.vec3()
-    for r in range(t.n_ring[b, 0] - 1):
-        if t.ring_joined[b, 0, r] != 0:
-            c = t.ring_centre[b, 0, r]
-            u = t.ring_centre[b, 0, r + 1] - c
+    for r in range(t.n_ring[b, tube] - 1):
+        if t.ring_joined[b, tube, r] != 0:
+            c = t.ring_centre[b, tube, r]
+            u = t.ring_centre[b, tube, r + 1] - c
             s = wp.clamp(wp.dot(x - c, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
             q = x - c - u * s
             d = wp.length(q)
@@ -204,23 +210,32 @@ def push_apart(t: TissueArrays, b: int, i: int, radius: float):
         count = t.ring.shape[3]
         K = K / float(count)
         for k in range(count):
-            near = t.ring[b, 0, segment, k]
-            far = t.ring[b, 0, segment + 1, k]
+            near = t.ring[b, tube, segment, k]
+            far = t.ring[b, tube, segment + 1, k]
             add_vertex_term(t, b, near, f * ((share - 1.0) / float(count)), K * (1.0 - share))
             add_vertex_term(t, b, far, f * (-share / float(count)), K * share)
 
 
+@wp.func
+def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
+    """Corner k of a tube's ring r against the tubes before it."""
+    i = t.ring[b, tube, r, k]
+    if t.fixed[b, i] == 0:
+        for earlier in range(tube):
+            push_apart(t, b, i, earlier)
+
+
 @wp.kernel
 def assemble_tube_contact(t: TissueArrays):
-    """The artery's surface against the duct."""
+    """Each tube's surface against the tubes before it."""
     b = wp.tid()
-    for r in range(t.n_ring[b, 0]):
-        t.ring_centre[b, 0, r] = ring_centre(t, b, 0, r)
-    for r in range(t.n_ring[b, 1]):
-        for k in range(t.ring.shape[3]):
-            i = t.ring[b, 1, r, k]
-            if t.fixed[b, i] == 0:
-                push_apart(t, b, i, t.tube_radius[b, 0])
+    for tube in range(t.ring.shape[1] - 1):
+        for r in range(t.n_ring[b, tube]):
+            t.ring_centre[b, tube, r] = ring_centre(t, b, tube, r)
+    for later in range(1, t.ring.shape[1]):
+        for r in range(t.n_ring[b, later]):
+            for k in range(t.ring.shape[3]):
+                part_from_earlier(t, b, later, r, k)
 
 
 @wp.func

@@ -12,7 +12,13 @@ from typing import Any
 import warp as wp
 
 from tissue_sim.arrays import TissueArrays, ToolShapes
-from tissue_sim.contact import add_bed_contact, add_tool_contact, push_apart, react, ring_centre
+from tissue_sim.contact import (
+    add_bed_contact,
+    add_tool_contact,
+    part_from_earlier,
+    react,
+    ring_centre,
+)
 from tissue_sim.elasticity import add_element
 from tissue_sim.implicit import add_inertia, finish, predict
 from tissue_sim.springs import (
@@ -85,17 +91,16 @@ def anchors(t: TissueArrays):
 
 @wp.kernel
 def ring_centres(t: TissueArrays):
-    b, r = wp.tid()
-    if r < t.n_ring[b, 0]:
-        t.ring_centre[b, 0, r] = ring_centre(t, b, 0, r)
+    b, tube, r = wp.tid()
+    if r < t.n_ring[b, tube]:
+        t.ring_centre[b, tube, r] = ring_centre(t, b, tube, r)
 
 
 @wp.kernel
 def tube_contact(t: TissueArrays):
-    b, r, k = wp.tid()
-    i = t.ring[b, 1, r, k]
-    if r < t.n_ring[b, 1] and t.fixed[b, i] == 0:
-        push_apart(t, b, i, t.tube_radius[b, 0])
+    b, tube, r, k = wp.tid()
+    if r < t.n_ring[b, tube]:
+        part_from_earlier(t, b, tube, r, k)
 
 
 @wp.kernel
@@ -242,8 +247,8 @@ class DataParallelTissue:
             (ties, t.tie_stiffness.shape, [t]),
             (links, t.link_stiffness.shape, [t]),
             (anchors, t.anchor_stiffness.shape, [t]),
-            (ring_centres, t.ring_centre.shape[::2], [t]),
-            (tube_contact, (t.ring.shape[0], *t.ring.shape[2:]), [t]),
+            (ring_centres, t.ring_centre.shape, [t]),
+            (tube_contact, t.ring.shape, [t]),
             (surface_contact, vertices, [t, s]),
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]

@@ -1,4 +1,7 @@
-"""Bile and blood where a stump leaks: a spot on the stump and drops that fall from it."""
+"""Bile and blood where it leaks: a spot on the opening and drops that fall from it.
+
+Each drop holds what leaks until the next one falls, so that its size shows the rate.
+"""
 
 from __future__ import annotations
 
@@ -19,22 +22,27 @@ if TYPE_CHECKING:
 FALL_M = 0.014
 DROPS = 4
 PERIOD_S = 0.8
+MOST_RADIUS_M = 0.003  # a drop that is larger falls apart
+_BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
+_BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
 _LOOKS = {
-    "duct": Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0),
-    "artery": Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0),
+    "duct": _BILE,
+    "gallbladder": _BILE,
+    "artery": _BLOOD,
+    "second artery": _BLOOD,
 }
 
 
 class DrawnLeaks:
-    """One surface for bile, one for blood."""
+    """One surface for each structure that may leak."""
 
     def __init__(self, scene: sapien.Scene) -> None:
-        self._drawn = {tube: Drawn(scene, f"{tube} leak", look) for tube, look in _LOOKS.items()}
+        self._drawn = {name: Drawn(scene, f"{name} leak", look) for name, look in _LOOKS.items()}
 
     def update(self, world: World) -> None:
         """Draw what leaks now."""
-        for tube, drawn in self._drawn.items():
-            wet = [_wet(world, leak) for leak in world.record.leaks if leak.tube == tube]
+        for name, drawn in self._drawn.items():
+            wet = [_wet(world, leak) for leak in world.record.leaks if leak.structure == name]
             if wet:
                 drawn.show(joined(wet))
             else:
@@ -42,22 +50,34 @@ class DrawnLeaks:
 
 
 def _wet(world: World, leak: Leak) -> Surface:
-    """A blob over the lumen and falling drops, larger the more has leaked."""
-    radius = world.tubes.radius_m(leak.tube)
+    """A blob over the opening and falling drops, larger the more leaks."""
+    radius = drop_radius_m(leak.rate_m3_s)
     phase = world.record.time_s / PERIOD_S % 1.0
     centre = _mouth(world, leak)
     down = np.array([0.0, 0.0, -1.0])
-    spot = drop(centre, np.full(3, 1.15 * radius))
+    spot = drop(centre, np.full(3, _mouth_radius_m(world, leak)))
     fallen = (np.arange(DROPS) + phase) / DROPS
     falling = [
-        drop(centre + f * FALL_M * down, radius * (0.75 - 0.35 * f) * np.array([0.8, 0.8, 1.4]))
-        for f in fallen
+        drop(centre + f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4])) for f in fallen
     ]
     return joined([spot, *falling])
 
 
+def drop_radius_m(rate_m3_s: float) -> float:
+    """Of a ball that holds what leaks from one drop to the next."""
+    volume = rate_m3_s * PERIOD_S / DROPS
+    return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MOST_RADIUS_M)
+
+
+def _mouth_radius_m(world: World, leak: Leak) -> float:
+    if leak.structure == "gallbladder":
+        return MOST_RADIUS_M
+    return 1.15 * world.tubes.radius_m(leak.structure)
+
+
 def _mouth(world: World, leak: Leak) -> Array:
-    """The middle of the leaking stump's cut face (3,), world frame."""
-    cut = next(c for c in reversed(world.record.cuts) if c.tube == leak.tube)
+    """The middle of the leaking opening (3,), world frame."""
+    if leak.structure == "gallbladder":
+        return world.sac.hole_centre()
     rings = world.tubes.below if leak.side == "body" else world.tubes.above
-    return world.tissue.positions()[rings[leak.tube][cut.ring, 0]].astype(float)
+    return world.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

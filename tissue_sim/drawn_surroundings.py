@@ -13,7 +13,7 @@ from tissue_sim.drawing import Drawn, Surface
 from tissue_sim.field import AWAY, RIGHT, UP, field_point
 from tissue_sim.frames import Array, pose
 from tissue_sim.organ import LiverBed, Organ
-from tissue_sim.shapes import drop, pipe, sheet
+from tissue_sim.shapes import drop, joined, pipe, sheet
 from tissue_sim.textures import TILE_M, Look
 
 if TYPE_CHECKING:
@@ -74,7 +74,12 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
                  relief=0.10),
         ),
         "hepatic artery": (
-            pipe(_hepatic_artery(organ, anatomy), 0.8 * anatomy.artery_diameter_m, TILE_M),
+            joined(
+                [
+                    pipe(_hepatic_artery(organ, anatomy, tube), 0.8 * artery.diameter_m, TILE_M)
+                    for tube, artery in anatomy.arteries.items()
+                ]
+            ),
             Look(colour=anatomy.artery_colour, mottle=0.1, relief=0.10),
         ),
         "cavity": (
@@ -127,9 +132,9 @@ def _common_duct(organ: Organ, anatomy: Anatomy) -> Array:
     return _through_end(organ, "duct", (-0.35 * side, 0.9), (0.15 * side, -0.9))
 
 
-def _hepatic_artery(organ: Organ, anatomy: Anatomy) -> Array:
+def _hepatic_artery(organ: Organ, anatomy: Anatomy, tube: str) -> Array:
     side = -1.0 if anatomy.artery_on_left else 1.0
-    return _through_end(organ, "artery", (0.85 * side, 0.35), (-0.15 * side, -0.9))
+    return _through_end(organ, tube, (0.85 * side, 0.35), (-0.15 * side, -0.9))
 
 
 def _through_end(

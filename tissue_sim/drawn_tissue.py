@@ -33,7 +33,10 @@ def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
             specular=0.8,
         ),
         "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
-        "artery": Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24),
+        **{
+            artery: Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24)
+            for artery in ("artery", "second artery")
+        },
         CUT_WALL: Look(colour=(0.55, 0.10, 0.08), mottle=0.15, relief=0.1, roughness=0.25),
         CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
     }

@@ -10,10 +10,11 @@ import numpy as np
 
 from tissue_sim.frames import Array
 from tissue_sim.organ import Organ
+from tissue_sim.sweep import Indices
 from tissue_sim.thresholds import GRASP_MOST_SLIP_M
 from tissue_sim.tissue import Tissue
 
-LEFT_FINGERS = (2, 3)  # rows of the contact shapes
+LEFT_FINGERS, RIGHT_FINGERS = (2, 3), (6, 7)  # rows of the contact shapes
 INFUNDIBULUM_RINGS = 7
 
 
@@ -47,9 +48,7 @@ def follow_grasp(
     held = [sac[touching == finger] for finger in LEFT_FINGERS]
     if not all(len(h) for h in held):
         return Grasp(since_s=time_s)
-    closing = T_world_tool[:3, 1]
     forces = [tissue.host("contact_force")[b][h].astype(float) for h in held]
-    press = [abs(float((f @ closing).sum())) for f in forces]
     total = forces[0].sum(axis=0) + forces[1].sum(axis=0)
     vertices = np.concatenate(held)
     offsets = tissue.positions(b)[vertices].astype(float) - T_world_tool[:3, 3]
@@ -63,6 +62,15 @@ def follow_grasp(
         place_tool_m=tuple(now.values()) if slipped else tuple(caught[v] for v in now),
         since_s=time_s if slipped else before.since_s,
         slip_m=slip,
-        pinch_n=min(press),
+        pinch_n=pinch_n(tissue, sac, LEFT_FINGERS, T_world_tool, b),
         traction_n=float(np.linalg.norm(total)),
     )
+
+
+def pinch_n(
+    tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
+) -> float:
+    """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
+    touching = tissue.host("contact_shape")[b, vertices]
+    along = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
+    return float(min(abs(along[touching == finger].sum()) for finger in fingers))

@@ -17,8 +17,9 @@ from tissue_sim.material import (
     TIE_STRENGTH,
     lame_of,
 )
-from tissue_sim.organ import REGIONS, TUBES, Organ
+from tissue_sim.organ import REGIONS, Organ
 from tissue_sim.sweep import Indices
+from tissue_sim.walls import n_patches, patch_stiffness, wall_pieces
 
 SPARE_PARTS = 8  # a transection makes one
 SPARE_VERTICES = 96  # room for cuts: a transection takes 13
@@ -68,35 +69,36 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "anchor_stiffness": np.full(n_bed, ANCHOR_STIFFNESS),
         "anchor_strength": np.full(n_bed, ANCHOR_STRENGTH),
         "n_part": np.array(len(rings)),
-        "part": np.where(organ.fixed, -1, parts_of(rings, len(organ.vertices))),
+        "part": parts_of(rings, len(organ.vertices)),
         "bed_point": organ.bed.point_m,
         "bed_normal": organ.bed.normal,
         "bed_along": organ.bed.along,
         "bed_edge": np.array(organ.bed.edge_m),
+        "wall": wall_pieces(organ),
+        "patch_stiffness": patch_stiffness(organ),
         **_tube_values(organ),
     }
 
 
 def _tube_values(organ: Organ) -> dict[str, NDArray]:
-    """Outer vertices of the rings of duct and artery, padded to the longer one."""
-    n_ring = max(len(organ.rings[tube]) for tube in TUBES)
+    """Outer vertices of the tubes' rings, padded to the longest one."""
+    n_tube, n_ring = len(organ.tubes), max(len(rings) for rings in organ.rings.values())
     n_around = _around(organ)
-    ring = np.zeros((2, n_ring, n_around), np.int32)
-    joined = np.zeros((2, n_ring), np.int32)
-    radius = np.zeros(2)
-    for k, tube in enumerate(TUBES):
-        rings = organ.rings[tube]
+    ring = np.zeros((n_tube, n_ring, n_around), np.int32)
+    joined = np.zeros((n_tube, n_ring), np.int32)
+    radius = np.zeros(n_tube)
+    for k, (tube, rings) in enumerate(organ.rings.items()):
         ring[k, : len(rings)] = rings[:, 1 + n_around :]
         joined[k, : organ.neck_ring[tube]] = 1
         spokes = organ.vertices[rings[:, 1 + n_around]] - organ.vertices[rings[:, 0]]
         radius[k] = np.linalg.norm(spokes, axis=1).mean()
-    n_joined = np.array([organ.neck_ring[tube] + 1 for tube in TUBES])
+    n_joined = np.array([organ.neck_ring[tube] + 1 for tube in organ.tubes])
     return {"ring": ring, "ring_joined": joined, "n_ring": n_joined, "tube_radius": radius}
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
     """The sections that the preconditioner moves as rigid bodies, along each tube in turn."""
-    return [*(ring for tube in TUBES for ring in organ.rings[tube]), *organ.sac_rings]
+    return [*(ring for rings in organ.rings.values() for ring in rings), *organ.sac_rings]
 
 
 def _around(organ: Organ) -> int:
@@ -111,8 +113,11 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_tie = max(len(o.tie_vertex) for o in organs)
     n_anchor = max(len(o.bed_vertices) for o in organs)
     n_ring = max(len(r) for o in organs for r in o.rings.values())
+    n_tube = max(len(o.tubes) for o in organs)
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
+    n_patch = max(n_patches(o) for o in organs)
+    segments = (n_tube, n_ring)
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
@@ -126,8 +131,12 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "link_slot": (LINK_CAPACITY, 4),
         "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
         "anchor_strength": (n_anchor,),
-        "ring": (2, n_ring, n_around), "n_ring": (2,), "ring_joined": (2, n_ring),
-        "ring_centre": (2, n_ring), "tube_radius": (2,),
+        "ring": (n_tube, n_ring, n_around), "n_ring": (n_tube,), "ring_joined": (n_tube, n_ring),
+        "ring_centre": (n_tube, n_ring), "tube_radius": (n_tube,),
+        "wall": (n_tet,), "segment_gradient": segments, "segment_lie": segments,
+        "segment_volume": segments, "segment_pull": segments,
+        "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),
+        "patch_stiffness": (n_patch,),
         "row": (n_vertex + 1,), "column": (BLOCKS_A_ROW * n_vertex,),
         "block": (BLOCKS_A_ROW * n_vertex,),
         "n_part": (), "part_middle": (n_part,), "part_count": (n_part,),

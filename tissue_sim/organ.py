@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from tissue_sim.anatomy import Anatomy
+from tissue_sim.anatomy import Anatomy, Artery
 from tissue_sim.field import AWAY, RIGHT, UP, field_point
 from tissue_sim.frames import Array, unit
-from tissue_sim.sweep import Indices, Sweep, signed_volumes, sweep
+from tissue_sim.soundness import require_sound_elements
+from tissue_sim.sweep import Indices, Sweep, subdivided, sweep
 
 REGIONS = (
     "gallbladder wall",
@@ -20,8 +21,10 @@ REGIONS = (
     "duct lumen",
     "artery wall",
     "artery lumen",
+    "second artery wall",
+    "second artery lumen",
 )
-TUBES = ("duct", "artery")
+TUBES = ("duct", "artery")  # those of the procedure, in every organ; `Organ.tubes` are all
 
 NECK_UP_M = 0.008  # where the neck stands in the field
 RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
@@ -31,6 +34,7 @@ INFUNDIBULUM_SEGMENTS = 6
 EMBEDDED_M = 0.004  # how deep a tube's end reaches into the sac
 SAC_SECTORS, TUBE_SECTORS = 10, 6
 SAC_LUMEN, TUBE_LUMEN = 0.75, 0.5  # inner over outer radius
+FAT_SPREAD = (0.25, 0.9)  # where fat joins the tubes, over their length from the fixed end
 BED_CLEARANCE = 0.82  # bed plane's distance from the axis over the body's radius: pressed in
 
 
@@ -52,14 +56,14 @@ class Organ:
         vertices: (n_vertex, 3), world frame, m.
         tets: (n_tet, 4).
         region: (n_tet,), index into `REGIONS`.
-        fixed: (n_vertex,), held by the body: the far ends of duct and artery.
+        fixed: (n_vertex,), held by the body: the far ends of the tubes.
         rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; from the fixed end up.
         neck_ring: tube name -> index of the ring where the tube leaves the sac.
         sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
         tie_vertex: (n_tie,), tube vertices tied into the sac.
         tie_corners: (n_tie, 4), corners of the sac's tetrahedron; tie_weights: their weights.
         bed_vertices: (n_bed,), sac vertices held to the liver by connective tissue.
-        remnants: (n_remnant, 2), pairs of vertices joined by leftover strands.
+        remnants: (n_remnant, 2), pairs of vertices joined by leftover strands, those of fat last.
         bed: the liver bed.
     """
 
@@ -77,31 +81,47 @@ class Organ:
     remnants: Indices
     bed: LiverBed
 
+    @property
+    def tubes(self) -> tuple[str, ...]:
+        """Names of its tubes; the procedure's `TUBES` come first."""
+        return tuple(self.rings)
 
-def build_organ(anatomy: Anatomy) -> Organ:
+
+def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
     """Mesh the anatomy. Pure: the same anatomy gives the same mesh.
 
+    Args:
+        anatomy: the patient.
+        refinement: parts into which each edge along and around the world's mesh is cut, for the
+            study of convergence; what holds a vertex (ties, anchors) then holds more of them.
+
     Raises:
-        ValueError: an element is inverted or a part hangs in the air.
+        ValueError: a part is so sharply bent that an element is inverted or flat.
     """
     side = -1.0 if anatomy.artery_on_left else 1.0
     axis, radius = _sac_profile(anatomy)
-    sac = sweep(axis, radius, sectors=SAC_SECTORS, lumen=SAC_LUMEN)
-    lines = {
-        "duct": _duct_centreline(anatomy, side),
-        "artery": _artery_centreline(anatomy, side, axis, radius),
-    }
-    diameters = {"duct": anatomy.duct_diameter_m, "artery": anatomy.artery_diameter_m}
+    sac = sweep(
+        subdivided(axis, refinement),
+        subdivided(radius, refinement),
+        sectors=refinement * SAC_SECTORS,
+        lumen=SAC_LUMEN,
+    )
+    lines = {"duct": _duct_centreline(anatomy, side)}
+    diameters = {"duct": anatomy.duct_diameter_m}
+    for name, artery in anatomy.arteries.items():
+        lines[name] = _artery_centreline(artery, side, axis, radius)
+        diameters[name] = artery.diameter_m
     tubes = {
         name: sweep(
-            line,
-            np.full(len(line), 0.5 * diameters[name]),
-            sectors=TUBE_SECTORS,
+            subdivided(line, refinement),
+            np.full(refinement * (len(line) - 1) + 1, 0.5 * diameters[name]),
+            sectors=refinement * TUBE_SECTORS,
             lumen=TUBE_LUMEN,
         )
         for name, (line, _) in lines.items()
     }
-    return _join(anatomy, sac, tubes, {name: neck for name, (_, neck) in lines.items()}, axis)
+    necks = {name: refinement * neck for name, (_, neck) in lines.items()}
+    return _join(anatomy, sac, tubes, necks, axis, refinement)
 
 
 def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
@@ -142,20 +162,18 @@ def _duct_centreline(anatomy: Anatomy, side: float) -> tuple[Array, int]:
 
 
 def _artery_centreline(
-    anatomy: Anatomy, side: float, axis: Array, radius: Array
+    artery: Artery, side: float, axis: Array, radius: Array
 ) -> tuple[Array, int]:
     """Rings from the hepatic artery to inside the sac's wall, and the ring at the wall."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1))])
-    at = anatomy.artery_insertion_m
+    at = artery.insertion_m
     centre = np.array([np.interp(at, arc, axis[:, k]) for k in range(3)])
-    wall = centre + float(np.interp(at, arc, radius)) * side * RIGHT
-    down = -np.cos(anatomy.artery_angle_rad) * UP
-    heading = down + side * np.sin(anatomy.artery_angle_rad) * RIGHT
-    heading = unit(heading + anatomy.artery_depth_m / anatomy.artery_length_m * AWAY)
-    inside = wall - EMBEDDED_M * unit(side * RIGHT - 0.4 * UP)
-    return _tube_centreline(
-        wall, inside, heading, anatomy.artery_length_m, anatomy.artery_slack, side * RIGHT
-    )
+    outward = np.cos(artery.turn_rad) * side * RIGHT - np.sin(artery.turn_rad) * AWAY
+    wall = centre + float(np.interp(at, arc, radius)) * outward
+    heading = -np.cos(artery.angle_rad) * UP + side * np.sin(artery.angle_rad) * RIGHT
+    heading = unit(heading + artery.depth_m / artery.length_m * AWAY)
+    inside = wall - EMBEDDED_M * unit(outward - 0.4 * UP)
+    return _tube_centreline(wall, inside, heading, artery.length_m, artery.slack, outward)
 
 
 def _tube_centreline(
@@ -178,9 +196,12 @@ def _join(
     tubes: dict[str, Sweep],
     neck_ring: dict[str, int],
     axis: Array,
+    refinement: int,
 ) -> Organ:
     """Number the parts in one system and find what holds them together."""
     parts = {"gallbladder": sac, **tubes}
+    for name, part in parts.items():
+        require_sound_elements(part.vertices, part.tets, name)
     ends = np.cumsum([len(p.vertices) for p in parts.values()])
     starts = dict(zip(parts, [0, *ends[:-1]], strict=True))
     vertices = np.concatenate([p.vertices for p in parts.values()])
@@ -188,13 +209,11 @@ def _join(
     region = np.concatenate(
         [2 * k + p.in_lumen.astype(np.int32) for k, p in enumerate(parts.values())]
     ).astype(np.int32)
-    if signed_volumes(vertices, tets).min() <= 0:
-        raise ValueError("anatomy: the mesh has inverted elements: the curvature is too sharp")
     rings = {n: (p.rings + starts[n]).astype(np.int32) for n, p in tubes.items()}
     fixed = np.zeros(len(vertices), bool)
     for ring in rings.values():
         fixed[ring[0]] = True
-    tie_vertex = np.concatenate([rings[n][neck_ring[n] + 1 :].ravel() for n in TUBES])
+    tie_vertex = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
     corners, weights = _embed(vertices[tie_vertex], vertices, sac.tets)
     bed = _liver_bed(anatomy, axis)
     return Organ(
@@ -208,8 +227,13 @@ def _join(
         tie_vertex=tie_vertex.astype(np.int32),
         tie_corners=corners,
         tie_weights=weights,
-        bed_vertices=_bed_vertices(vertices, sac.rings, bed),
-        remnants=_remnants(anatomy, rings),
+        bed_vertices=_bed_vertices(vertices, sac.rings, bed, refinement),
+        remnants=np.concatenate(
+            [
+                _remnants(anatomy, rings, refinement),
+                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings),
+            ]
+        ),
         bed=bed,
     )
 
@@ -238,25 +262,65 @@ def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
     )
 
 
-def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed) -> Indices:
+def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int) -> Indices:
     """The outer vertices of the body and fundus that face the liver."""
-    outer = sac_rings[INFUNDIBULUM_SEGMENTS + 1 :, 1 + SAC_SECTORS :].ravel()
+    body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
+    outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()
     offset = vertices[outer] - bed.point_m
     lies = (offset @ bed.normal < 0.006) & (offset @ bed.along > bed.edge_m)
     return outer[lies].astype(np.int32)
 
 
-def _remnants(anatomy: Anatomy, rings: dict[str, Indices]) -> Indices:
+def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
     """Strands left by the dissection between duct and artery, near the sac."""
+    outer = {
+        name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
+        for name, r in rings.items()
+    }
     rng = np.random.default_rng([0x57A2D, anatomy.seed])
     pairs = [
         (
-            int(rng.choice(rings["duct"][-5 - int(rng.integers(0, 2)), 1 + TUBE_SECTORS :])),
-            int(rng.choice(rings["artery"][-4 - int(rng.integers(0, 2)), 1 + TUBE_SECTORS :])),
+            int(rng.choice(outer["duct"][-5 - int(rng.integers(0, 2))])),
+            int(rng.choice(outer["artery"][-4 - int(rng.integers(0, 2))])),
         )
         for _ in range(anatomy.remnants)
     ]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _fat_strands(
+    anatomy: Anatomy,
+    vertices: Array,
+    rings: dict[str, Indices],
+    neck_ring: dict[str, int],
+    sac_rings: Indices,
+) -> Indices:
+    """Strands across Calot's triangle: two of three from duct to artery, the third to the sac."""
+    rng = np.random.default_rng([0xFA7, anatomy.seed])
+    pairs = []
+    for k in range(anatomy.fat_strands):
+        share = rng.uniform(*FAT_SPREAD)
+        walls = {
+            tube: rings[tube][round(share * neck_ring[tube]), 1 + TUBE_SECTORS :] for tube in TUBES
+        }
+        if k % 3 == 2:
+            tube = TUBES[k // 3 % 2]
+            near = rings[tube][neck_ring[tube] - int(rng.integers(2, 6)), 1 + TUBE_SECTORS :]
+            sac = sac_rings[1 : INFUNDIBULUM_SEGMENTS - 1, 1 + SAC_SECTORS :].ravel()
+            pairs.append(_facing(vertices, near, sac, rng))
+        else:
+            pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _facing(
+    vertices: Array, first: Indices, second: Indices, rng: np.random.Generator
+) -> tuple[int, int]:
+    """One of the four shortest ways from some vertices to others."""
+    apart = np.linalg.norm(vertices[first][:, None] - vertices[second][None], axis=-1)
+    chosen = np.argsort(apart, axis=None)[int(rng.integers(0, 4))]
+    i, j = np.unravel_index(chosen, apart.shape)
+    return int(first[i]), int(second[j])
 
 
 def _smoothstep(x: Array) -> Array:

@@ -73,18 +73,20 @@ def clip_placed(world: World, tube: str, k: int) -> bool:
 
 
 def right_arm_back(world: World) -> bool:
-    """The right tip at a distance from both tubes, nothing between its jaws."""
+    """The right tip at a distance from every tube, nothing between its jaws."""
     tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
-    distance = min(float(np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min()) for t in TUBES)
+    away = [np.linalg.norm(world.tubes.centres(t) - tip, axis=1) for t in world.organ.tubes]
+    distance = min(float(a.min()) for a in away)
     touching = world.tissue.host("contact_shape")[0, : world.tissue.n_vertex()] >= 4
     return distance >= RETRACTED_M and not touching.any()
 
 
 def tube_cut(world: World, tube: str) -> bool:
-    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut."""
+    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut or torn."""
     cuts = [c for c in world.record.cuts if c.tube == tube]
+    torn = any(t.tube == tube for t in world.record.tears)
     clips = good_clips(world, tube)
-    if len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
+    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
         return False
     low, high = sorted(_station(c, tube) for c in clips)[1:3]
     return _cuffs_m(cuts[0], low, high) >= CUFF_LEAST_M

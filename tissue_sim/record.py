@@ -9,7 +9,9 @@ from tissue_sim.cut import Cut
 from tissue_sim.grasp import Grasp
 from tissue_sim.injury import Injury
 from tissue_sim.leak import Leak
+from tissue_sim.parting import Opening
 from tissue_sim.slip import Pull
+from tissue_sim.tear import Tear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +24,8 @@ class Record:
         clips: held, fallen off and dropped ones, in order.
         pull: the test pull under way.
         leaked_m3: bile and blood so far.
+        drained_m3: the gallbladder's part in it.
+        bed_rest_n: the gallbladder's own press on the liver bed, before anyone touched it.
         broken_limits: names of the limits that are exceeded now.
     """
 
@@ -30,10 +34,13 @@ class Record:
     jaws_opened: bool = False
     clips: tuple[Clip, ...] = ()
     cuts: tuple[Cut, ...] = ()
+    tears: tuple[Tear, ...] = ()
     grasp: Grasp = field(default_factory=Grasp)
     pull: Pull | None = None
     leaks: tuple[Leak, ...] = ()
     leaked_m3: float = 0.0
+    drained_m3: float = 0.0
+    bed_rest_n: float = 0.0
     injuries: tuple[Injury, ...] = ()
     broken_limits: frozenset[str] = frozenset()
 
@@ -41,3 +48,8 @@ class Record:
     def dropped_clips(self) -> int:
         """Clips that closed on nothing or fell from the applier."""
         return sum(clip.dropped for clip in self.clips)
+
+    @property
+    def openings(self) -> tuple[Opening, ...]:
+        """Where tubes stand open, by cut or tear."""
+        return (*self.cuts, *self.tears)

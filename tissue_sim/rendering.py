@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
 from tissue_sim.drawn_clips import DrawnClips
 from tissue_sim.drawn_leaks import DrawnLeaks
+from tissue_sim.drawn_strands import DrawnStrands
 from tissue_sim.drawn_surroundings import DrawnSurroundings
 from tissue_sim.drawn_tissue import DrawnTissue
 from tissue_sim.illumination import Illumination
@@ -37,7 +38,7 @@ class Visual(Protocol):
         ...
 
 
-VISUALS = (DrawnSurroundings, DrawnTissue, DrawnClips, DrawnLeaks, Illumination)
+VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks, Illumination)
 
 
 def renderable_scene() -> sapien.Scene:

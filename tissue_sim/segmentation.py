@@ -23,6 +23,9 @@ CLASSES = (
     "artery leak",
     "psm1",
     "psm2",
+    "gallbladder leak",
+    "second artery",
+    "second artery leak",
 )
 
 

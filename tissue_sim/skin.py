@@ -17,7 +17,7 @@ from tissue_sim.sweep import Indices
 
 Floats = NDArray[np.float32]
 
-PARTS = ("gallbladder", "duct", "artery")
+PARTS = ("gallbladder", "duct", "artery", "second artery")
 CUT_WALL, CUT_LUMEN = "cut wall", "cut lumen"
 ROUNDNESS = 0.62  # share of the projection: makes a circle of a hexagon and of an octagon
 

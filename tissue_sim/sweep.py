@@ -60,6 +60,13 @@ def sweep(centreline: Array, radius: Array, *, sectors: int, lumen: float) -> Sw
     )
 
 
+def subdivided(values: Array, parts: int) -> Array:
+    """Values (n, ...) along a line, with each step between two rows cut into equal parts."""
+    whole, part = np.divmod(np.arange(parts * (len(values) - 1) + 1), parts)
+    ahead = values[np.minimum(whole + 1, len(values) - 1)]
+    return (values[whole].T + part / parts * (ahead - values[whole]).T).T
+
+
 def section_axes(centreline: Array) -> tuple[Array, Array]:
     """Two unit vectors (n, 3) across the centreline at each station, free of twist."""
     tangent = unit(np.gradient(centreline, axis=0))

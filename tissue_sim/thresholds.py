@@ -25,11 +25,16 @@ RETRACTED_M = 0.015  # right tip to the tubes
 # Injury.
 PINCH_MOST_N = 15.0  # grasping sheet: damage of bowel at a 15-37 N pinch
 TRACTION_MOST_N = 5.0  # grasping sheet: pulls of 5 N
-LIVER_MOST_N = 2.0  # instrument against liver, assumed
+LIVER_MOST_N = 2.0  # against the liver: instrument, or tissue beyond its own rest, assumed
 INSTRUMENT_CONTACT_MOST_N = 0.5  # arm against arm, assumed
 JOINT_MARGIN_RAD = 1.0e-3  # rounding of the simulator's own limits
 LEAK_MOST_M3 = 0.0  # any leak is an injury
+TORN_MOST = 0  # attachments of a tube in the sac, or of the sac on the liver bed
 
-# Leak of a wholly open stump, assumed: a drop of bile a second, a small artery's spurt.
-BILE_RATE_M3_S = 5.0e-8
-BLOOD_RATE_M3_S = 5.0e-7
+# Ultimate strength.
+STRENGTH_PA = {
+    "duct": 1.4e6,  # assumed: as the artery's, the weaker of the two walls that were measured
+    "artery": 1.4e6,  # reference sheet
+    "second artery": 1.4e6,
+}
+SAC_MOST_STRETCH = 2.0  # of a patch of the gallbladder's wall, assumed: see `material`

@@ -10,14 +10,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tissue_sim import contact, elasticity, implicit, springs
+from tissue_sim import contact, elasticity, implicit, rupture, springs
 from tissue_sim.arrays import TissueArrays, ToolShapes
 from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
 from tissue_sim.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.organ import Organ
+from tissue_sim.soundness import require_sound_organ
 from tissue_sim.sweep import Indices, signed_volumes
+from tissue_sim.thresholds import SAC_MOST_STRETCH
 from tissue_sim.topology import block_pattern, boundary_faces
 
 # What a step or an event changes; the rest follows from the organ or from these.
@@ -56,6 +58,8 @@ class Tissue:
     ) -> None:
         self.config = config or TissueConfig()
         self.organs = tuple(organs)
+        for organ in self.organs:
+            require_sound_organ(organ)
         self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
         self.arrays, self.shapes = allocate(self.organs, device)
@@ -80,6 +84,10 @@ class Tissue:
         """Vertices in use."""
         return int(self.host("n_vertex")[b])
 
+    def spare_vertices(self, b: int = 0) -> int:
+        """How many more vertices there is room for."""
+        return self.host("position").shape[1] - self.n_vertex(b)
+
     def tets(self, b: int = 0) -> NDArray[np.int32]:
         """(n_tet, 4) corners, severed parts included, dead elements too."""
         return self.host("tet")[b, : len(self.organs[b].tets)]
@@ -88,6 +96,10 @@ class Tissue:
         """Advance every environment by one step of `config.step_s`."""
         for launch in self.stages.values():
             launch.launch()
+
+    def load_walls(self) -> None:
+        """Work out `segment_pull` and `patch_stretch` where the tissue is now."""
+        self._walls.launch()
 
     def place_tools(self, env: int, **values: Array) -> None:
         """Put the instruments' contact shapes where they are.
@@ -134,14 +146,13 @@ class Tissue:
     def duplicate(self, b: int, parents: Sequence[int]) -> None:
         """Append a copy of each parent vertex, where it is and as fast as it is."""
         n = self.n_vertex(b)
-        if n + len(parents) > self.host("position").shape[1]:
+        if len(parents) > self.spare_vertices(b):
             raise ValueError(f"tissue: no spare vertices left (capacity {SPARE_VERTICES})")
         new = slice(n, n + len(parents))
         for name in (
             "position",
             "rest",
             "velocity",
-            "fixed",
             "contact_shape",
             "surface",
         ):
@@ -201,6 +212,7 @@ class Tissue:
         self.host("tie_slot")[b] = tie
         self.host("link_slot")[b] = link
         self._weigh(b)
+        self._hold_still(b)
         alive = self.host("tet_alive")[b, : len(tets)] != 0
         faces, _ = boundary_faces(tets[alive])
         surface = self.host("surface")[b]
@@ -261,6 +273,19 @@ class Tissue:
             tets.ravel(), weights=np.repeat(quarter, 4), minlength=n
         )
 
+    def _hold_still(self, b: int) -> None:
+        """Fix what the body holds, and vertices without living elements: those would fall for ever.
+
+        Nothing is tied or anchored to them any more.
+        """
+        tets, fixed = self.tets(b), self.host("fixed")[b]
+        lone = np.ones(len(fixed), bool)
+        lone[tets[self.host("tet_alive")[b, : len(tets)] != 0]] = False
+        fixed[:] = lone
+        fixed[: len(self.organs[b].fixed)] |= self.organs[b].fixed
+        self.host("tie_stiffness")[b, lone[self.host("tie_corner")[b]].any(axis=1)] = 0.0
+        self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0
+
     def _record(self) -> None:
         """Prepare the kernel launches of a step, in order."""
         c, t, n_env = self.config, self.arrays, len(self.organs)
@@ -289,6 +314,13 @@ class Tissue:
             name: wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
             for name, (kernel, inputs) in plan.items()
         }
+        self._walls: Any = wp.launch(
+            rupture.load_walls,
+            dim=n_env,
+            inputs=[t, SAC_MOST_STRETCH],
+            device=self.device,
+            record_cmd=True,
+        )
 
 
 def _views(arrays: Any, struct: Any) -> dict[str, NDArray]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform, unit
-from tissue_sim.organ import TUBES, Organ
+from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
@@ -42,18 +42,22 @@ class Tubes:
         self.tissue, self.organ, self.b = tissue, organ, b
         self.below = organ.rings
         self.above = {tube: rings.copy() for tube, rings in organ.rings.items()}
-        self.stations_m = {tube: _stations(organ, tube) for tube in TUBES}
+        self.stations_m = {tube: _stations(organ, tube) for tube in organ.tubes}
         self.length_m = {
             tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
         }
-        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in TUBES}
-        n = (self.below[TUBES[0]].shape[1] - 1) // 2
+        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in organ.tubes}
+        self.tie_rows = {
+            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube]))
+            for tube in organ.tubes
+        }
+        n = (next(iter(self.below.values())).shape[1] - 1) // 2
         self._inner = slice(1, 1 + n)
         shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
         self._next = shift - shift.T
         self._tube_tets = {
             tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
-            for k, tube in enumerate(TUBES, start=1)
+            for k, tube in enumerate(organ.tubes, start=1)
         }
 
     def centres(self, tube: str) -> Array:
@@ -63,15 +67,13 @@ class Tubes:
 
     def radius_m(self, tube: str) -> float:
         """Outer radius at rest."""
-        return float(self.tissue.host("tube_radius")[self.b, TUBES.index(tube)])
+        return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
 
     def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
         """Position (3,) and unit tangent (3,) at a station, on its own stump, world frame."""
         centres, stations = self.centres(tube), self.stations_m[tube]
         first, last = self.stump(tube, station_m)
-        if first > 0:
-            end = self.above[tube][first, 0]
-            centres[first] = self.tissue.positions(self.b)[end]
+        centres[first] = self.tissue.positions(self.b)[self.above[tube][first, 0]]
         k = int(np.clip(np.searchsorted(stations, station_m) - 1, first, last - 1))
         t = (station_m - stations[k]) / (stations[k + 1] - stations[k])
         low, high = max(k - 1, first), min(k + 2, last)
@@ -111,6 +113,15 @@ class Tubes:
         """(n_ring,) area of the lumen over its area at rest."""
         return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
 
+    def rest_lumen_m2(self, tube: str) -> Array:
+        """(n_ring,) area of the lumen at rest."""
+        return self._rest_area[tube]
+
+    def open_share(self, tube: str, ring: int) -> float:
+        """How much of the lumen's edge is parted at a ring, 0 to 1."""
+        inner = slice(1, 1 + (self.below[tube].shape[1] - 1) // 2)
+        return float((self.above[tube] != self.below[tube])[ring, inner].mean())
+
     def crossing(self, tube: str, T_world_tool: Array, reach_m: float) -> Crossing | None:
         """Where the tube crosses the jaws' middle plane x = 0, at most `reach_m` behind the tip."""
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
@@ -141,7 +152,9 @@ class Tubes:
     def nearest(self, T_world_tool: Array, reach_m: float) -> str:
         """The tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
         middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
-        return min(TUBES, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min())
+        return min(
+            self.organ.tubes, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min()
+        )
 
     def sac_between(self, T_world_tool: Array, reach_m: float, width_m: float) -> bool:
         """Whether part of the gallbladder lies where the closing jaws meet.
@@ -181,7 +194,7 @@ class Tubes:
         return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
 
     def _joined(self, tube: str) -> NDArray[np.bool_]:
-        k = TUBES.index(tube)
+        k = self.organ.tubes.index(tube)
         n = self.organ.neck_ring[tube]
         return self.tissue.host("ring_joined")[self.b, k, :n] != 0
 

@@ -23,6 +23,7 @@ from tissue_sim.observation import Observation
 from tissue_sim.organ import build_organ
 from tissue_sim.physics_system import physics_system
 from tissue_sim.record import Record
+from tissue_sim.sac import Sac
 from tissue_sim.slip import Pull
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue, TissueConfig
@@ -87,6 +88,7 @@ class World:
         self.anatomy = anatomy
         self.tissue, self.tubes = self._prepare(anatomy)
         self.organ = self.tubes.organ
+        self.sac = Sac(self.tissue, self.organ)
         self.T_world_endoscope = endoscope_pose(
             anatomy.endoscope_pitch_rad, anatomy.endoscope_yaw_rad, anatomy.endoscope_distance_m
         )
@@ -97,12 +99,12 @@ class World:
         self.conditions = Conditions()
         self.arms.mount("clip_applier")
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
-        self.record = Record()
         self._target = self.arms.joints
         self._wrenches = _NO_WRENCHES
         self._place_tools()
         for _ in range(SETTLE_STEPS):
             self.tissue.step()
+        self.record = Record(bed_rest_n=self.bed_press_n())
         return self.observe()
 
     def step(self, command: JointCommand, *, intended: str | None = None) -> Observation:
@@ -298,6 +300,10 @@ class World:
     def tool_forces_n(self) -> Array:
         """(2, 3) force of the tissue on each instrument, world frame, N."""
         return self._wrenches[0].reshape(2, 4, 3).sum(axis=1).astype(float)
+
+    def bed_press_n(self) -> float:
+        """Force between gallbladder and liver bed, N."""
+        return float(np.linalg.norm(self.tissue.host("bed_force")[0]))
 
 
 def _new_scene(*, render: bool) -> sapien.Scene:

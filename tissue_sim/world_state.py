@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, N_SHAPES
-from tissue_sim.organ import TUBES
 from tissue_sim.record import Record
 from tissue_sim.state_check import Bound, brief, require_like, require_within
 from tissue_sim.sweep import signed_volumes
@@ -23,7 +22,7 @@ from tissue_sim.tubes import Tubes
 # How far a joint may be pushed past its limit (rad; insertion m), assumed. Arms that press on each
 # other under wild commands were seen at 0.05, single fingers at 0.47.
 BEYOND_LIMIT = np.array([0.2, 0.2, 0.02, 0.2, 0.2, 0.2, 1.5, 1.5])
-SIDES = ("body", "gallbladder")
+SIDES = ("body", "gallbladder", "hole")
 FLAG = Bound(low=0, high=1)
 POSITIVE = Bound(low=0)
 
@@ -77,6 +76,7 @@ def _sizes(tissue: Tissue) -> dict[str, Bound]:
 
 def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[str, Bound]:
     """Bounds by pattern of a path in the state."""
+    names = tubes.organ.tubes
     vertex = Bound(low=0, high=int(state["tissue"]["n_vertex"][0]) - 1)
     joints = Bound(
         low=joint_ranges[..., 0] - BEYOND_LIMIT, high=joint_ranges[..., 1] + BEYOND_LIMIT
@@ -95,13 +95,14 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/*_stiffness": POSITIVE,
         "tissue/link_*": POSITIVE,
         "above/*": vertex,
-        **{f"stations/{tube}": Bound(low=0, high=tubes.stations_m[tube][-1]) for tube in TUBES},
+        **{f"stations/{tube}": Bound(low=0, high=tubes.stations_m[tube][-1]) for tube in names},
         "arms/qpos": joints,
         "arms/drive_targets": joints,
         "record/*/vertices": vertex,
         "record/*/force_world_n": Bound(shape=(3,)),
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
-        "record/*/tube": Bound(names=TUBES),
+        "record/*/tube": Bound(names=names),
+        "record/*/structure": Bound(names=(*names, "gallbladder")),
         "record/*/side": Bound(names=SIDES),
         "record/*/point_m": Bound(shape=(3,)),
         "record/*/T_world_clip": Bound(shape=(4, 4)),
@@ -129,7 +130,7 @@ def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
 def _require_history(record: Record, tubes: Tubes) -> None:
     """Clips, cuts and the grasp fit the tubes, and what is counted twice agrees."""
     crossings = [crossing for clip in record.clips for crossing in clip.crossings]
-    for place in (*crossings, *record.cuts):
+    for place in (*crossings, *record.openings):
         n_ring = len(tubes.below[place.tube])
         if not 0 <= place.ring < n_ring:
             raise ValueError(f"state/record: ring {place.ring} of the {place.tube} of {n_ring}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from controller.expert.motion import Goal, distance
 from controller.expert.targets import (
     applier_opening_rad,
     before,
+    catches_another,
+    clear_approach,
     clip_pose,
     cut_pose,
     grasp_pose,
@@ -21,6 +24,7 @@ from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.outcome import right_arm_back
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
@@ -62,13 +66,19 @@ def skill(task: Task, world: World) -> tuple[Phase, ...]:
     if task.kind == "grab":
         return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
     if task.kind == "clip":
-        k = task.clip or 1
-        closing = _close_on(lambda w: clip_pose(w, tube, k), opening)
+        clip = partial(clip_pose, tube=tube, k=task.clip or 1)
+        closing = _close_on(world, tube, clip, opening, "clip_applier")
         return _from_outside(RIGHT_ARM, closing, opening, world)
     if task.kind == "cut":
-        closing = _close_on(lambda w: cut_pose(w, tube), opening)
+        closing = _close_on(world, tube, partial(cut_pose, tube=tube), opening, "scissors")
         return _from_outside(RIGHT_ARM, closing, opening, world)
-    return (*_go_back(RIGHT_ARM, opening), _stay(RIGHT_ARM))
+    further = Phase(
+        name="further back, clear of what lies in front",
+        arm=RIGHT_ARM,
+        goal=_further_back,
+        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
+    )
+    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
 
 
 def _from_outside(
@@ -104,11 +114,24 @@ def _grab() -> tuple[Phase, ...]:
     return stand, astride, close, pull, _stay(arm)
 
 
-def _close_on(target: Callable[[World], Array], opening: float) -> tuple[Phase, ...]:
+def _close_on(
+    world: World, tube: str, pose: Callable[..., Array], opening: float, tool: str
+) -> tuple[Phase, ...]:
+    """Go to a pose on a tube, from the side that is clear now, and close on that tube alone."""
     arm = RIGHT_ARM
+    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool)
+
+    def target(world: World) -> Array:
+        return pose(world, approach=approach)
+
+    def close(world: World, start: Array) -> Goal:
+        T = world.arms.T_world_tool()[arm]
+        return Goal() if catches_another(world, tube, T, tool) else Goal(jaw_rad=SHUT_RAD)
+
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
-    return stand, astride, _shut(arm), _stay(arm)
+    shut = Phase(name="close unless another tube is caught", arm=arm, goal=close, done=_snapped)
+    return stand, astride, shut, _stay(arm)
 
 
 def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
@@ -123,6 +146,12 @@ def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
     open_up = _jaw(arm, "open", opening)
     back = Phase(name="go back", arm=arm, goal=retreat, done=far)
     return open_up, back
+
+
+def _further_back(world: World, start: Array) -> Goal:
+    T = before(world.arms.T_world_tool()[RIGHT_ARM], STANDOFF_M)
+    T[:3, :3] = start[:3, :3]
+    return Goal(T_world_tool=T, speed_m_s=NEAR_SPEED_M_S)
 
 
 def _go(
@@ -155,11 +184,8 @@ def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
     )
 
 
-def _shut(arm: int) -> Phase:
-    def snapped(world: World, time_s: float) -> bool:
-        return not world.record.jaws_opened or time_s > JAW_TIME_S
-
-    return Phase(name="close", arm=arm, goal=lambda *_: Goal(jaw_rad=SHUT_RAD), done=snapped)
+def _snapped(world: World, time_s: float) -> bool:
+    return not world.record.jaws_opened or time_s > JAW_TIME_S
 
 
 def _stay(arm: int) -> Phase:

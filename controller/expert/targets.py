@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
-from tissue_sim.cut import BLADE_LENGTH_M
+from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.instruments import INSTRUMENTS
@@ -18,12 +21,35 @@ from tissue_sim.world import World
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 RIGHT_SLANT_RAD = {"duct": 0.30, "artery": 0.0}  # the right tool comes from the right
+MOUTHS = {  # how far back from the tip the jaws act, and how wide
+    "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
+    "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
+}
 LOW_MARGIN_M, HIGH_MARGIN_M = 0.0022, 0.0042  # from a tube's ends to the middle of a clip
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0004  # between the clips beside the cut
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 TAUT = 0.990
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approach:
+    """How the right tool comes at its place on a tube.
+
+    Attributes:
+        turn_rad: further from the right than usual.
+        aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
+    """
+
+    turn_rad: float = 0.0
+    aside: float = 0.0
+
+
+USUAL = Approach()
+APPROACHES = tuple(  # tried in this order, the usual one first
+    Approach(turn_rad=turn, aside=aside) for aside in (0.0, 0.5, 1.0) for turn in (0.0, -0.5, 0.5)
+)
 
 
 def grasp_pose(world: World) -> Array:
@@ -36,13 +62,14 @@ def grasp_pose(world: World) -> Array:
     return astride(axis[GRASP_RING], along, approach, beyond_m=0.5 * radius + 0.004)
 
 
-def clip_pose(world: World, tube: str, k: int) -> Array:
+def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
     """`T_world_tool` of the applier with the k-th clip's place between its jaws."""
-    return _on_tube(world, tube, clip_stations_m(world.tubes, tube)[k - 1], 0.5 * CLIP_LENGTH_M)
+    station_m = clip_stations_m(world.tubes, tube, approach.aside)[k - 1]
+    return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach.turn_rad)
 
 
-def cut_pose(world: World, tube: str) -> Array:
-    """`T_world_tool` of the scissors midway between clips 2 and 3."""
+def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
+    """`T_world_tool` of the scissors between clips 2 and 3, midway unless aside."""
     stations = [
         crossing.station_m
         for clip in world.record.clips
@@ -51,14 +78,36 @@ def cut_pose(world: World, tube: str) -> Array:
     if len(stations) < 3:
         stations = list(clip_stations_m(world.tubes, tube))
     low, high = sorted(stations)[1:3]
-    return _on_tube(world, tube, 0.5 * (low + high), 0.5 * BLADE_LENGTH_M)
+    spare = max(high - low - CUT_ROOM_M, 0.0)
+    station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
+    return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach.turn_rad)
 
 
-def clip_stations_m(tubes: Tubes, tube: str) -> tuple[float, float, float]:
-    """Where the three clips go: two low, the third near the gallbladder."""
+def clear_approach(
+    world: World, tube: str, pose: Callable[[World, Approach], Array], tool: str
+) -> Approach:
+    """The first approach by which the tool, as things lie now, catches nothing but this tube."""
+
+    def is_clear(approach: Approach) -> bool:
+        T = pose(world, approach)
+        caught = catches_another(world, tube, T, tool)
+        return not caught and not world.tubes.sac_between(T, *MOUTHS[tool])
+
+    return next(filter(is_clear, APPROACHES), USUAL)
+
+
+def catches_another(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
+    """Whether the closing jaws would catch another tube, or its stump."""
+    reach_m, _ = MOUTHS[tool]
+    others = (t for t in world.organ.tubes if t != tube)
+    return any(world.tubes.crossing(t, T_world_tool, reach_m) is not None for t in others)
+
+
+def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
+    """Where the three clips go: two low, the third near the gallbladder, less so when aside."""
     first, third = LOW_MARGIN_M, tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
-    return first + 0.1 * spare, first + 0.3 * spare + SPACING_M, third - 0.4 * spare
+    return first + 0.1 * spare, first + 0.3 * spare + SPACING_M, third - (0.4 + 0.3 * aside) * spare
 
 
 def applier_opening_rad(tubes: Tubes, tube: str) -> float:
@@ -103,8 +152,7 @@ def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> 
     return pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
 
 
-def _on_tube(world: World, tube: str, station_m: float, beyond_m: float) -> Array:
+def _on_tube(world: World, tube: str, station_m: float, beyond_m: float, slant_rad: float) -> Array:
     point, along = world.tubes.point(tube, station_m)
-    slant = RIGHT_SLANT_RAD[tube]
-    approach = np.cos(slant) * AWAY + np.sin(slant) * LEFT
+    approach = np.cos(slant_rad) * AWAY + np.sin(slant_rad) * LEFT
     return astride(point, along, approach, beyond_m=beyond_m)

@@ -1,4 +1,4 @@
-"""`calot bench`: speed of each stage; a new bench is a new file and one line in BENCHES."""
+"""`calot bench`: how fast and how exact; a new bench is a new file and one line in BENCHES."""
 
 import os
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from scenarios.commands.arguments import at_least, one_of
 
 BENCHES: dict[str, str] = {
     "world": "scenarios.bench_world:bench_world",
+    "accuracy": "scenarios.bench_accuracy:bench_accuracy",
 }
 """A function each, of the seed and the number of control steps, that returns what to print."""
 
@@ -20,14 +21,14 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Measure on one core how fast a part of Calot runs."""
+    """Measure on one core how fast a part of Calot runs, or how exact it is."""
 
     part: Positional[Annotated[str, one_of(BENCHES)]]
     """What to measure."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
-    """Control steps to measure, after the warm-up."""
+    """Control steps to measure, after the warm-up or the retraction."""
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""

@@ -1,5 +1,6 @@
 """Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
 
+import re
 from contextlib import nullcontext
 from importlib.metadata import PackageNotFoundError
 from itertools import islice
@@ -110,7 +111,9 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert main(["bench", "wrld"]) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    assert err == "calot: Error parsing {world}: unknown 'wrld'; allowed: world\n"
+    assert err == (
+        "calot: Error parsing {world,accuracy}: unknown 'wrld'; allowed: world, accuracy\n"
+    )
 
 
 def test_the_report_says_how_fast_and_what_was_measured(capsys):
@@ -200,3 +203,14 @@ def test_newton_holds_the_same_body(body):
     )
     apart = np.linalg.norm(newtons.positions() - ours.positions(), axis=1)
     assert np.median(apart) < 0.002
+
+
+@pytest.mark.slow
+def test_the_accuracy_report_ends_below_the_allowed_error(capsys):
+    assert main(["bench", "accuracy", "--seed", "10003", "--steps", "30"]) == 0
+    said = capsys.readouterr().out
+    assert "2808" in said
+    assert "11232" in said
+    at_rest = re.search(r"at rest: (\S+) mm at most, allowed (\S+) mm", said)
+    assert at_rest
+    assert float(at_rest[1]) < float(at_rest[2])

@@ -98,6 +98,21 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
         world.restore(before)
 
 
+@pytest.mark.parametrize("cut_done", [True, False])
+def test_the_last_task_ends_an_episode_only_when_the_others_are_done(procedure, cut_done):
+    """A planner says it too to back off from a last cut that did not come off."""
+    tasks = {task.index: task for task in procedure.result.tasks}
+    tasks[16] = replace(tasks[16], success=cut_done)
+    last = Instruction(task=TASKS[-1])
+    before = procedure.world.state()
+    try:
+        episode = replace(begin_judging(procedure.world, tasks), planner=PlannerSays(last))
+        n_steps = len(list(islice(episode.steps(), 10)))
+        assert n_steps == (1 if cut_done else 10)
+    finally:
+        procedure.world.restore(before)
+
+
 def begin_judging(world, tasks):
     return Episode(
         config=EpisodeConfig(seed=SEED),

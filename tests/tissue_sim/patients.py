@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from tests.tissue_sim.bodies import astride
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, Clip, latch
 from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
 from tissue_sim.organ import build_organ
 from tissue_sim.tissue import Tissue
 from tissue_sim.tubes import Tubes
+from tissue_sim.verification.bodies import astride
 
 SETTLE_STEPS, HALF_SECOND = 45, 30
 _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}

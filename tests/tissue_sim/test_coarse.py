@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from tests.tissue_sim.bodies import EPS, dense_stiffness
+from tests.tissue_sim.bodies import dense_stiffness
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.coarse import MODES, parts_of, skyline
 from tissue_sim.frames import Array
 from tissue_sim.organ import build_organ
 from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.verification.bodies import EPS
 
 
 def rigid_motions(tissue: Tissue) -> Array:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.tissue_sim.bodies import astride
 from tissue_sim import data_parallel
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, latch
@@ -12,14 +11,17 @@ from tissue_sim.data_parallel import DataParallelTissue
 from tissue_sim.organ import build_organ
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
+from tissue_sim.variants import variant
+from tissue_sim.verification.bodies import astride
 
 SEEDS = (10_000, 10_001)
 AGREEMENT_M = 3.0e-6  # of some millimetres: rounding, once both have converged
 
 
 def batch() -> Tissue:
-    """Two patients: a clip on one's duct, the other's sac pressed by an instrument."""
-    organs = [build_organ(anatomy_from_seed(seed)) for seed in SEEDS]
+    """Two patients: a clip on one's duct; the other has two arteries, and its sac is pressed."""
+    first, second = (anatomy_from_seed(seed) for seed in SEEDS)
+    organs = [build_organ(first), build_organ(variant("two-arteries", second))]
     config = TissueConfig(tolerance=1e-5, settled_j=0.0, iterations=2000)
     tissue = Tissue(organs, config=config)
     tubes = Tubes(tissue, organs[0])

@@ -10,19 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tests.tissue_sim.bodies import (
-    EPS,
-    RUBBER,
-    box,
-    dense_stiffness,
-    forces,
-    organ_of,
-    put,
-    tissue_of,
-)
+from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.elasticity import COLLAPSED
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
 
 SIDE_M = 0.01
 CELL_M = SIDE_M / 2

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
-from tests.tissue_sim.bodies import astride
 from tissue_sim import nurse
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
@@ -20,6 +19,7 @@ from tissue_sim.organ import TUBES
 from tissue_sim.outcome import clip_placed, stumps_hold
 from tissue_sim.retention import pull_all_clips
 from tissue_sim.thresholds import CUFF_LEAST_M, TEST_PULL_N
+from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003

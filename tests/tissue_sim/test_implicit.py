@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, RUBBER, box, forces, organ_of, put, tissue_of
+from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array
 from tissue_sim.material import DENSITY_KG_M3, Material
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import EPS, RUBBER, box, organ_of, put, tissue_of
+from tissue_sim.verification.time_step import ORDER_TOLERANCE, time_step
+from tissue_sim.verification.vibration import TOLERANCE as ENERGY_TOLERANCE
+from tissue_sim.verification.vibration import vibration
 
 SIZE_M = (0.02, 0.01, 0.01)
 REST, TETS = box(SIZE_M, (4, 2, 2))
@@ -154,17 +158,15 @@ def test_a_violent_shake_dies_out_at_the_worlds_step() -> None:
 
 def test_halving_the_step_halves_the_error() -> None:
     """A soft cantilever let go under gravity, followed for half a swing."""
-    fixed = REST[:, 0] == REST[:, 0].min()
-    ends = []
-    for h in 1 / 480 / 2.0 ** np.arange(4):
-        soft = Material(young_pa=5e3, poisson=0.3)
-        tissue = tissue_of(
-            organ_of(REST, TETS, fixed=fixed), soft, step_s=h, gravity_m_s2=(0.0, 0.0, -9.81)
-        )
-        for _ in range(round(0.05 / h)):
-            tissue.step()
-        np.testing.assert_array_equal(tissue.positions()[fixed], REST[fixed].astype(np.float32))
-        ends.append(tissue.positions()[-1].astype(float))
-    steps = np.linalg.norm(np.diff(ends, axis=0), axis=1)
-    assert steps[0] > 1e-4  # the motion is not trivial
-    assert np.all((steps[:-1] / steps[1:] > 1.7) & (steps[:-1] / steps[1:] < 2.3))
+    swing = time_step()
+    assert swing.change_m[0] > 1e-4  # the motion is not trivial
+    assert np.all(np.abs(swing.order - 1) < ORDER_TOLERANCE)
+
+
+@pytest.mark.parametrize(("h", "damping_per_s"), [(1 / 60, 5.0), (1 / 600, 0.0), (1 / 2400, 20.0)])
+def test_a_swing_decays_as_implicit_eulers_closed_form(h: float, damping_per_s: float) -> None:
+    swing = vibration(h, damping_per_s)
+    assert len(swing.energy) > 5
+    np.testing.assert_allclose(swing.energy, swing.expected, atol=ENERGY_TOLERANCE)
+    assert np.diff(swing.energy).max() < 0
+    assert swing.energy[-1] == pytest.approx(swing.envelope[-1], rel=0.25, abs=1e-5)

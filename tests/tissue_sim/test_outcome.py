@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import astride
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch, lose
 from tissue_sim.cut import BLADE_LENGTH_M, sever
@@ -25,6 +24,7 @@ from tissue_sim.outcome import (
     tube_cut,
 )
 from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
+from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 0

@@ -14,6 +14,7 @@ from tissue_sim.field import AWAY
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.leak import leaks
 from tissue_sim.renderer_probe import renderer_available
+from tissue_sim.walls import n_patches, patch_corners
 from tissue_sim.world import World
 
 pytestmark = [
@@ -178,6 +179,24 @@ def test_open_stump_shows_its_leak_and_a_red_cut_face(world: World) -> None:
         & (before[..., 1] > 0.4 * before[..., 0])
     )
     assert blood.sum() > 20
+
+
+def test_a_hole_in_the_gallbladder_is_seen_and_leaks(world: World) -> None:
+    before = world.endoscope_rgb().astype(int)
+    x, patches = world.tissue.positions(), np.arange(n_patches(world.organ), dtype=np.int32)
+    middles = x[patch_corners(world.organ)[:, 1]].mean(axis=1)
+    world.sac.open(patches[np.argsort(middles @ AWAY)[:4]])  # nearest to the endoscope
+    hold(world, 1)
+    assert [leak.structure for leak in world.record.leaks] == ["gallbladder"]
+    after = world.endoscope_rgb().astype(int)
+    assert (np.abs(after - before).max(axis=2) > 20).sum() > 200
+
+
+def test_drops_show_the_rate() -> None:
+    from tissue_sim.drawn_leaks import drop_radius_m
+
+    slow, fast = drop_radius_m(1e-8), drop_radius_m(8e-8)
+    assert fast == pytest.approx(2.0 * slow)
 
 
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.cut import ring_faces
 from tissue_sim.organ import build_organ
+from tissue_sim.parting import ring_faces
 from tissue_sim.skin import (
     CUT_LUMEN,
     CUT_WALL,
@@ -17,6 +17,7 @@ from tissue_sim.skin import (
 )
 from tissue_sim.sweep import signed_volumes, sweep
 from tissue_sim.topology import part_vertices
+from tissue_sim.variants import variant
 
 LENGTH_M, RADIUS_M, SECTORS = 0.02, 0.0015, 6
 DUCT_WALL, DUCT_LUMEN = 2, 3
@@ -40,7 +41,7 @@ def enclosed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def test_whole_organ_is_closed_outward_and_near_its_true_volume() -> None:
-    organ = build_organ(anatomy_from_seed(3))
+    organ = build_organ(variant("two-arteries", anatomy_from_seed(3)))
     skin = skin_of(organ.tets, organ.region, len(organ.vertices))
     surfaces = skin.surfaces(organ.vertices)
     assert set(surfaces) == set(PARTS)

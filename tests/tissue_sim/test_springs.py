@@ -8,12 +8,13 @@ import warp as wp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.tissue_sim.bodies import EPS, dense_stiffness, forces, put, tissue_of
+from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim import springs
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.frames import Array
 from tissue_sim.organ import build_organ
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import EPS, put, tissue_of
 
 NOISE_M = 3e-4
 SEED = next(s for s in range(100) if anatomy_from_seed(s).remnants >= 4)

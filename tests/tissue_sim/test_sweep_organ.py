@@ -1,15 +1,17 @@
 """Laws of the mesher and of the organ it builds: volumes, sizes, connections, repeatability."""
 
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_sim.anatomy import RANGES, anatomy_from_seed
+from tissue_sim.anatomy import COUNTS, RANGES, Artery, anatomy_from_seed
 from tissue_sim.frames import Array, unit
 from tissue_sim.organ import REGIONS, RING_SPACING_M, TUBE_SECTORS, TUBES, Organ, build_organ
+from tissue_sim.soundness import require_sound_organ
 from tissue_sim.sweep import signed_volumes, sweep
 from tissue_sim.topology import boundary_faces, components
 
@@ -87,7 +89,8 @@ def test_every_seed_meshes_without_a_flat_element(organs: dict[int, Organ]) -> N
         longest = np.linalg.norm(edges, axis=-1).max(axis=1)
         assert (volumes / longest**3).min() > 1e-4
         assert np.isfinite(organ.vertices).all()
-        assert set(np.unique(organ.region)) == set(range(len(REGIONS)))
+        tubes = [name for t in organ.tubes for name in (f"{t} wall", f"{t} lumen")]
+        assert [REGIONS[k] for k in np.unique(organ.region)] == ["gallbladder wall", "bile", *tubes]
         assert set(np.unique(organ.tets)) == set(range(len(organ.vertices)))
         # float32 keeps it: the shortest edge is far longer than a rounding of the coordinates
         assert volumes.astype(np.float32).min() > 0
@@ -204,19 +207,44 @@ def test_the_same_seed_is_the_same_mesh_and_another_is_not(organs: dict[int, Org
     assert len(shapes) == len(organs)
 
 
+SHARES = st.floats(0.0, 1.0)
+
+
 @settings(max_examples=60, deadline=None)
-@given(shares=st.lists(st.floats(0.0, 1.0), min_size=len(RANGES), max_size=len(RANGES)))
-def test_any_possible_anatomy_is_meshed_soundly_or_refused(shares: list[float]) -> None:
-    values = {
-        name: min(r.least + share * (r.most - r.least), r.most)
-        for (name, r), share in zip(RANGES.items(), shares, strict=True)
-    }
-    patient = replace(anatomy_from_seed(0), **values)
+@given(
+    shares=st.fixed_dictionaries(dict.fromkeys(RANGES, SHARES)),
+    second=st.none() | st.fixed_dictionaries({f.name: SHARES for f in fields(Artery)}),
+    fat=st.integers(0, int(COUNTS["fat_strands"].most)),
+    on_left=st.booleans(),
+)
+def test_any_possible_anatomy_is_meshed_soundly_or_refused(
+    shares: dict[str, float], second: dict[str, float] | None, fat: int, on_left: bool
+) -> None:
+    def within(name: str, share: float) -> float:
+        r = RANGES[name]
+        return min(r.least + share * (r.most - r.least), r.most)
+
+    parameters = {name: within(name, share) for name, share in shares.items()}
+    deep = {k: within(f"artery_{k}", share) for k, share in (second or {}).items()}
+    refusal = ""
     try:
+        patient = replace(
+            anatomy_from_seed(0),
+            **parameters,
+            second_artery=Artery(**deep) if second else None,
+            fat_strands=fat,
+            artery_on_left=on_left,
+        )
         organ = build_organ(patient)
-    except ValueError:
+    except ValueError as error:
+        refusal = str(error)
+    if refusal:
+        assert re.match(r"anatomy: \w+ = |mesh of the [\w ]+: element \d+ ", refusal)
         return
+    require_sound_organ(organ)
     assert signed_volumes(organ.vertices, organ.tets).min() > 0
+    assert len(organ.tubes) == (3 if second else 2)
+    assert len(organ.remnants) == patient.remnants + fat
 
 
 def test_a_longer_duct_is_longer_and_leaves_the_artery_alone() -> None:

@@ -1,5 +1,8 @@
 """Laws of the world: repeatable bit for bit, whole when saved, and it refuses what is bad."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +13,7 @@ from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.frames import Array
 from tissue_sim.injury import InjuryMonitor, Reading
+from tissue_sim.tear import Load, tear
 from tissue_sim.tissue import TissueConfig
 from tissue_sim.world import World, WorldConfig
 
@@ -40,11 +44,24 @@ def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> N
     )
 
 
-@pytest.mark.parametrize("treated", [False, True], ids=["whole", "clipped and cut"])
-def test_saved_and_restored_it_goes_on_the_same(world: World, treated: bool) -> None:
+def tear_and_open(world: World) -> None:
+    """The artery pulled in two, and a hole in the gallbladder."""
+    load = Load(tube="artery", segment=5, pull_n=3.0, holds_n=2.0)
+    torn = tear(world.tubes, load, time_s=world.record.time_s)
+    assert torn is not None
+    world.record = replace(world.record, tears=(torn,))
+    world.sac.open(np.arange(60, 70, dtype=np.int32))
+
+
+TREATMENTS = {"none": lambda _: None, "clip and cut": clip_and_cut, "tear": tear_and_open}
+
+
+@pytest.mark.parametrize("treat", TREATMENTS.values(), ids=TREATMENTS)
+def test_saved_and_restored_it_goes_on_the_same(
+    world: World, treat: Callable[[World], None]
+) -> None:
     run(world, 0, SAVED_AT)
-    if treated:
-        clip_and_cut(world)
+    treat(world)
     saved = world.state()
     assert (saved["tissue"]["contact_shape"] >= 0).sum() >= 3  # instruments touch just now
     once, record = run(world, SAVED_AT, SAVED_AT + TWO_SECONDS), world.record

@@ -1,0 +1,88 @@
+"""Laws of the expert's approach: the usual one where it is clear, and never two things in one."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from controller.expert.skills import skill
+from controller.expert.targets import (
+    APPROACHES,
+    Approach,
+    catches_another,
+    clear_approach,
+    clip_pose,
+    clip_stations_m,
+    cut_pose,
+)
+from planner.task import task_from_text
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.clip import CLIP_WIDTH_M
+from tissue_sim.organ import TUBES
+from tissue_sim.thresholds import CUFF_LEAST_M
+from tissue_sim.world import World
+
+APPLIER = "clip_applier"
+
+
+@pytest.fixture
+def world() -> World:
+    world = World()
+    world.reset(anatomy_from_seed(10_004))
+    return world
+
+
+def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
+    """Move a tube so that its middle ring lies in another's at a station."""
+    x, rings = world.tissue.positions(), world.organ.rings[tube]
+    there, _ = world.tubes.point(over, station_m)
+    x[rings] += there - x[rings[len(rings) // 2, 0]]
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) -> None:
+    for k in (1, 2, 3):
+        pose = partial(clip_pose, tube=tube, k=k)
+        assert clear_approach(world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER) == (
+            Approach()
+        )
+
+
+def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> None:
+    def pose(world: World, approach: Approach) -> np.ndarray:
+        return clip_pose(world, "duct", 3, approach)
+
+    usual = clip_stations_m(world.tubes, "duct")[2]
+    lay_across(world, "artery", "duct", usual)
+    assert catches_another(world, "duct", pose(world, APPROACHES[0]), APPLIER)
+    chosen = clear_approach(world, "duct", pose, APPLIER)
+    assert not catches_another(world, "duct", pose(world, chosen), APPLIER)
+    assert clip_stations_m(world.tubes, "duct", chosen.aside)[2] < usual
+
+
+@pytest.mark.parametrize("approach", APPROACHES)
+@pytest.mark.parametrize("tube", TUBES)
+def test_every_approach_leaves_room_for_clips_and_cuffs(
+    world: World, tube: str, approach: Approach
+) -> None:
+    first, second, third = clip_stations_m(world.tubes, tube, approach.aside)
+    cut, along = cut_pose(world, tube, approach)[:3, 3], world.tubes.stations_m[tube]
+    assert 0 < first < second < third < along[-1]
+    assert third - second >= CLIP_WIDTH_M + 2 * CUFF_LEAST_M
+    low, high = (world.tubes.point(tube, s)[0] for s in (second, third))
+    share = (cut - low) @ (high - low) / ((high - low) @ (high - low))
+    room = (0.5 * CLIP_WIDTH_M + CUFF_LEAST_M) / (third - second)
+    assert room - 0.05 < share < 1 - room + 0.05
+
+
+def test_the_jaws_stay_open_while_another_tube_is_between_them(world: World) -> None:
+    task = task_from_text("clipping first clip left tube")
+    other = world.anatomy.structure("right")
+    close = next(p for p in skill(task, world) if p.name.startswith("close"))
+    start = world.arms.T_world_tool()[RIGHT_ARM]
+    assert close.goal(world, start).jaw_rad is not None
+    x, rings = world.tissue.positions(), world.organ.rings[other]
+    spread = np.linspace(-0.01, 0.01, len(rings))[:, None, None]
+    x[rings] = start[:3, 3] - 0.004 * start[:3, 2] + spread * start[:3, 0]  # a line across the jaws
+    assert close.goal(world, start).jaw_rad is None

@@ -1,0 +1,29 @@
+"""Laws of the scenarios' names: each variant is one, and each is another patient of the seed."""
+
+from scenarios.catalogue import SCENARIOS
+from scenarios.episode import anatomy_of, begin
+from scenarios.episode_config import EpisodeConfig
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.variants import VARIANTS
+
+SEED = 10_003
+
+
+def test_every_variant_is_a_scenario_of_its_name() -> None:
+    named = {s.name: s.variant for s in SCENARIOS.values() if s.variant is not None}
+    assert named == {name: name for name in VARIANTS}
+    assert all(s.name == name and s.description for name, s in SCENARIOS.items())
+
+
+def test_scenarios_of_one_seed_are_different_patients() -> None:
+    anatomies = {name: anatomy_of(EpisodeConfig(scenario=name, seed=SEED)) for name in SCENARIOS}
+    assert anatomies["nominal"] == anatomy_from_seed(SEED)
+    patients = {a.hash for name, a in anatomies.items() if SCENARIOS[name].variant}
+    assert len(patients) == len(VARIANTS)
+    assert anatomies["nominal"].hash not in patients
+
+
+def test_an_episode_begins_with_its_scenarios_patient() -> None:
+    episode = begin(EpisodeConfig(scenario="two-arteries", seed=SEED))
+    assert "second artery" in episode.world.organ.tubes
+    assert episode.world.anatomy == anatomy_of(episode.config)

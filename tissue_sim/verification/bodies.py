@@ -1,0 +1,144 @@
+"""Simple bodies: boxes and rods of one material, as real `Tissue`s; how to load and settle them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tissue_sim.field import AWAY
+from tissue_sim.frames import Array, axis_angle, pose, unit
+from tissue_sim.material import Material
+from tissue_sim.organ import TUBES, LiverBed, Organ
+from tissue_sim.sweep import Indices, Sweep, oriented, sweep
+from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.topology import boundary_faces
+from tissue_sim.tubes import Tubes
+
+EPS = float(np.finfo(np.float32).eps)
+SETTLED_M = 1e-8  # a step: about what positions of a decimetre are rounded to
+RUBBER = Material(young_pa=50e3, poisson=0.3)
+FREE = (0.0, 0.0, 0.0)
+NOWHERE = LiverBed(
+    point_m=np.array([0.0, 0.0, -9.0]),
+    normal=np.array([0.0, 0.0, 1.0]),
+    along=np.array([1.0, 0.0, 0.0]),
+    edge_m=-9.0,
+)
+
+
+def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[Array, Indices]:
+    """Vertices and tetrahedra of a box from the origin: six to a cell, all along one diagonal."""
+    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
+    vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(len(vertices)).reshape([n + 1 for n in cells])
+    tets = []
+    for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
+        corner, path = np.zeros(3, int), []
+        for axis in (None, *order):
+            corner[axis if axis is not None else []] += 1
+            path.append(number[tuple(slice(c, c + n) for c, n in zip(corner, cells, strict=True))])
+        tets.append(np.stack([p.ravel() for p in path], axis=1))
+    return vertices, oriented(vertices, np.concatenate(tets)).astype(np.int32)
+
+
+def rod(n_ring: int = 9, *, radius_m: float = 0.0015, spacing_m: float = 0.00175) -> Sweep:
+    """A straight tube along x."""
+    line = np.zeros((n_ring, 3))
+    line[:, 0] = spacing_m * np.arange(n_ring)
+    return sweep(line, np.full(n_ring, radius_m), sectors=6, lumen=0.5)
+
+
+def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
+    """An organ that is one body: no tubes, ties, anchors or bed unless given."""
+    none = np.zeros((1, 13), np.int32)
+    parts: dict[str, Any] = {
+        "region": np.zeros(len(tets), np.int32),
+        "fixed": np.zeros(len(vertices), bool),
+        "rings": dict.fromkeys(TUBES, none),
+        "neck_ring": dict.fromkeys(TUBES, -1),
+        "sac_rings": none,
+        "tie_vertex": np.zeros(0, np.int32),
+        "tie_corners": np.zeros((0, 4), np.int32),
+        "tie_weights": np.zeros((0, 4)),
+        "bed_vertices": np.zeros(0, np.int32),
+        "remnants": np.zeros((0, 2), np.int32),
+        "bed": NOWHERE,
+    }
+    return Organ(vertices=vertices, tets=tets, **(parts | given))
+
+
+def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -> Tissue:
+    """The organ as tissue, of one material unless None.
+
+    Solved tightly, and free of gravity and damping unless configured.
+    """
+    tight = {
+        "gravity_m_s2": FREE,
+        "damping_per_s": 0.0,
+        "viscosity_s": 0.0,
+        "iterations": 400,
+        "tolerance": 1e-6,
+        "settled_j": 0.0,
+    }
+    tissue = Tissue([organ], config=TissueConfig(**(tight | config)))
+    if material is not None:
+        tissue.host("mu")[:], tissue.host("lam")[:] = material.lame
+    return tissue
+
+
+def put(tissue: Tissue, positions: Array) -> Array:
+    """Move the vertices at rest to positions (n, 3); returns them as rounded by the tissue."""
+    tissue.positions()[:] = positions
+    tissue.host("velocity")[:] = 0.0
+    return tissue.positions().astype(float)
+
+
+def creeping(vertices: Array, tets: Indices, material: Material, **organ: Any) -> Tissue:
+    """A body so damped that it does not overshoot."""
+    return tissue_of(
+        organ_of(vertices, tets, **organ), material, step_s=0.002, damping_per_s=2000.0
+    )
+
+
+def settle(tissue: Tissue, load: Array | None = None, most: int = 400) -> Array:
+    """Step under a load (n, 3) N until nothing moves; the positions.
+
+    Raises:
+        ArithmeticError: it still moves after so many steps.
+    """
+    if load is not None:
+        tissue.host("load")[0, : tissue.n_vertex()] = load
+    for _ in range(most):
+        before = tissue.positions().astype(float)
+        tissue.step()
+        if np.abs(tissue.positions() - before).max() < SETTLED_M:
+            return tissue.positions().astype(float)
+    raise ArithmeticError("the body does not come to rest")
+
+
+def face_share(vertices: Array, tets: Indices, axis: int, at: float) -> Array:
+    """(n_vertex,) area of a plane side of the body that each vertex carries, m^2."""
+    faces, _ = boundary_faces(tets)
+    corners = vertices[faces]
+    side = np.isclose(corners[:, :, axis], at).all(axis=1)
+    edges = corners[side, 1:] - corners[side, :1]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    share = np.zeros(len(vertices))
+    np.add.at(share, faces[side], area[:, None] / 3)
+    return share
+
+
+def astride(
+    tubes: Tubes, tube: str, station_m: float, *, beyond_m: float, askew_rad: float = 0.0
+) -> Array:
+    """`T_world_tool` of jaws that close square across a tube at a station, from the front.
+
+    The tip reaches `beyond_m` past the tube's centre; `askew_rad` turns the jaws about their own
+    axis.
+    """
+    point, along = tubes.point(tube, station_m)
+    z = unit(AWAY - (AWAY @ along) * along)
+    T = pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
+    T[:3, :3] = axis_angle(z, askew_rad) @ T[:3, :3]
+    return T

@@ -1,0 +1,220 @@
+"""The tissue's energies again, in float64 and derived another way than the kernels.
+
+Each potential gives its energy (J), its gradient (n, 3) in N, and its Hessian (3 n, 3 n) in N/m
+at positions x (n, 3). The Hessian is exact unless asked to be `projected`: then each element's
+is positive semi-definite, by the eigenvalues of its own matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, kron
+
+from tissue_sim.frames import Array
+from tissue_sim.sweep import Indices
+
+_LEVI_CIVITA = np.zeros((3, 3, 3))
+_LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+_LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
+_FLATTEST = 1e-6  # of a sum of two singular values, which divides
+
+
+class Potential(Protocol):
+    """An energy of the positions (n, 3)."""
+
+    def energy(self, x: Array) -> float: ...
+    def gradient(self, x: Array) -> Array: ...
+    def hessian(self, x: Array, *, projected: bool) -> csr_matrix: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elements:
+    """Fixed-corotated tetrahedra: mu |F - R|^2 + lambda / 2 (J - 1)^2 a volume, F = R S.
+
+    Attributes:
+        tets: (n_tet, 4).
+        gradients: (n_tet, 4, 3), of the corners' shape functions at rest, 1/m.
+        volume: (n_tet,), m^3; mu, lam: (n_tet,), Pa.
+    """
+
+    tets: Indices
+    gradients: Array
+    volume: Array
+    mu: Array
+    lam: Array
+
+    def deformation(self, x: Array) -> Array:
+        """F of every element, (n_tet, 3, 3)."""
+        return np.einsum("eai,eaj->eij", x[self.tets], self.gradients)
+
+    def energy(self, x: Array) -> float:
+        F = self.deformation(x)
+        shear = ((F - _rotation(F)[0]) ** 2).sum(axis=(1, 2))
+        dJ = np.linalg.det(F) - 1.0
+        return float((self.volume * (self.mu * shear + 0.5 * self.lam * dJ**2)).sum())
+
+    def gradient(self, x: Array) -> Array:
+        F = self.deformation(x)
+        pressure = self.lam * (np.linalg.det(F) - 1.0)
+        P = 2 * _scaled(self.mu, F - _rotation(F)[0]) + _scaled(pressure, _cofactor(F))
+        forces = np.einsum("e,eij,eaj->eai", self.volume, P, self.gradients)
+        return _gathered(self.tets, forces, len(x))
+
+    def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
+        F = self.deformation(x)
+        turn = _rotation(F)[1]
+        cofactor = _cofactor(F).reshape(-1, 9)
+        pressure = self.lam * (np.linalg.det(F) - 1.0)
+        H = 2 * _scaled(self.mu, np.eye(9) - turn) + _scaled(pressure, _cofactor_slope(F))
+        H += _scaled(self.lam, cofactor[:, :, None] * cofactor[:, None, :])
+        H = _scaled(self.volume, _projected(H) if projected else H).reshape(-1, 3, 3, 3, 3)
+        blocks = np.einsum("eaj,eijkl,ebl->eaibk", self.gradients, H, self.gradients, optimize=True)
+        return _assembled(self.tets, blocks, len(x))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Springs:
+    """k / 2 |w . x - p|^2 with the weights w of a spring over the vertices: ties and anchors.
+
+    Attributes:
+        weights: (n_spring, n_vertex).
+        place: p, (n_spring, 3), m.
+        stiffness: (n_spring,), N/m.
+    """
+
+    weights: csr_matrix
+    place: Array
+    stiffness: Array
+
+    def energy(self, x: Array) -> float:
+        offset = self.weights @ x - self.place
+        return float(0.5 * (self.stiffness[:, None] * offset**2).sum())
+
+    def gradient(self, x: Array) -> Array:
+        return self.weights.T @ (self.stiffness[:, None] * (self.weights @ x - self.place))
+
+    def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
+        stiff = self.weights.T @ self.weights.multiply(self.stiffness[:, None])
+        return csr_matrix(kron(stiff, np.eye(3)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Links:
+    """k / 2 (l - L)^2 with l the distance of two vertices: strands, and a clip's squeeze."""
+
+    ends: Indices  # (n_link, 2)
+    length_m: Array  # (n_link,), L
+    stiffness: Array  # (n_link,), N/m
+
+    def energy(self, x: Array) -> float:
+        length = np.linalg.norm(self._apart(x), axis=1)
+        return float(0.5 * (self.stiffness * (length - self.length_m) ** 2).sum())
+
+    def gradient(self, x: Array) -> Array:
+        apart = self._apart(x)
+        length = np.linalg.norm(apart, axis=1)
+        pull = (self.stiffness * (1 - self.length_m / length))[:, None] * apart
+        return _gathered(self.ends, np.stack([-pull, pull], axis=1), len(x))
+
+    def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
+        apart = self._apart(x)
+        length = np.linalg.norm(apart, axis=1)
+        along = apart[:, :, None] * apart[:, None, :] / (length**2)[:, None, None]
+        across = 1 - self.length_m / length
+        across = np.maximum(across, 0.0) if projected else across
+        K = _scaled(self.stiffness, along + _scaled(across, np.eye(3) - along))
+        blocks = np.einsum("ab,eik->eaibk", np.array([[1.0, -1.0], [-1.0, 1.0]]), K)
+        return _assembled(self.ends, blocks, len(x))
+
+    def _apart(self, x: Array) -> Array:
+        return x[self.ends[:, 1]] - x[self.ends[:, 0]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bed:
+    """k / 2 depth^2 for each vertex that lies in the liver's soft surface."""
+
+    vertices: Indices  # those that can touch
+    point_m: Array
+    normal: Array
+    along: Array
+    edge_m: float
+    thickness_m: float
+    stiffness: float  # N/m a vertex
+
+    def depth(self, x: Array) -> Array:
+        """(n_vertices,), m; 0 outside the bed."""
+        offset = x[self.vertices] - self.point_m
+        height = offset @ self.normal
+        inside = (height < 0) & (height > -self.thickness_m) & (offset @ self.along > self.edge_m)
+        return np.where(inside, -height, 0.0)
+
+    def energy(self, x: Array) -> float:
+        return float(0.5 * self.stiffness * (self.depth(x) ** 2).sum())
+
+    def gradient(self, x: Array) -> Array:
+        out = np.zeros_like(x)
+        out[self.vertices] = -self.stiffness * self.depth(x)[:, None] * self.normal
+        return out
+
+    def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
+        touching = self.vertices[self.depth(x) > 0]
+        block = self.stiffness * np.outer(self.normal, self.normal)
+        blocks = np.broadcast_to(block[:, None, :], (len(touching), 1, 3, 1, 3))
+        return _assembled(touching[:, None], blocks, len(x))
+
+
+def _rotation(F: Array) -> tuple[Array, Array]:
+    """Rotation nearest to each F, (n, 3, 3), and its slope dR/dF, (n, 9, 9)."""
+    U, s, Vt = np.linalg.svd(F)
+    sign = np.sign(np.linalg.det(U @ Vt))
+    U[:, :, 2] *= sign[:, None]
+    s[:, 2] *= sign
+    slope = np.zeros((len(F), 9, 9))
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        twist = U[:, :, i, None] * Vt[:, None, j] - U[:, :, j, None] * Vt[:, None, i]
+        twist = twist.reshape(-1, 9)
+        slope += _scaled(
+            1 / np.maximum(s[:, i] + s[:, j], _FLATTEST), twist[:, :, None] * twist[:, None, :]
+        )
+    return U @ Vt, slope
+
+
+def _cofactor(F: Array) -> Array:
+    """dJ/dF, (n, 3, 3)."""
+    return np.stack([np.cross(F[:, k - 2], F[:, k - 1]) for k in range(3)], axis=1)
+
+
+def _cofactor_slope(F: Array) -> Array:
+    """d2J/dF2, (n, 9, 9)."""
+    slope = np.einsum("ikm,jln,emn->eijkl", _LEVI_CIVITA, _LEVI_CIVITA, F, optimize=True)
+    return slope.reshape(-1, 9, 9)
+
+
+def _projected(H: Array) -> Array:
+    """The nearest positive semi-definite matrices."""
+    value, vector = np.linalg.eigh(H)
+    return (vector * np.maximum(value, 0.0)[:, None]) @ vector.transpose(0, 2, 1)
+
+
+def _scaled(factor: Array, matrices: Array) -> Array:
+    return factor[:, None, None] * matrices
+
+
+def _gathered(corners: Indices, forces: Array, n: int) -> Array:
+    """Sum of the corners' forces (m, k, 3) at each vertex, (n, 3)."""
+    out = np.zeros((n, 3))
+    np.add.at(out, corners, forces)
+    return out
+
+
+def _assembled(corners: Indices, blocks: NDArray[np.float64], n: int) -> csr_matrix:
+    """(3 n, 3 n) sum of the elements' matrices (m, k, 3, k, 3)."""
+    place = 3 * corners[:, :, None].astype(np.int64) + np.arange(3)  # (m, k, 3)
+    row = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
+    column = np.broadcast_to(place[:, None, None], blocks.shape)
+    return csr_matrix((blocks.ravel(), (row.ravel(), column.ravel())), shape=(3 * n, 3 * n))

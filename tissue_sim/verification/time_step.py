@@ -1,0 +1,70 @@
+"""A soft cantilever let go under gravity: how its place depends on the step's length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_sim.frames import Array
+from tissue_sim.material import Material
+from tissue_sim.verification.bodies import box, organ_of, tissue_of
+
+SIZE_M = (0.02, 0.01, 0.01)
+SOFT = Material(young_pa=5e3, poisson=0.3)
+LONGEST_S = 1.0 / 480.0
+FOLLOWED_S = 0.05  # half a swing
+HALVINGS = 4
+ORDER_TOLERANCE = 0.25  # log2 of the ratios 1.7 to 2.4: terms of the next order at wh about 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeStep:
+    """A corner's place after half a swing.
+
+    Attributes:
+        step_s: (n,), each half of the one before.
+        time_s, sunk_m: for each step, the corner's way.
+        end_m: (n, 3), where it is in the end.
+    """
+
+    step_s: Array
+    time_s: tuple[Array, ...]
+    sunk_m: tuple[Array, ...]
+    end_m: Array
+
+    @property
+    def change_m(self) -> Array:
+        """(n - 1,), how far halving the step moves the end."""
+        return np.linalg.norm(np.diff(self.end_m, axis=0), axis=1)
+
+    @property
+    def order(self) -> Array:
+        """(n - 2,), observed order in the step; implicit Euler's is 1."""
+        return np.log2(self.change_m[:-1] / self.change_m[1:])
+
+
+def time_step() -> TimeStep:
+    """Follow the swing with ever shorter steps."""
+    steps = [LONGEST_S / 2**k for k in range(HALVINGS)]
+    ways = [_swing(h) for h in steps]
+    return TimeStep(
+        step_s=np.array(steps),
+        time_s=tuple(h * np.arange(len(way)) for h, way in zip(steps, ways, strict=True)),
+        sunk_m=tuple(way[0, 2] - way[:, 2] for way in ways),
+        end_m=np.array([way[-1] for way in ways]),
+    )
+
+
+def _swing(step_s: float) -> Array:
+    """(n + 1, 3) places of the free end's last corner, step after step."""
+    rest, tets = box(SIZE_M, (4, 2, 2))
+    tissue = tissue_of(
+        organ_of(rest, tets, fixed=rest[:, 0] == 0),
+        SOFT, step_s=step_s, gravity_m_s2=(0.0, 0.0, -9.81),
+    )  # fmt: skip
+    way = [rest[-1]]
+    for _ in range(round(FOLLOWED_S / step_s)):
+        tissue.step()
+        way.append(tissue.positions()[-1].astype(float))
+    return np.array(way)
