@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import box, organ_of, rod
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.frames import Array
 from tissue_sim.organ import Organ, build_organ
 from tissue_sim.soundness import require_sound_elements, require_sound_organ
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue
+from tissue_sim.verification.bodies import box, organ_of, rod
 
 Mesh = tuple[Array, Indices]
 

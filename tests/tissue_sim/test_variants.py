@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from tests.tissue_sim.bodies import EPS, astride, forces, put, tissue_of
+from tests.tissue_sim.bodies import forces
 from tissue_sim.anatomy import RANGES, Anatomy, anatomy_from_seed
 from tissue_sim.clip import CLIP_LENGTH_M, latch
 from tissue_sim.cut import BLADE_LENGTH_M, sever
@@ -18,6 +18,7 @@ from tissue_sim.thresholds import BLOOD_RATE_M3_S
 from tissue_sim.tissue import Tissue
 from tissue_sim.tubes import Tubes
 from tissue_sim.variants import VARIANTS, variant
+from tissue_sim.verification.bodies import EPS, astride, put, tissue_of
 from tissue_sim.world import World
 
 SEEDS = range(10_000, 10_020)
