@@ -249,6 +249,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
+        dropped_clips=world.record.dropped_clips,
         injuries=tuple(
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
             for i in injuries

@@ -56,6 +56,7 @@ class EpisodeResult:
         exchange_time_s: Simulated time of tool exchanges and clip reloads.
         wall_s: Time on the clock.
         corrections: Sum over the tasks.
+        dropped_clips: Clips that closed on nothing or fell from the applier; no failure by itself.
         anatomy_hash: Names the anatomy; None where the episode broke off before there was one.
     """
 
@@ -70,6 +71,7 @@ class EpisodeResult:
     exchange_time_s: float = 0.0
     wall_s: float = 0.0
     corrections: int = 0
+    dropped_clips: int = 0
     injuries: tuple[InjuryResult, ...] = ()
     safety: SafetyResult = SafetyResult()
     anatomy_hash: str | None = None

@@ -78,15 +78,12 @@ class ContactShapes:
     """Eight rounded patches: shaft end, wrist, finger+, finger- of the left, then the right arm.
 
     A patch is every point within `radius_m` of {a + t (b - a) + s w, t in [0, 1], s in [-1, 1]}.
-    Velocities are those of the link's origin.
     """
 
     a_world_m: Array  # (8, 3)
     b_world_m: Array  # (8, 3)
     w_world_m: Array  # (8, 3), zero for shaft and wrist
     radius_m: Array  # (8,)
-    linear_world_m_s: Array  # (8, 3)
-    angular_world_rad_s: Array  # (8, 3)
     T_world_link: Array  # (8, 4, 4)
 
 
@@ -137,9 +134,6 @@ class _Psm:
     def place(self, T_world_rcm: Array) -> None:
         """Move the whole arm so that its remote centre stands at a pose."""
         self.articulation.set_root_pose(sapien.Pose(T_world_rcm))
-
-    def command(self, joints: Array) -> None:
-        self.set_drive_targets(_split_jaw(self.limited(joints)))
 
     def set_drive_targets(self, targets: Array) -> None:
         """Targets (8,) of the simulator's joints, in `JOINT_ORDER`."""
@@ -218,12 +212,16 @@ def _set_drive(joint: sapien.physx.PhysxArticulationJoint, drive: Drive) -> None
 
 def _split_jaw(joints: Array) -> Array:
     """(7,) with the total jaw angle to (8,) with one angle a finger."""
-    return np.append(joints[:6], (0.5 * joints[6], 0.5 * joints[6]))
+    split = np.empty(8)
+    split[:6], split[6:] = joints[:6], 0.5 * joints[6]
+    return split
 
 
 def _sum_jaw(joints: Numbers) -> Array:
     """(8,) with one angle a finger to (7,) with the total jaw angle."""
-    return np.append(joints[:6], joints[6] + joints[7]).astype(float)
+    summed = np.empty(7)
+    summed[:6], summed[6] = joints[:6], joints[6] + joints[7]
+    return summed
 
 
 def _normal_force_n(contact: sapien.physx.PhysxContact, dt_s: float) -> float:
@@ -277,17 +275,18 @@ class Arms:
         self._park(old)
         self._select(instrument_name)
         self._mounted[RIGHT_ARM].set_joints(joints)
-        self._mounted[RIGHT_ARM].command(targets)
+        right = self._mounted[RIGHT_ARM]
+        right.set_drive_targets(_split_jaw(right.limited(targets)))
 
     def limited(self, joints: Array) -> Array:
         """Joints (2, 7) brought within the mounted instruments' limits."""
-        return np.stack([p.limited(q) for p, q in zip(self._mounted, joints, strict=True)])
+        return np.clip(joints, self.limits[..., 0], self.limits[..., 1])
 
     def command(self, command: JointCommand) -> None:
         """Set the drive targets; joint targets beyond a limit are brought to the limit."""
         self._settle()
-        for psm, joints in zip(self._mounted, command.joints, strict=True):
-            psm.command(joints)
+        for psm, joints in zip(self._mounted, self.limited(command.joints), strict=True):
+            psm.set_drive_targets(_split_jaw(joints))
 
     def set_joints(self, joints: Array) -> None:
         """Teleport both arms to joints (2, 7), at rest, with the drives holding them there."""
@@ -310,8 +309,8 @@ class Arms:
 
     def contact_shapes(self) -> ContactShapes:
         """The surfaces of both arms that tissue can touch, where they are now."""
-        links = self._patch_links
-        T = np.stack([link.entity_pose.to_transformation_matrix() for link in links]).astype(float)
+        poses = [link.entity_pose for link in self._patch_links]
+        T = np.array([pose.to_transformation_matrix() for pose in poses], float)
         world = self._patch_points @ T[:, :3, :3].transpose(0, 2, 1)  # (8, abw, 3)
         world[:, :2] += T[:, None, :3, 3]
         return ContactShapes(
@@ -319,9 +318,15 @@ class Arms:
             b_world_m=world[:, 1],
             w_world_m=world[:, 2],
             radius_m=self._patch_radius_m,
-            linear_world_m_s=np.array([link.linear_velocity for link in links], float),
-            angular_world_rad_s=np.array([link.angular_velocity for link in links], float),
             T_world_link=T,
+        )
+
+    def link_velocities(self) -> tuple[Array, Array]:
+        """(8, 3) linear (m/s) and angular (rad/s) velocity of the patches' link origins, world."""
+        links = self._patch_links
+        return (
+            np.array([link.linear_velocity for link in links], float),
+            np.array([link.angular_velocity for link in links], float),
         )
 
     def apply_wrenches(self, force_world_n: Numbers, torque_world_nm: Numbers) -> None:
@@ -405,6 +410,7 @@ class Arms:
         right = self._right[instrument_name]
         right.place(self.T_world_rcm[RIGHT_ARM])
         self._mounted = (self._left, right)
+        self.limits = np.stack([psm.limits for psm in self._mounted])  # (2, 7, lower and upper)
         self._patch_links = [*self._left.patch_links, *right.patch_links]
         self._patch_points = np.concatenate([self._left.patch_points, right.patch_points])
         self._patch_radius_m = np.concatenate([self._left.patch_radius_m, right.patch_radius_m])

@@ -27,7 +27,6 @@ from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camer
 from tissue_sim.frames import Array
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.observation import Observation
-from tissue_sim.organ import TUBES
 from tissue_sim.outcome import procedure_flags, stumps_hold
 from tissue_sim.physics_system import physics_system
 from tissue_sim.psm import joint_limits
@@ -261,9 +260,7 @@ class CholecystectomyEnv(BaseEnv):
         """One control step of the world; without an action, to the last targets."""
         if action is not None:
             self._targets = self._checked(action).reshape(2, 7)
-        self._observation = self.world.step(
-            JointCommand(joints=self._targets), intended=_nearest_tube(self.world)
-        )
+        self._observation = self.world.step(JointCommand(joints=self._targets))
         return None if action is None else torch.from_numpy(self._targets.reshape(1, 14)).float()
 
     def _checked(self, action: Any) -> Array:
@@ -353,12 +350,6 @@ def _world_config(sim_config: SimConfig | dict[str, Any]) -> WorldConfig:
             f"{tissue_hz} Hz, the tissue's rate, and that must divide sim_freq"
         )
     return WorldConfig(control_step_s=1.0 / control_hz, physics_step_s=1.0 / sim_hz)
-
-
-def _nearest_tube(world: World) -> str:
-    """No one says which tube is meant: the one nearest to the right tip is taken to be."""
-    tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
-    return min(TUBES, key=lambda t: np.linalg.norm(world.tubes.centres(t) - tip, axis=1).min())
 
 
 def _hidden(seen: Observation) -> dict[str, torch.Tensor]:

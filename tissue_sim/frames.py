@@ -35,6 +35,18 @@ def transform(T: Array, points: Array) -> Array:
     return points @ T[:3, :3].T + T[:3, 3]
 
 
+def rigid_fit(points: Array, moved: Array) -> Array:
+    """(4, 4) pose that takes points (n, 3) nearest, in least squares, to where they moved.
+
+    Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
+    """
+    middle, moved_middle = points.mean(axis=0), moved.mean(axis=0)
+    U, _, Vt = np.linalg.svd((moved - moved_middle).T @ (points - middle))
+    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))  # a rotation, no reflection
+    R = U @ Vt
+    return pose(R, moved_middle - R @ middle)
+
+
 def axis_angle(axis: Array, angle_rad: float) -> Array:
     """(3, 3) rotation about an axis (Rodrigues)."""
     x, y, z = unit(np.asarray(axis, float))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
+from statistics import median
 
 import numpy as np
 
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array
 from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices
 from tissue_sim.thresholds import GRASP_MOST_SLIP_M
@@ -41,24 +43,23 @@ def follow_grasp(
     before: Grasp, tissue: Tissue, organ: Organ, T_world_tool: Array, time_s: float, b: int = 0
 ) -> Grasp:
     """The grasp now, given the grasp one control step ago."""
-    touching = tissue.host("contact_shape")[b, : tissue.n_vertex(b)]
-    forces = tissue.host("contact_force")[b, : tissue.n_vertex(b)].astype(float)
     sac = organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
-    held = [sac[touching[sac] == finger] for finger in LEFT_FINGERS]
+    touching = tissue.host("contact_shape")[b][sac]
+    held = [sac[touching == finger] for finger in LEFT_FINGERS]
     if not all(len(h) for h in held):
         return Grasp(since_s=time_s)
-    total = np.sum([forces[h].sum(axis=0) for h in held], axis=0)
-    x = transform(inverse_pose(T_world_tool), tissue.positions(b).astype(float))
+    forces = [tissue.host("contact_force")[b][h].astype(float) for h in held]
+    total = forces[0].sum(axis=0) + forces[1].sum(axis=0)
     vertices = np.concatenate(held)
-    place = x[vertices]
-    known = {v: p for v, p in zip(before.vertices, before.place_tool_m, strict=True)}
-    for k, v in enumerate(vertices):
-        place[k] = known.get(int(v), place[k])
-    slip = float(np.median(np.linalg.norm((x[vertices] - place)[:, [0, 2]], axis=1)))
+    offsets = tissue.positions(b)[vertices].astype(float) - T_world_tool[:3, 3]
+    places = [tuple(p) for p in (offsets @ T_world_tool[:3, :3]).tolist()]
+    now = dict(zip(vertices.tolist(), places, strict=True))
+    caught = now | dict(zip(before.vertices, before.place_tool_m, strict=True))
+    slip = median(hypot(p[0] - caught[v][0], p[2] - caught[v][2]) for v, p in now.items())
     slipped = slip >= GRASP_MOST_SLIP_M or not before.vertices
     return Grasp(
-        vertices=tuple(int(v) for v in vertices),
-        place_tool_m=tuple(map(tuple, x[vertices] if slipped else place)),
+        vertices=tuple(now),
+        place_tool_m=tuple(now.values()) if slipped else tuple(caught[v] for v in now),
         since_s=time_s if slipped else before.since_s,
         slip_m=slip,
         pinch_n=pinch_n(tissue, sac, LEFT_FINGERS, T_world_tool, b),

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch, lose
+from tissue_sim.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
 from tissue_sim.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
 from tissue_sim.frames import Array
 from tissue_sim.grasp import RIGHT_FINGERS, Grasp, follow_grasp, pinch_n
 from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.leak import hole_leak, leaks
-from tissue_sim.psm import joint_limits
+from tissue_sim.loose_clip import fall
 from tissue_sim.record import Record
+from tissue_sim.slip import Pull, parted, under_pull
 from tissue_sim.tear import Load, tear, worst_load
 from tissue_sim.thresholds import (
+    CLIP_MOST_SLIP_M,
     INSTRUMENT_CONTACT_MOST_N,
     JOINT_MARGIN_RAD,
     LEAK_MOST_M3,
@@ -45,7 +47,7 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     Args:
         world: just stepped.
         joints: (2, 7) as commanded.
-        intended: the structure the instruction names; None when it names none.
+        intended: the structure meant; None for the one nearest to the jaws.
     """
     r = world.record
     time_s = r.time_s + world.config.control_step_s
@@ -55,9 +57,12 @@ def judge(world: World, joints: Array, intended: str | None) -> Record:
     loads = [worst_load(world.tubes, tube) for tube in world.organ.tubes]
     monitor.watch(_wall_readings(world, loads), time_s)
     r = _tear(world, r, loads, time_s)
-    pulled_off = {p.number for p in r.pulls if p.force_n > p.holds_n}
-    clips = tuple(_held(world, clip, off=clip.number in pulled_off) for clip in r.clips)
-    r = _leak(world, replace(r, clips=clips))
+    if any(c.fall_m_s is not None for c in r.clips):
+        bed, step_s = world.organ.bed, world.config.control_step_s
+        r = replace(r, clips=tuple(fall(c, bed, step_s) for c in r.clips))
+    if r.pull is not None:
+        r = _pull(world, r, r.pull, time_s, monitor)
+    r = _leak(world, r)
     T_world_tool = world.arms.T_world_tool()[LEFT_ARM]
     grasp = follow_grasp(r.grasp, world.tissue, world.organ, T_world_tool, time_s)
     monitor.watch(_readings(world, joints, grasp, r), time_s)
@@ -93,7 +98,8 @@ def _clip(
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
     clip = latch(world.tubes, T, number=len(r.clips) + 1, time_s=time_s)
-    wrong = [c.tube for c in clip.crossings if c.tube != intended]
+    meant = intended if intended is not None else world.tubes.nearest(T, CLIP_LENGTH_M)
+    wrong = [c.tube for c in clip.crossings if c.tube != meant]
     for name in wrong + ["gallbladder"] * clip.on_sac:
         monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
@@ -103,8 +109,9 @@ def _cut(
     world: World, r: Record, time_s: float, intended: str | None, monitor: InjuryMonitor
 ) -> Record:
     T = world.arms.T_world_tool()[RIGHT_ARM]
+    meant = intended if intended is not None else world.tubes.nearest(T, BLADE_LENGTH_M)
     cuts = sever(world.tubes, T, time_s=time_s)
-    for name in [c.tube for c in cuts if c.tube != intended]:
+    for name in [c.tube for c in cuts if c.tube != meant]:
         monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
     slit = world.sac.under_blades(T, BLADE_LENGTH_M)
     if slit.size:
@@ -112,7 +119,8 @@ def _cut(
         world.sac.open(slit)
         opened_m2 = world.sac.hole_m2() - before_m2
         monitor.add(Reading(event="cut on gallbladder", value=opened_m2, limit=0), time_s)
-    return replace(r, cuts=(*r.cuts, *cuts))
+    r = replace(r, cuts=(*r.cuts, *cuts))
+    return _part_clips(world, r) if cuts else r
 
 
 def _wall_readings(world: World, loads: Sequence[Load]) -> Iterator[Reading]:
@@ -127,7 +135,10 @@ def _tear(world: World, r: Record, loads: Sequence[Load], time_s: float) -> Reco
     if world.sac.stretch() > SAC_MOST_STRETCH:
         world.sac.tear()
     torn = [tear(world.tubes, load, time_s=time_s) for load in loads if load.pull_n > load.holds_n]
-    return replace(r, tears=(*r.tears, *(t for t in torn if t is not None)))
+    if not torn:
+        return r
+    r = replace(r, tears=(*r.tears, *(t for t in torn if t is not None)))
+    return _part_clips(world, r)
 
 
 def _leak(world: World, r: Record) -> Record:
@@ -144,21 +155,30 @@ def _leak(world: World, r: Record) -> Record:
     )
 
 
-def _held(world: World, clip: Clip, *, off: bool) -> Clip:
-    """The clip, lost if it is pulled off."""
-    if clip.lost or not off:
-        return clip
-    world.tissue.host("load")[0] = 0.0
-    return lose(world.tubes, clip)
+def _part_clips(world: World, r: Record) -> Record:
+    """What was severed under a clip's legs stays with its own stump."""
+    return replace(r, clips=tuple(parted(world.tubes, clip) for clip in r.clips))
+
+
+def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMonitor) -> Record:
+    """What the pull under way does to its clip."""
+    k = pull.number - 1
+    before = r.clips[k]
+    clip = under_pull(world.tubes, before, pull, world.config.control_step_s)
+    if clip.slid_m > CLIP_MOST_SLIP_M >= before.slid_m:
+        slip = Reading(event="clip slip", value=clip.slid_m, limit=CLIP_MOST_SLIP_M)
+        monitor.add(slip, time_s)
+    if clip.lost:
+        monitor.add(Reading(event="clip off", value=1, limit=0), time_s)
+        world.tissue.host("load")[0] = 0.0
+        r = replace(r, pull=None)
+    return replace(r, clips=(*r.clips[:k], clip, *r.clips[k + 1 :]))
 
 
 def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[Reading]:
     """Every other quantity that has a limit."""
     rigid = world.arms.contact_forces_n()
-    beyond = max(
-        float(np.max(np.abs(q[:6] - np.clip(q[:6], *joint_limits(tool).T))))
-        for q, tool in zip(joints, world.arms.mounted, strict=True)
-    )
+    beyond = float(np.abs(joints - world.arms.limited(joints))[:, :6].max())
     for event, value, limit in (
         ("pinch", max(grasp.pinch_n, _right_pinch_n(world)), PINCH_MOST_N),
         ("traction", grasp.traction_n, TRACTION_MOST_N),

@@ -14,6 +14,7 @@ from tissue_sim.frames import Array
 from tissue_sim.organ import TUBES
 from tissue_sim.thresholds import (
     CLIP_LEAST_GAP_M,
+    CLIP_MOST_SLIP_M,
     CLIP_MOST_TILT_RAD,
     CUFF_LEAST_M,
     GRASP_HOLD_S,
@@ -92,8 +93,13 @@ def tube_cut(world: World, tube: str) -> bool:
 
 
 def stumps_hold(world: World) -> bool:
-    """Every clip that was closed still holds, and nothing leaks."""
-    return not any(c.lost for c in world.record.clips) and not world.record.leaks
+    """Every clip that was on a tube still holds where it was set, and nothing leaks.
+
+    A clip that never was on a tube, dropped into the field, is counted but fails nothing.
+    """
+    clips = world.record.clips
+    firm = not any(c.came_off or c.slid_m > CLIP_MOST_SLIP_M for c in clips)
+    return firm and not world.record.leaks
 
 
 def procedure_flags(world: World) -> dict[str, bool]:

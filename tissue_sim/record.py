@@ -10,22 +10,8 @@ from tissue_sim.grasp import Grasp
 from tissue_sim.injury import Injury
 from tissue_sim.leak import Leak
 from tissue_sim.parting import Opening
+from tissue_sim.slip import Pull
 from tissue_sim.tear import Tear
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pull:
-    """A test pull at a clip.
-
-    Attributes:
-        number: the clip's.
-        force_n: how hard it is pulled now.
-        holds_n: what its grip held before the pull: pulling tightens the tissue, not the clip.
-    """
-
-    number: int
-    force_n: float
-    holds_n: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +21,8 @@ class Record:
     Attributes:
         clip_loaded: the applier holds a clip.
         jaws_opened: the right jaws have opened since they last closed on something.
-        pulls: the test pulls under way.
+        clips: held, fallen off and dropped ones, in order.
+        pull: the test pull under way.
         leaked_m3: bile and blood so far.
         drained_m3: the gallbladder's part in it.
         bed_rest_n: the gallbladder's own press on the liver bed, before anyone touched it.
@@ -49,13 +36,18 @@ class Record:
     cuts: tuple[Cut, ...] = ()
     tears: tuple[Tear, ...] = ()
     grasp: Grasp = field(default_factory=Grasp)
-    pulls: tuple[Pull, ...] = ()
+    pull: Pull | None = None
     leaks: tuple[Leak, ...] = ()
     leaked_m3: float = 0.0
     drained_m3: float = 0.0
     bed_rest_n: float = 0.0
     injuries: tuple[Injury, ...] = ()
     broken_limits: frozenset[str] = frozenset()
+
+    @property
+    def dropped_clips(self) -> int:
+        """Clips that closed on nothing or fell from the applier."""
+        return sum(clip.dropped for clip in self.clips)
 
     @property
     def openings(self) -> tuple[Opening, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_sim.arms import JointCommand
-from tissue_sim.clip import Clip
+from tissue_sim.clip import Clip, T_world_clip
 from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tubes import Crossing
 from tissue_sim.world import World
@@ -19,12 +19,12 @@ CLAMP_RINGS = 2  # rings between clip and clamp
 
 
 def pull_all_clips(world: World) -> None:
-    """Pull each clip in turn; one that does not hold is lost, in the world's record."""
+    """Pull each clip in turn; one that does not hold slips or comes off, in the world's record."""
     for clip in world.record.clips:
         for crossing in clip.crossings:
             away = _towards_cut(world, crossing)
             _, along = world.tubes.point(crossing.tube, crossing.station_m)
-            for direction in (away * along, clip.T_world_clip[:3, 1]):
+            for direction in (away * along, T_world_clip(world.tubes, clip)[:3, 1]):
                 _pull(world, clip, crossing, TEST_PULL_N * direction, away)
 
 

@@ -71,7 +71,7 @@ def _coded(node: Any) -> Any:
     if isinstance(node, frozenset):
         return {"frozenset": sorted(node)}
     if isinstance(node, np.ndarray):
-        return {"array": [node.dtype.str, node.tolist()]}
+        return {"array": [node.dtype.str, list(node.shape), node.ravel().tolist()]}
     return node.item() if isinstance(node, np.generic) else node
 
 
@@ -87,10 +87,10 @@ def _decoded(node: Any) -> Any:
     if kind == "tuple":
         return tuple(_decoded(v) for v in parts)
     if kind == "array":
-        dtype, numbers = parts
+        dtype, shape, numbers = parts
         if np.dtype(dtype).kind not in "biuf":
             raise ValueError(f"no state of a world holds an array of {dtype}")
-        return np.array(numbers, dtype)
+        return np.array(numbers, dtype).reshape(shape)
     return {"frozenset": frozenset}[kind](parts)
 
 

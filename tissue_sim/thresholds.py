@@ -9,6 +9,7 @@ CLIP_MOST_TILT_RAD = np.deg2rad(30.0)
 CLIP_LEAST_GAP_M = 0.0015  # between neighbouring clips
 CUFF_LEAST_M = 0.001  # tissue between a clip and the cut, or a clip and a tube's end
 LUMEN_CLOSED = 0.10  # lumen's area over its area at rest
+CLIP_MOST_SLIP_M = 0.0005  # under a pull, assumed
 TEST_PULL_N = 1.0  # every clip holds this at the end
 
 # Grasp.

@@ -11,6 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim import contact, elasticity, implicit, rupture, springs, untangle
+from tissue_sim.arrays import TissueArrays, ToolShapes
 from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
@@ -62,6 +63,9 @@ class Tissue:
         self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
         self.arrays, self.shapes = allocate(self.organs, device)
+        on_host = device == "cpu"  # where numpy's views are made once
+        self._views = _views(self.arrays, TissueArrays) if on_host else {}
+        self._tool_views = _views(self.shapes, ToolShapes) if on_host else {}
         for b, (organ, scale) in enumerate(zip(self.organs, scales, strict=True)):
             self._fill(b, organ, scale)
             self.rewire(b)
@@ -69,7 +73,8 @@ class Tissue:
 
     def host(self, name: str) -> NDArray:
         """An array as numpy; on the CPU it shares memory with the device's."""
-        return getattr(self.arrays, name).numpy()
+        view = self._views.get(name)
+        return getattr(self.arrays, name).numpy() if view is None else view
 
     def positions(self, b: int = 0) -> Array:
         """(n_vertex, 3) positions of one environment, m."""
@@ -104,11 +109,15 @@ class Tissue:
             values: arrays (8, ...) by field name of `ToolShapes`, world frame.
         """
         for name, value in values.items():
-            getattr(self.shapes, name).numpy()[env] = value
+            self._tools(name)[env] = value
 
     def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
         """Force (8, 3) N and torque (8, 3) N m about each link's origin, on the instruments."""
-        return self.shapes.force.numpy()[b], self.shapes.torque.numpy()[b]
+        return self._tools("force")[b], self._tools("torque")[b]
+
+    def _tools(self, name: str) -> NDArray:
+        view = self._tool_views.get(name)
+        return getattr(self.shapes, name).numpy() if view is None else view
 
     def add_links(
         self,
@@ -146,7 +155,6 @@ class Tissue:
             "velocity",
             "contact_shape",
             "surface",
-            "covered",
         ):
             values = self.host(name)
             values[b, new] = values[b, list(parents)]
@@ -314,3 +322,7 @@ class Tissue:
             device=self.device,
             record_cmd=True,
         )
+
+
+def _views(arrays: Any, struct: Any) -> dict[str, NDArray]:
+    return {name: getattr(arrays, name).numpy() for name in struct.vars}

@@ -51,6 +51,10 @@ class Tubes:
             tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube]))
             for tube in organ.tubes
         }
+        n = (next(iter(self.below.values())).shape[1] - 1) // 2
+        self._inner = slice(1, 1 + n)
+        shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
+        self._next = shift - shift.T
         self._tube_tets = {
             tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
             for k, tube in enumerate(organ.tubes, start=1)
@@ -66,12 +70,44 @@ class Tubes:
         return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
 
     def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
-        """Position (3,) and unit tangent (3,) at a station, world frame."""
-        centres, stations = self.centres(tube), self.stations_m[tube][: len(self.centres(tube))]
-        k = int(np.clip(np.searchsorted(stations, station_m) - 1, 0, len(stations) - 2))
+        """Position (3,) and unit tangent (3,) at a station, on its own stump, world frame."""
+        centres, stations = self.centres(tube), self.stations_m[tube]
+        first, last = self.stump(tube, station_m)
+        centres[first] = self.tissue.positions(self.b)[self.above[tube][first, 0]]
+        k = int(np.clip(np.searchsorted(stations, station_m) - 1, first, last - 1))
         t = (station_m - stations[k]) / (stations[k + 1] - stations[k])
-        low, high = max(k - 1, 0), min(k + 2, len(stations) - 1)
+        low, high = max(k - 1, first), min(k + 2, last)
         return centres[k] + t * (centres[k + 1] - centres[k]), unit(centres[high] - centres[low])
+
+    def ring_spacing_m(self, tube: str) -> float:
+        """Mean distance between rings at rest."""
+        return self.length_m[tube] / self.organ.neck_ring[tube]
+
+    def side(self, tube: str, station_m: float) -> Indices:
+        """(n_ring, 1 + 2 n) rings as the stump at a station has them."""
+        upper = self.stations_m[tube] < station_m
+        return np.where(upper[:, None], self.above[tube], self.below[tube])
+
+    def stump(self, tube: str, station_m: float) -> tuple[int, int]:
+        """First and last ring of the part of the tube that a station lies on."""
+        severed, stations = self.severed_rings(tube), self.stations_m[tube]
+        upper = stations[severed] < station_m
+        return (
+            int(max(severed[upper], default=0)),
+            int(min(severed[~upper], default=self.organ.neck_ring[tube])),
+        )
+
+    def free_ends_m(self, tube: str) -> Array:
+        """Stations (n,) where the tube is severed."""
+        return self.stations_m[tube][self.severed_rings(tube)]
+
+    def lumen_fraction_at(self, tube: str, ring: int, station_m: float) -> float:
+        """`lumen_fraction` of one ring, on the stump at a station."""
+        rings = self.above if self.stations_m[tube][ring] < station_m else self.below
+        corners = self.tissue.positions(self.b)[rings[tube][ring, self._inner]].astype(np.float64)
+        turn = corners.T @ self._next @ corners  # twice the area's vector, as a skew matrix
+        twice = np.sqrt(turn[0, 1] ** 2 + turn[1, 2] ** 2 + turn[2, 0] ** 2)
+        return float(0.5 * twice / self._rest_area[tube][ring])
 
     def lumen_fraction(self, tube: str) -> Array:
         """(n_ring,) area of the lumen over its area at rest."""
@@ -112,6 +148,13 @@ class Tubes:
                     point_m=point,
                 )
         return best
+
+    def nearest(self, T_world_tool: Array, reach_m: float) -> str:
+        """The tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
+        middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
+        return min(
+            self.organ.tubes, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min()
+        )
 
     def sac_between(self, T_world_tool: Array, reach_m: float, width_m: float) -> bool:
         """Whether part of the gallbladder lies where the closing jaws meet.

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from tissue_sim import sight
 from tissue_sim.anatomy import Anatomy
-from tissue_sim.arms import HOME_JOINTS, Arms, JointCommand
+from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.body import Body
-from tissue_sim.clip import Clip, retention_n
+from tissue_sim.clip import CLIP_LENGTH_M, Clip, dropped_clip, grip_n
 from tissue_sim.conditions import Conditions
 from tissue_sim.field import endoscope_pose
 from tissue_sim.frames import Array
@@ -22,8 +22,9 @@ from tissue_sim.judge import judge
 from tissue_sim.observation import Observation
 from tissue_sim.organ import build_organ
 from tissue_sim.physics_system import physics_system
-from tissue_sim.record import Pull, Record
+from tissue_sim.record import Record
 from tissue_sim.sac import Sac
+from tissue_sim.slip import Pull
 from tissue_sim.sweep import Indices
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.tubes import Tubes
@@ -112,7 +113,8 @@ class World:
         Args:
             command: joint targets.
             intended: the structure ("duct", "artery") the running instruction names, against
-                which a clip or cut on the wrong structure is judged.
+                which a clip or cut on the wrong structure is judged; None when nobody says, and
+                then it is the tube nearest to the jaws when they close.
 
         Raises:
             ValueError: the command is not (2, 7) finite numbers; nothing has moved.
@@ -174,6 +176,15 @@ class World:
         )
         self._place_tools()
 
+    def drop_clip(self) -> None:
+        """The applier loses its clip, which falls. Nothing happens when it holds none."""
+        r = self.record
+        if not r.clip_loaded:
+            return
+        T = self.arms.T_world_tool()[RIGHT_ARM]
+        clip = dropped_clip(T, number=len(r.clips) + 1, time_s=r.time_s)
+        self.record = replace(r, clips=(*r.clips, clip), clip_loaded=False)
+
     @property
     def target(self) -> Array:
         """(2, 7) joints commanded last."""
@@ -184,19 +195,25 @@ class World:
         clip = next(c for c in self.record.clips if c.number == number)
         load = self.tissue.host("load")[0]
         load[:] = 0.0
+        if clip.lost or not force_world_n.any():
+            self.record = replace(self.record, pull=None)
+            return
         for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
-            load[vertices] += force / max(len(vertices), 1)
-        force_n = float(np.linalg.norm(force_world_n))
-        before = {p.number: p for p in self.record.pulls if p.force_n > 0.0}
-        holds_n = before[number].holds_n if number in before else retention_n(self.tubes, clip)
-        pulls = before | {number: Pull(number=number, force_n=force_n, holds_n=holds_n)}
-        self.record = replace(self.record, pulls=tuple(pulls.values()))
+            load[vertices] += force / len(vertices)
+        before = self.record.pull
+        if before is not None and before.number == number:
+            grip = before.grip_n
+        else:
+            grip = grip_n(self.tubes, clip)
+        pull = Pull(number=number, force_world_n=force_world_n.copy(), grip_n=grip)
+        self.record = replace(self.record, pull=pull)
 
     def clip_position_m(self, clip: Clip) -> Array:
-        """Where a clip is now (3,), world frame."""
+        """Where the middle of a clip is now (3,), world frame: of what it holds, or of its legs."""
         if not clip.vertices:
-            return clip.T_world_clip[:3, 3]
-        return self.tissue.positions()[list(clip.vertices)].mean(axis=0).astype(float)
+            return clip.T_world_clip[:3, 3] - 0.5 * CLIP_LENGTH_M * clip.T_world_clip[:3, 2]
+        held = self.tissue.positions()[list(clip.vertices)]
+        return np.add.reduce(held, axis=0, dtype=float) / len(held)
 
     def state(self) -> dict[str, Any]:
         """Everything the next step depends on, tissue topology included."""

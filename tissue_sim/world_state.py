@@ -88,7 +88,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/part": Bound(low=-1, high=int(state["tissue"]["n_part"][0]) - 1),
         "tissue/tet_alive": FLAG,
         "tissue/surface": FLAG,
-        "tissue/covered": FLAG,
+        "tissue/covered": POSITIVE,
         "tissue/ring_joined": FLAG,
         "tissue/contact_shape": Bound(low=-1, high=N_SHAPES - 1),
         "tissue/mass": POSITIVE,
@@ -99,6 +99,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "arms/qpos": joints,
         "arms/drive_targets": joints,
         "record/*/vertices": vertex,
+        "record/*/force_world_n": Bound(shape=(3,)),
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
         "record/*/tube": Bound(names=names),
         "record/*/structure": Bound(names=(*names, "gallbladder")),
@@ -133,7 +134,15 @@ def _require_history(record: Record, tubes: Tubes) -> None:
         n_ring = len(tubes.below[place.tube])
         if not 0 <= place.ring < n_ring:
             raise ValueError(f"state/record: ring {place.ring} of the {place.tube} of {n_ring}")
-    pairs = [(clip.crossings, clip.complete) for clip in record.clips]
+    for clip in record.clips:
+        if clip.places_m.shape != (len(clip.vertices), 3):
+            raise ValueError(f"state/record: clip {clip.number} has places {clip.places_m.shape}")
+        for place, rings in zip(clip.crossings, clip.rings, strict=False):
+            if not all(0 <= ring < len(tubes.below[place.tube]) for ring in rings):
+                raise ValueError(f"state/record: clip {clip.number} is on rings {rings}")
+    if record.pull is not None and not 1 <= record.pull.number <= len(record.clips):
+        raise ValueError(f"state/record: a pull at clip {record.pull.number}, which is not there")
+    pairs = [(c.crossings, other) for c in record.clips for other in (c.complete, c.rings)]
     for one, other in (*pairs, (record.grasp.vertices, record.grasp.place_tool_m)):
         if len(one) != len(other):
             raise ValueError(f"state/record: {len(one)} and {len(other)} of what goes in pairs")

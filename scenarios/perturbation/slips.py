@@ -26,7 +26,7 @@ class ClipDropped(Effect):
         left = len(self.applied) < self.magnitude and self.due(world, task)
         if left and world.record.clip_loaded and not right_arm_back(world):
             self.note(world.record.time_s)
-            _drop_clip(world)
+            world.drop_clip()
 
 
 class GraspSlip(Effect):
@@ -43,7 +43,3 @@ class GraspSlip(Effect):
             slips = world.record.time_s - self._start_s < GRASP_SLIPS_S
             grip = 1.0 - self.magnitude if slips else 1.0
             world.conditions = replace(world.conditions, grip=grip)
-
-
-def _drop_clip(world: World) -> None:
-    world.record = replace(world.record, clip_loaded=False)

@@ -43,6 +43,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "exchange_time_s",
         "wall_s",
         "corrections",
+        "dropped_clips",
         "injuries",
         "safety",
         "anatomy_hash",

@@ -21,7 +21,8 @@ CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
     "document": {"episodes", "summary", "config", "versions"},
     "episode": {
         *("scenario", "seed", "planner", "controller", "success", "error", "tasks"),
-        *("procedure_time_s", "exchange_time_s", "wall_s", "corrections", "injuries", "safety"),
+        *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
+        *("dropped_clips", "injuries", "safety"),
         "anatomy_hash",
     },
     "task": {"index", "instruction", "success", "time_s", "corrections"},

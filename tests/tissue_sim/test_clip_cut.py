@@ -3,68 +3,27 @@
 import numpy as np
 import pytest
 
+from tests.tissue_sim.patients import HALF_SECOND, clip_at, cut_at, run, settled
 from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.clip import (
-    CLIP_LENGTH_M,
-    CLIP_WIDTH_M,
-    Clip,
-    closure,
-    grip_n,
-    latch,
-    lose,
-    retention_n,
-)
-from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
+from tissue_sim.clip import CLIP_WIDTH_M, closure, grip_n, lose, retention_n
+from tissue_sim.cut import Cut
 from tissue_sim.flow import Stretch, outflow_m3_s
 from tissue_sim.frames import Array, unit
 from tissue_sim.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
-from tissue_sim.organ import TUBES, build_organ
+from tissue_sim.organ import TUBES
 from tissue_sim.sweep import signed_volumes
 from tissue_sim.thresholds import LUMEN_CLOSED, TEST_PULL_N
-from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
 from tissue_sim.tubes import Tubes
-from tissue_sim.verification.bodies import EPS, astride
+from tissue_sim.verification.bodies import EPS
 from tissue_sim.verification.clip_closure import clip_closure
 
 SEEDS = [0, 3, 20_007]
-SETTLE_STEPS, HALF_SECOND = 45, 30
-_SETTLED: dict[int, tuple[Tubes, dict]] = {}
-
-
-def settled(seed: int) -> Tubes:
-    """A patient's tubes, come to rest; made once a seed and put back each time."""
-    if seed not in _SETTLED:
-        patient = anatomy_from_seed(seed)
-        organ = build_organ(patient)
-        tissue = Tissue([organ], stiffness_scale=[patient.stiffness_scale])
-        for _ in range(SETTLE_STEPS):
-            tissue.step()
-        _SETTLED[seed] = Tubes(tissue, organ), tissue.state()
-    tubes, state = _SETTLED[seed]
-    tubes.tissue.restore(state)
-    return Tubes(tubes.tissue, tubes.organ)
 
 
 @pytest.fixture(params=SEEDS)
 def tubes(request: pytest.FixtureRequest) -> Tubes:
     return settled(request.param)
-
-
-def run(tubes: Tubes, steps: int = HALF_SECOND) -> None:
-    for _ in range(steps):
-        tubes.tissue.step()
-
-
-def clip_at(tubes: Tubes, tube: str, share: float = 0.5, **how: float) -> Clip:
-    station = share * tubes.length_m[tube]
-    T = astride(tubes, tube, station, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
-    return latch(tubes, T, number=1, time_s=0.0)
-
-
-def cut_at(tubes: Tubes, tube: str, station_m: float, **how: float) -> tuple[Cut, ...]:
-    T = astride(tubes, tube, station_m, **({"beyond_m": BLADE_LENGTH_M / 2} | how))
-    return sever(tubes, T, time_s=0.0)
 
 
 def other(tube: str) -> str:

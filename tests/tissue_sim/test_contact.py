@@ -12,6 +12,7 @@ from tissue_sim.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.instruments import INSTRUMENTS, link_patches
 from tissue_sim.layout import N_SHAPES
 from tissue_sim.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
+from tissue_sim.thresholds import GRASP_MOST_SLIP_M
 from tissue_sim.tissue import Tissue, TissueConfig
 from tissue_sim.verification.bodies import EPS, NOWHERE, box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
@@ -266,6 +267,28 @@ def test_an_open_grasper_holds_nothing() -> None:
     grasp, came, pull = pulled_by(GRASPER_FRICTION, 0.9, 0.006)
     assert not grasp.vertices
     assert abs(came) < 0.2 * pull
+
+
+@pytest.mark.parametrize(("share", "slips"), [(0.98, False), (1.02, True)])
+def test_tissue_that_slides_in_the_jaws_by_the_threshold_begins_the_grasp_anew(
+    share: float, slips: bool
+) -> None:
+    """Slip is measured along the jaws' surface; a squeeze across it is none."""
+    organ = build_organ(anatomy_from_seed(1))
+    tissue = Tissue([organ])
+    touching_now = tissue.host("contact_shape")[0]
+    for finger, ring in zip(LEFT_FINGERS, organ.sac_rings[3:5], strict=True):
+        touching_now[ring[-4:]] = finger
+    before = follow_grasp(Grasp(), tissue, organ, np.eye(4), 1.0)
+    assert (before.since_s, before.slip_m) == (1.0, 0.0)
+    assert len(before.vertices) == 8
+    moved = pose(np.eye(3), np.array([0.6, 0.0, 0.8]) * share * GRASP_MOST_SLIP_M)
+    moved[1, 3] = 2.0 * GRASP_MOST_SLIP_M
+    after = follow_grasp(before, tissue, organ, moved, 2.0)
+    assert after.slip_m == pytest.approx(share * GRASP_MOST_SLIP_M, rel=1e-3)
+    assert after.since_s == (2.0 if slips else 1.0)
+    again = follow_grasp(after, tissue, organ, moved, 3.0)
+    assert again.slip_m == pytest.approx(0.0 if slips else share * GRASP_MOST_SLIP_M, abs=1e-9)
 
 
 def nearest_on_line(points: Array, line: Array) -> Array:

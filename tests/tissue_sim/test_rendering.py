@@ -8,7 +8,7 @@ import pytest
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
 from tissue_sim.cameras import BASELINE_M, CAMERA_NAMES, CameraSpec, T_world_camera
-from tissue_sim.clip import latch
+from tissue_sim.clip import latch, lose
 from tissue_sim.cut import sever
 from tissue_sim.field import AWAY
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
@@ -135,19 +135,25 @@ def test_rendered_run_is_the_unrendered_run_bit_for_bit(world: World) -> None:
     assert np.array_equal(world.arms.joint_velocities, blind.arms.joint_velocities)
 
 
-def test_clip_becomes_visible_and_a_lost_one_vanishes(world: World) -> None:
+def violet(after: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Pixels that have become as violet as a clip."""
+    return (after[..., 2] > after[..., 1] + 15) & (before[..., 2] <= before[..., 1] + 15)
+
+
+def test_clip_becomes_visible_and_a_lost_one_lies_elsewhere(world: World) -> None:
     hold(world, 1)
     bare = world.endoscope_rgb().astype(int)
     clip_on(world, "duct", 0.5)
     hold(world, 5)
     clipped = world.endoscope_rgb().astype(int)
-    violet = (clipped[..., 2] > clipped[..., 1] + 15) & (bare[..., 2] <= bare[..., 1] + 15)
-    assert violet.sum() > 30
-    world.record = replace(
-        world.record, clips=tuple(replace(c, lost=True) for c in world.record.clips)
-    )
-    gone = world.endoscope_rgb().astype(int)
-    assert (violet & (gone[..., 2] > gone[..., 1] + 15)).sum() < 0.1 * violet.sum()
+    on_tube = violet(clipped, bare)
+    assert on_tube.sum() > 30
+    (clip,) = world.record.clips
+    world.record = replace(world.record, clips=(lose(world.tubes, clip),))
+    hold(world, 30)
+    off_tube = violet(world.endoscope_rgb().astype(int), bare)
+    assert (on_tube & off_tube).sum() < 0.1 * on_tube.sum()
+    assert off_tube.sum() > 30
 
 
 def test_loaded_clip_is_seen_in_the_jaws_and_an_empty_applier_has_none(world: World) -> None:
@@ -194,12 +200,12 @@ def test_drops_show_the_rate() -> None:
 
 
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:
-    from tissue_sim.drawn_clips import T_world_clip
+    from tissue_sim.clip import T_world_clip
 
     clip_on(world, "duct", 0.5)
     hold(world, 10)
     (clip,) = world.record.clips
-    T = T_world_clip(world, clip)
+    T = T_world_clip(world.tubes, clip)
     caught = transform(inverse_pose(T), world.tissue.positions()[list(clip.vertices)].astype(float))
     assert np.abs(caught[:, 1]).max() < 0.0012  # between the legs, flattened
     assert caught[:, 2].min() > -0.0095

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
-from tissue_sim.clip import retention_n
 from tissue_sim.frames import Array
 from tissue_sim.injury import InjuryMonitor, Reading
 from tissue_sim.tear import Load, tear
@@ -180,23 +179,6 @@ def test_scissors_closed_in_the_air_cut_nothing(world: World) -> None:
     assert not world.record.clip_loaded
     work_the_right_jaw(world, 0.5, 0.0)
     assert world.record.cuts == world.record.clips == ()
-
-
-def test_a_clip_pulled_harder_than_it_holds_is_lost(world: World) -> None:
-    clip_and_cut(world)
-    home = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
-    for _ in range(15):
-        world.step(home)
-    (clip,) = world.record.clips
-    clamp = world.tubes.below[clip.crossings[0].tube][0]
-    for share, lost in ((0.9, False), (1.1, True)):
-        pull_n = share * retention_n(world.tubes, clip)
-        world.pull_clip(clip.number, pull_n * clip.T_world_clip[:3, 1], clamp)
-        world.step(home)
-        assert world.record.clips[0].lost == lost
-        world.pull_clip(clip.number, np.zeros(3), clamp)
-        world.step(home)
-    assert retention_n(world.tubes, clip) == 0.0
 
 
 @given(values=st.lists(st.floats(-10, 10), min_size=1, max_size=40), limit=st.floats(-5, 5))

@@ -1,0 +1,46 @@
+"""Patients' tubes come to rest, and clips and cuts put into them as the tools would do it."""
+
+import numpy as np
+
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.clip import CLIP_LENGTH_M, Clip, latch
+from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
+from tissue_sim.organ import build_organ
+from tissue_sim.tissue import Tissue
+from tissue_sim.tubes import Tubes
+from tissue_sim.verification.bodies import astride
+
+SETTLE_STEPS, HALF_SECOND = 45, 30
+_SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}
+
+
+def settled(seed: int) -> Tubes:
+    """A patient's tubes, come to rest; made once a seed and put back each time."""
+    if seed not in _SETTLED:
+        patient = anatomy_from_seed(seed)
+        organ = build_organ(patient)
+        tissue = Tissue([organ], stiffness_scale=[patient.stiffness_scale])
+        for _ in range(SETTLE_STEPS):
+            tissue.step()
+        _SETTLED[seed] = Tubes(tissue, organ), tissue.state()
+    tubes, state = _SETTLED[seed]
+    tubes.tissue.restore(state)
+    return Tubes(tubes.tissue, tubes.organ)
+
+
+def run(tubes: Tubes, steps: int = HALF_SECOND) -> None:
+    for _ in range(steps):
+        tubes.tissue.step()
+
+
+def clip_at(tubes: Tubes, tube: str, share: float = 0.5, **how: float) -> Clip:
+    """A clip latched at a share of the tube's length."""
+    station = share * tubes.length_m[tube]
+    T = astride(tubes, tube, station, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
+    return latch(tubes, T, number=1, time_s=0.0)
+
+
+def cut_at(tubes: Tubes, tube: str, station_m: float, **how: float) -> tuple[Cut, ...]:
+    """Blades closed across the tube at a station."""
+    T = astride(tubes, tube, station_m, **({"beyond_m": BLADE_LENGTH_M / 2} | how))
+    return sever(tubes, T, time_s=0.0)
