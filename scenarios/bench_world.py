@@ -53,6 +53,7 @@ def watch_step(world: World) -> Stopwatch:
     stopwatch.stage(world.scene, "step", "arms: PhysX")
     stopwatch.stage(arms, "contact_shapes", "arms: contact shapes")
     stopwatch.stage(tissue, "place_tools", "tissue: place the contact shapes")
+    stopwatch.replace(tissue, "step", tissue.step_in_stages)
     for name, launch in tissue.stages.items():
         stopwatch.stage(launch, "launch", f"tissue: {name}")
     stopwatch.stage(world_module, "judge", "judge")

@@ -34,7 +34,7 @@ class Stopwatch:
             self.whole_s.append(perf_counter() - start_s)
             return result
 
-        self._replace(owner, function, timed)
+        self.replace(owner, function, timed)
 
     def __enter__(self) -> Self:
         return self
@@ -53,9 +53,10 @@ class Stopwatch:
                 return call(*args, **options)
             return self._own_time(name, call, args, options)
 
-        self._replace(owner, function, timed)
+        self.replace(owner, function, timed)
 
-    def _replace(self, owner: Any, function: str, timed: Callable) -> None:
+    def replace(self, owner: Any, function: str, timed: Callable) -> None:
+        """Has `owner.function` be `timed` until the watch ends."""
         self._watched.append((owner, function, getattr(owner, function)))
         setattr(owner, function, timed)
 

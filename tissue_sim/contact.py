@@ -160,10 +160,9 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
         add_vertex_term(t, b, i, f, wp.outer(n, n) * BED_STIFFNESS)
 
 
-@wp.kernel
-def assemble_surface_contact(t: TissueArrays, s: ToolShapes):
+@wp.func
+def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
     """Every surface vertex against instruments and liver bed."""
-    b = wp.tid()
     t.bed_force[b] = wp.vec3()
     for i in range(t.n_vertex[b]):
         if t.surface[b, i] != 0 and t.fixed[b, i] == 0:
@@ -226,10 +225,9 @@ def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
             push_apart(t, b, i, earlier)
 
 
-@wp.kernel
-def assemble_tube_contact(t: TissueArrays):
+@wp.func
+def add_tube_contact(t: TissueArrays, b: int):
     """Each tube's surface against the tubes before it."""
-    b = wp.tid()
     for tube in range(t.ring.shape[1] - 1):
         for r in range(t.n_ring[b, tube]):
             t.ring_centre[b, tube, r] = ring_centre(t, b, tube, r)
@@ -255,10 +253,9 @@ def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
         wp.atomic_sub(s.torque, b, c, wp.cross(arm, f))
 
 
-@wp.kernel
-def tool_reactions(t: TissueArrays, s: ToolShapes):
-    """Force (N) and torque about the link's origin (N m) on each shape; a thread an environment."""
-    b = wp.tid()
+@wp.func
+def react_on_tools(t: TissueArrays, s: ToolShapes, b: int):
+    """Force (N) and torque about the link's origin (N m) on each shape."""
     for c in range(s.radius.shape[1]):
         s.force[b, c] = wp.vec3()
         s.torque[b, c] = wp.vec3()

@@ -255,10 +255,9 @@ def add_element(t: TissueArrays, b: int, e: int, viscosity: float):
     add_pair(block, slot, 2, 3, K23)
 
 
-@wp.kernel
-def assemble_elements(t: TissueArrays, viscosity: float):
-    """Add every living element, one thread an environment."""
-    b = wp.tid()
+@wp.func
+def add_elements(t: TissueArrays, b: int, viscosity: float):
+    """Add every living element."""
     for e in range(t.n_tet[b]):
         if t.tet_alive[b, e] != 0:
             add_element(t, b, e, viscosity)

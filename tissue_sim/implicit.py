@@ -16,6 +16,29 @@ wp.set_module_options({"enable_backward": False})
 PREDICT = wp.constant(0.9)  # share of the inertial motion taken before linearising
 
 
+@wp.struct
+class StepParameters:
+    """How a step is taken.
+
+    Attributes:
+        step_s: s.
+        viscosity: Kelvin-Voigt time over the step.
+        damping_per_s: mass-proportional, 1/s.
+        gravity: m/s^2, world frame.
+        iterations: of the solver at most.
+        tolerance: of the preconditioned residual, relative to its start.
+        settled_j: preconditioned residual, as an energy, that is small enough in any case.
+    """
+
+    step_s: float
+    viscosity: float
+    damping_per_s: float
+    gravity: wp.vec3
+    iterations: int
+    tolerance: float
+    settled_j: float
+
+
 @wp.func
 def predict(t: TissueArrays, b: int, i: int, h: float):
     """Remember where the vertex starts, and move it with its inertia."""
@@ -26,10 +49,9 @@ def predict(t: TissueArrays, b: int, i: int, h: float):
         t.position[b, i] = x + t.velocity[b, i] * (PREDICT * h)
 
 
-@wp.kernel
-def begin_step(t: TissueArrays, h: float):
-    """Predict every vertex and clear the sums, one thread an environment."""
-    b = wp.tid()
+@wp.func
+def begin_step(t: TissueArrays, b: int, h: float):
+    """Predict every vertex and clear the sums."""
     n = t.n_vertex[b]
     for i in range(n):
         predict(t, b, i, h)
@@ -116,30 +138,12 @@ def precondition(t: TissueArrays, b: int):
     return rz
 
 
-@wp.kernel
-def solve_step(
-    t: TissueArrays,
-    h: float,
-    damping: float,
-    gravity: wp.vec3,
-    most: int,
-    tolerance: float,
-    settled_j: float,
-):
-    """Solve for the step, move the vertices and set their velocities.
-
-    Args:
-        h: step, s.
-        damping: mass-proportional, 1/s.
-        gravity: m/s^2, world frame.
-        most: iterations at most.
-        tolerance: of the preconditioned residual, relative to its start.
-        settled_j: preconditioned residual, as an energy, that is small enough in any case.
-    """
-    b = wp.tid()
+@wp.func
+def solve_step(t: TissueArrays, b: int, c: StepParameters):
+    """Solve for the step, move the vertices and set their velocities."""
     n = t.n_vertex[b]
     for i in range(n):
-        add_inertia(t, b, i, h, damping, gravity)
+        add_inertia(t, b, i, c.step_s, c.damping_per_s, c.gravity)
     prepare_coarse(t, b)
     row = t.row[b]
     column = t.column[b]
@@ -150,10 +154,10 @@ def solve_step(
     direction = t.direction[b]
     product = t.product[b]
     rz = precondition(t, b)
-    enough = wp.max(tolerance * tolerance * rz, settled_j)
+    enough = wp.max(c.tolerance * c.tolerance * rz, c.settled_j)
     beta = float(0.0)
     count = int(0)
-    while count < most and rz > enough:
+    while count < c.iterations and rz > enough:
         for i in range(n):
             direction[i] = preconditioned[i] + direction[i] * beta
         alpha = rz / multiply(row, column, block, direction, product, n)
@@ -166,4 +170,4 @@ def solve_step(
         count = count + 1
     t.iterations[b] = count
     for i in range(n):
-        finish(t, b, i, h)
+        finish(t, b, i, c.step_s)

@@ -65,10 +65,9 @@ def add_anchor(t: TissueArrays, b: int, n: int):
         wp.atomic_add(t.block, b, t.row[b, v], wp.identity(n=3, dtype=float) * k)
 
 
-@wp.kernel
-def assemble_springs(t: TissueArrays):
-    """Add every spring, one thread an environment."""
-    b = wp.tid()
+@wp.func
+def add_springs(t: TissueArrays, b: int):
+    """Add every spring."""
     for n in range(t.tie_stiffness.shape[1]):
         add_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):
@@ -97,10 +96,9 @@ def break_anchor(t: TissueArrays, b: int, n: int):
         t.anchor_stiffness[b, n] = 0.0
 
 
-@wp.kernel
-def break_springs(t: TissueArrays):
-    """Springs loaded above their strength break for good; one thread an environment."""
-    b = wp.tid()
+@wp.func
+def break_springs(t: TissueArrays, b: int):
+    """Springs loaded above their strength break for good."""
     for n in range(t.tie_stiffness.shape[1]):
         break_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):

@@ -10,14 +10,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tissue_sim import contact, elasticity, implicit, rupture, springs, untangle
+from tissue_sim import elasticity, rupture, springs
 from tissue_sim.arrays import TissueArrays, ToolShapes
 from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
+from tissue_sim.implicit import StepParameters
 from tissue_sim.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
 from tissue_sim.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.organ import Organ
 from tissue_sim.soundness import require_sound_organ
+from tissue_sim.step import STAGES, take_stages
 from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.thresholds import SAC_MOST_STRETCH
 from tissue_sim.topology import block_pattern, boundary_faces
@@ -43,6 +45,19 @@ class TissueConfig:
     iterations: int = 60
     tolerance: float = 1.0e-2
     settled_j: float = 1.0e-10  # about a micrometre against the tubes' stiffness
+
+
+def step_parameters(config: TissueConfig) -> Any:
+    """The configuration as the kernels take it."""
+    c: Any = StepParameters()
+    c.step_s = config.step_s
+    c.viscosity = config.viscosity_s / config.step_s
+    c.damping_per_s = config.damping_per_s
+    c.gravity = wp.vec3(*config.gravity_m_s2)
+    c.iterations = config.iterations
+    c.tolerance = config.tolerance
+    c.settled_j = config.settled_j
+    return c
 
 
 class Tissue:
@@ -94,6 +109,10 @@ class Tissue:
 
     def step(self) -> None:
         """Advance every environment by one step of `config.step_s`."""
+        self._step.launch()
+
+    def step_in_stages(self) -> None:
+        """The same, one launch for each stage, so that they can be timed, or one left out."""
         for launch in self.stages.values():
             launch.launch()
 
@@ -287,41 +306,20 @@ class Tissue:
         self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0
 
     def _record(self) -> None:
-        """Prepare the kernel launches of a step, in order."""
-        c, t, n_env = self.config, self.arrays, len(self.organs)
-        plan = {
-            "predict": (implicit.begin_step, [t, c.step_s]),
-            "untangle": (untangle.ease_bulk, [t]),
-            "elements": (elasticity.assemble_elements, [t, c.viscosity_s / c.step_s]),
-            "springs": (springs.assemble_springs, [t]),
-            "tube contact": (contact.assemble_tube_contact, [t]),
-            "tool and bed contact": (contact.assemble_surface_contact, [t, self.shapes]),
-            "solve": (
-                implicit.solve_step,
-                [
-                    t,
-                    c.step_s,
-                    c.damping_per_s,
-                    wp.vec3(*c.gravity_m_s2),
-                    c.iterations,
-                    c.tolerance,
-                    c.settled_j,
-                ],
-            ),
-            "breakage": (springs.break_springs, [t]),
-            "reactions": (contact.tool_reactions, [t, self.shapes]),
-        }
+        """Prepare the kernel launches: of a whole step, of each stage of one, and of the walls."""
+        self._step = self._recorded(take_stages, *self._arguments(0, len(STAGES)))
         self.stages: dict[str, Any] = {
-            name: wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
-            for name, (kernel, inputs) in plan.items()
+            name: self._recorded(take_stages, *self._arguments(k, k + 1))
+            for k, name in enumerate(STAGES)
         }
-        self._walls: Any = wp.launch(
-            rupture.load_walls,
-            dim=n_env,
-            inputs=[t, SAC_MOST_STRETCH],
-            device=self.device,
-            record_cmd=True,
-        )
+        self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MOST_STRETCH)
+
+    def _arguments(self, first: int, end: int) -> tuple[Any, ...]:
+        return self.arrays, self.shapes, step_parameters(self.config), first, end
+
+    def _recorded(self, kernel: Any, *inputs: Any) -> Any:
+        n_env = len(self.organs)
+        return wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
 
 
 def _views(arrays: Any, struct: Any) -> dict[str, NDArray]:

@@ -42,10 +42,9 @@ def ease(t: TissueArrays, b: int, e: int):
     t.lam[b, e] = wp.where(tangled == 0, t.bulk[b, e], 0.0)
 
 
-@wp.kernel
-def ease_bulk(t: TissueArrays):
-    """Ease the bulk of all elements that need it, one thread an environment."""
-    b = wp.tid()
+@wp.func
+def ease_bulk(t: TissueArrays, b: int):
+    """Ease the bulk of all elements that need it."""
     for i in range(t.n_vertex[b]):
         t.tangled[b, i] = 0
     for e in range(t.n_tet[b]):

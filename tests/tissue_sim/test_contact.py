@@ -323,7 +323,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
         deepest = max(deepest, 1 - apart / radius)
         tissue.host("load")[0][:] = 0.0
         tissue.host("load")[0][middle] = 0.3 * min(k / 240, 1.0) * towards / len(middle)
-        tissue.step()
+        tissue.step_in_stages()
     return float(deepest)
 
 
