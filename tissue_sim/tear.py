@@ -54,10 +54,12 @@ def worst_load(tubes: Tubes, tube: str) -> Load:
 
     A pull runs on along the tube: what one segment alone carries is jaws that work on it.
     """
-    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
-    around = np.pad(pulls[: tubes.organ.neck_ring[tube]], 1)
-    pulls = np.minimum(around[1:-1], np.maximum(around[:-2], around[2:]))
     whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))
+    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
+    if not pulls.any():
+        return Load(tube=tube, segment=0, pull_n=0.0, holds_n=whole_n)
+    around = np.concatenate([[0.0], pulls[: tubes.organ.neck_ring[tube]], [0.0]])
+    pulls = np.minimum(around[1:-1], np.maximum(around[:-2], around[2:]))
     share = intact_share(tubes, tube)
     holds_n = whole_n * np.minimum(share[:-1], share[1:])[: len(pulls)]
     k = int(np.argmax(pulls / holds_n))
