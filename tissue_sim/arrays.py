@@ -41,6 +41,7 @@ class TissueArrays:
     volume: wp.array2d(dtype=float)
     mu: wp.array2d(dtype=float)
     bulk: wp.array2d(dtype=float)  # lambda of the material
+    folded: wp.array2d(dtype=int)
     lam: wp.array2d(dtype=float)  # what of it an element feels now
     tet_slot: wp.array3d(dtype=int)
     # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron

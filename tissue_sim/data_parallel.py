@@ -247,7 +247,6 @@ class DataParallelTissue:
             launch.launch()
 
     def _captured(self) -> Any:
-        wp.load_module(device=self.device)
         with wp.ScopedCapture(device=self.device) as capture:
             self._launch()
         return capture.graph

@@ -27,7 +27,7 @@ from tissue_sim.topology import block_pattern, boundary_faces
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
-    "surface", "covered", "load", "tet", "tet_alive",
+    "surface", "covered", "load", "tet", "tet_alive", "folded",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",

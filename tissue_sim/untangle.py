@@ -2,8 +2,10 @@
 
 A violent squeeze can fold a tube's wall over. Such a fold is a stable equilibrium only because the
 nearly incompressible elements around it would have to change volume on the way back; without
-their bulk modulus it unfolds. So elements that share a vertex with an inverted one feel none
-until that one has turned back. Under a clip nothing shall unfold.
+their bulk modulus it unfolds. So elements that share a vertex with a folded one feel none. An
+element counts as folded from when it is inverted until it has most of its volume back: to
+give the bulk back as soon as it turns would fold it again, and so on for ever. Under a clip nothing
+shall unfold.
 """
 
 from __future__ import annotations
@@ -15,23 +17,30 @@ from tissue_sim.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 
+UNFOLDED = wp.constant(0.5)  # of an element's volume, assumed
+
+
 @wp.func
-def inverted(t: TissueArrays, b: int, c: wp.vec4i):
-    """Whether the tetrahedron of corners c is turned inside out."""
+def volume_share(t: TissueArrays, b: int, e: int):
+    """An element's volume now over that at rest; negative when it is inside out."""
+    c = t.tet[b, e]
     origin = t.position[b, c[0]]
-    along = t.position[b, c[1]] - origin
-    return wp.dot(along, wp.cross(t.position[b, c[2]] - origin, t.position[b, c[3]] - origin)) < 0.0
+    p = t.position[b, c[1]] - origin
+    q = t.position[b, c[2]] - origin
+    return wp.dot(p, wp.cross(q, t.position[b, c[3]] - origin)) / (6.0 * t.volume[b, e])
 
 
 @wp.func
 def mark_tangled(t: TissueArrays, b: int, e: int):
-    """Mark the corners of an inverted element, unless a clip holds one of them."""
+    """Mark the corners of a folded element, unless a clip holds one of them."""
     c = t.tet[b, e]
-    if t.tet_alive[b, e] != 0 and inverted(t, b, c):
-        clipped = t.covered[b, c[0]] + t.covered[b, c[1]] + t.covered[b, c[2]] + t.covered[b, c[3]]
-        if clipped == 0:
-            for k in range(4):
-                t.tangled[b, c[k]] = 1
+    clipped = t.covered[b, c[0]] + t.covered[b, c[1]] + t.covered[b, c[2]] + t.covered[b, c[3]]
+    least = wp.where(t.folded[b, e] != 0, UNFOLDED, 0.0)
+    t.folded[b, e] = 0
+    if t.tet_alive[b, e] != 0 and clipped == 0 and volume_share(t, b, e) < least:
+        t.folded[b, e] = 1
+        for k in range(4):
+            t.tangled[b, c[k]] = 1
 
 
 @wp.func

@@ -87,6 +87,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/ring": vertex,
         "tissue/part": Bound(low=-1, high=int(state["tissue"]["n_part"][0]) - 1),
         "tissue/tet_alive": FLAG,
+        "tissue/folded": FLAG,
         "tissue/surface": FLAG,
         "tissue/covered": POSITIVE,
         "tissue/ring_joined": FLAG,

@@ -5,6 +5,7 @@ import pytest
 
 from tissue_sim.organ import REGIONS
 from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.untangle import UNFOLDED
 from tissue_sim.verification.bodies import organ_of, put, rod, tissue_of
 
 TUBE = rod()
@@ -55,3 +56,19 @@ def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() ->
         tissue.stages["untangle"].launch()
         lam, bulk = (tissue.host(name)[0, : len(near)] for name in ("lam", "bulk"))
         np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
+
+
+def test_bulk_comes_back_when_most_of_the_volume_has() -> None:
+    """Between inside out and half its volume an element keeps what it has: no to and fro."""
+    tissue, centre = tube(), int(TUBE.rings[4, 0])
+    eased = []
+    for out_m in (0.0005, 0.01, 0.0005, 0.0, 0.0005):
+        x = TUBE.vertices.copy()
+        x[centre, 1] += out_m
+        put(tissue, x)
+        tissue.stages["untangle"].launch()
+        lam, bulk = (tissue.host(name)[0, : len(TUBE.tets)] for name in ("lam", "bulk"))
+        eased.append(bool((lam < bulk).any()))
+    share = tissue.volumes() / tissue.host("volume")[0, : len(TUBE.tets)]
+    assert 0.0 < share.min() < float(UNFOLDED)
+    assert eased == [False, True, True, False, False]
