@@ -10,11 +10,12 @@ DEMO := runs/demo
 export OMP_NUM_THREADS := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test check format lock bench
+.PHONY: help demo test test-all check format lock bench
 
 help:
 	@echo "make demo    set up everything it needs and run one whole procedure"
 	@echo "make test    set up everything it needs and pass the tests"
+	@echo "make test-all the slow tests too: some minutes more"
 	@echo "make check   format, lint, types, import direction"
 	@echo "make format  rewrite the code in the project's format"
 	@echo "make bench   speed of each stage of the world"
@@ -26,6 +27,9 @@ demo: .venv/.ready
 
 test: .venv/.ready
 	$(BIN)/pytest -n logical --maxprocesses 4
+
+test-all: .venv/.ready
+	$(BIN)/pytest -n logical --maxprocesses 4 -m "slow or not slow"
 
 check: .venv/.ready
 	$(BIN)/ruff format --check .

@@ -74,6 +74,7 @@ def test_the_kernels_compile_for_a_gpu(tmp_path) -> None:
     assert [path.stat().st_size > 0 for path in made]
 
 
+@pytest.mark.gpu
 @pytest.mark.skipif(wp.get_cuda_device_count() == 0, reason="no GPU")
 def test_a_gpu_takes_the_same_steps_as_the_cpu() -> None:
     tissue = batch()
