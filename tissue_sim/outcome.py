@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.clip import CLIP_WIDTH_M, Clip, closure
 from tissue_sim.cut import Cut
 from tissue_sim.frames import Array
@@ -19,6 +19,7 @@ from tissue_sim.thresholds import (
     CUFF_LEAST_M,
     GRASP_HOLD_S,
     GRASP_LEAST_TRACTION_N,
+    GRASP_MOST_JAW_RAD,
     LUMEN_CLOSED,
     RETRACTED_M,
     SPREAD_LEAST_M,
@@ -31,10 +32,11 @@ CLIPS_A_TUBE = 3
 
 
 def gallbladder_grasped(world: World) -> bool:
-    """The infundibulum held for a second under traction without slip, the tubes spread."""
+    """The infundibulum held for a second in closed jaws, taut, without slip, the tubes spread."""
     grasp = world.record.grasp
+    closed = world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD
     held = bool(grasp.vertices) and world.record.time_s - grasp.since_s >= GRASP_HOLD_S
-    return held and grasp.traction_n >= GRASP_LEAST_TRACTION_N and tubes_spread(world.tubes)
+    return bool(closed) and held and grasp.traction_n >= GRASP_LEAST_TRACTION_N and tubes_spread(world.tubes)
 
 
 def tubes_spread(tubes: Tubes) -> bool:
