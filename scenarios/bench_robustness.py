@@ -39,6 +39,9 @@ def trial_table(trials: Sequence[Trial]) -> Table:
         table.add_column(heading, justify="right")
     finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
     measured = {
+        "commanded tip speed, most of a storm (mm/s)": [
+            1e3 * t.commanded_speed_m_s for t in finished
+        ],
         "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in finished],
         "fastest tissue (m/s)": [t.tissue_speed_m_s for t in finished],
         "force on a tool (N)": [t.force_n for t in finished],
@@ -50,9 +53,9 @@ def trial_table(trials: Sequence[Trial]) -> Table:
     for name, values in measured.items() if finished else ():
         table.add_row(name, *(f"{x:.4g}" for x in np.percentile(values, [50, 99, 100])))
     table.add_section()
-    for name in ("touched", "torn", "clipped", "cut"):
+    for name in ("touched", "clipped", "cut", "torn", "detached", "caught"):
         share = sum(getattr(t, name) for t in trials) / len(trials)
-        table.add_row(f"storms in which tissue was {name}", "", "", f"{share:.0%}")
+        table.add_row(f"storms in which tissue was {name}", "", "", f"{share:.1%}")
     table.add_row("storms that broke a law", "", "", str(sum(bool(t.broken) for t in trials)))
     return table
 
@@ -60,6 +63,12 @@ def trial_table(trials: Sequence[Trial]) -> Table:
 def broken_lines(trials: Sequence[Trial]) -> list[str]:
     """A line for each storm that broke a law."""
     return [f"seed {t.seed}: {', '.join(t.broken)}" for t in trials if t.broken]
+
+
+def caught_lines(trials: Sequence[Trial]) -> list[str]:
+    """The storms after which tissue still hung on a tool, if any."""
+    seeds = [str(t.seed) for t in trials if t.caught]
+    return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []
 
 
 def memory_lines(seed: int, resets: int) -> list[str]:

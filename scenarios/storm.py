@@ -1,6 +1,6 @@
 """A storm: violent random motions of both tools, drawn from a seed, that no policy would make.
 
-A gust is one thing an arm does: walk, stab, yank, bite or chatter; or, both arms together, crush.
+A gust is one thing an arm does: walk, stab, bite, tear or chatter; or, both arms together, crush.
 Gusts aim at the tissue where it is now, and move the commanded tip by at most `MOST_SPEED_M_S`.
 """
 
@@ -25,9 +25,10 @@ MOST_SPEED_M_S = 0.2
 MOST_TURN_RAD_S = 3.0
 CRUSH_SHARE = 0.2  # of the gusts
 EXCHANGE_SHARE = 0.3  # of the pauses between gusts
-OPEN_RAD, SHUT_RAD = 0.6, -0.3
+WIDE_RAD, OPEN_RAD, SHUT_RAD = 1.2, 0.6, -0.3
 CLOSING_STEPS = 6
-YANK_M = 0.1
+HOLDING_STEPS = 4  # the jaws' lag
+TEAR_M = (0.06, 0.10)
 STAB_M = (0.005, 0.04)  # how far past the surface
 
 
@@ -137,11 +138,15 @@ def bite(arm: Arm) -> Iterator[Motion]:
     yield from arm.stay(np.linspace(OPEN_RAD, SHUT_RAD, CLOSING_STEPS))
 
 
-def yank(arm: Arm) -> Iterator[Motion]:
-    """Bite, and tear away as fast as the arm goes, mostly towards the surgeon."""
-    yield from bite(arm)
+def tear(arm: Arm) -> Iterator[Motion]:
+    """Grasp firmly, and pull away at a drawn speed, mostly towards the surgeon."""
+    into = arm.T_world_tool[:3, 2]
+    point = a_point_of_tissue(arm.world, arm.rng)
+    yield from arm.go(point + arm.rng.uniform(0.004, 0.012) * into, WIDE_RAD)
+    yield from arm.stay(np.linspace(WIDE_RAD, SHUT_RAD, CLOSING_STEPS))
+    yield from arm.stay(np.full(HOLDING_STEPS, SHUT_RAD))
     direction = unit(unit(arm.rng.normal(size=3)) - AWAY)
-    yield from arm.go(arm.T_world_tool[:3, 3] + YANK_M * direction, SHUT_RAD)
+    yield from arm.go(arm.T_world_tool[:3, 3] + arm.rng.uniform(*TEAR_M) * direction, SHUT_RAD)
 
 
 def chatter(arm: Arm) -> Iterator[Motion]:
@@ -158,7 +163,7 @@ def crush(arm: Arm, point_world_m: Array) -> Iterator[Motion]:
     yield from arm.stay(np.linspace(OPEN_RAD, SHUT_RAD, CLOSING_STEPS))
 
 
-GUSTS: tuple[Callable[[Arm], Iterator[Motion]], ...] = (walk, stab, bite, yank, yank, chatter)
+GUSTS: tuple[Callable[[Arm], Iterator[Motion]], ...] = (walk, stab, bite, tear, tear, tear, chatter)
 
 
 def _action(motions: tuple[Motion | None, ...], joints: Array, world: World) -> ToolAction:

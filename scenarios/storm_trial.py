@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.storm import OPEN_RAD, storm
 from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import HOME_JOINTS, JointCommand
+from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.frames import Array
 from tissue_sim.material import DENSITY_KG_M3, MATERIALS
 from tissue_sim.organ import REGIONS
+from tissue_sim.psm import forward_kinematics
 from tissue_sim.topology import components
 from tissue_sim.world import World
 
@@ -33,17 +34,22 @@ class Trial:
 
     Attributes:
         broken: the laws it broke, or the exception that ended it; none is as it should be.
-        tip_speed_m_s: 99th percentile of both tips.
+        commanded_speed_m_s: most of either tip, by the joint targets.
+        tip_speed_m_s: 99th percentile of both tips; arms that cross spring apart.
         tissue_speed_m_s: of the fastest vertex at any time.
         force_n: largest on a tool.
         energy_j: most that was in the tissue: elastic and kinetic, above that at rest.
         volume: (2,) least and most during the storm, over that at rest.
         inverted: most elements turned inside out during the storm.
-        touched, torn, clipped, cut: whether it happened.
+        touched, clipped, cut: whether it happened.
+        torn: whether a tube tore, or the sac's wall where no blade was.
+        detached: whether sac or tubes came off what holds them.
+        caught: whether tissue still hangs on a tool after the retreat, so that it is not at rest.
     """
 
     seed: int
     broken: tuple[str, ...]
+    commanded_speed_m_s: float = np.nan
     tip_speed_m_s: float = np.nan
     tissue_speed_m_s: float = np.nan
     force_n: float = np.nan
@@ -51,9 +57,11 @@ class Trial:
     volume: tuple[float, float] = (np.nan, np.nan)
     inverted: int = 0
     touched: bool = False
-    torn: bool = False
     clipped: bool = False
     cut: bool = False
+    torn: bool = False
+    detached: bool = False
+    caught: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +70,8 @@ class Moment:
 
     finite: bool
     tips_m: Array  # (2, 3)
+    commanded_m: Array  # (2, 3) where the joint targets put the tips
+    tool: str  # on the right arm
     tissue_speed_m_s: float
     force_n: float
     energy_j: float
@@ -92,23 +102,25 @@ def run_trial(seed: int, storm_s: float = STORM_S) -> Trial:
     first = _measure(world)
     stormy = list(_follow(world, islice(storm(world, seed), _steps(world, storm_s))))
     list(_follow(world, _retreat(world)))
-    torn = _springs(world) < springs
+    detached = _springs(world) < springs
     still = [_measure(world), *_follow(world, [_home()] * _steps(world, REST_S))]
-    tips = np.stack([m.tips_m for m in stormy])
-    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=-1) / world.config.control_step_s
+    injuries = {injury.event for injury in world.record.injuries}
     return Trial(
         seed=seed,
         broken=tuple(_broken_laws(world, stormy, still)),
-        tip_speed_m_s=float(np.percentile(speeds, 99)),
+        commanded_speed_m_s=float(_speeds(world, stormy, "commanded_m").max()),
+        tip_speed_m_s=float(np.percentile(_speeds(world, stormy, "tips_m"), 99)),
         tissue_speed_m_s=max(m.tissue_speed_m_s for m in stormy),
         force_n=max(m.force_n for m in stormy),
         energy_j=max(m.energy_j for m in stormy) - first.energy_j,
         volume=(min(m.volume for m in stormy), max(m.volume for m in stormy)),
         inverted=max(m.inverted for m in stormy),
         touched=any(m.touched for m in stormy),
-        torn=torn,
         clipped=any(clip.crossings for clip in world.record.clips),
-        cut=bool(world.record.cuts),
+        cut=bool(world.record.cuts) or "cut on gallbladder" in injuries,
+        torn=bool(world.record.tears) or "tear of gallbladder" in injuries,
+        detached=detached,
+        caught=still[-1].touched,
     )
 
 
@@ -133,10 +145,8 @@ def _broken_laws(world: World, stormy: list[Moment], still: list[Moment]) -> Ite
         yield f"tissue at {fastest:.0f} m/s"
     gained_j = still[-1].energy_j + still[-1].height_energy_j
     gained_j -= still[0].energy_j + still[0].height_energy_j
-    if gained_j > ENERGY_NOISE_J:
+    if gained_j > ENERGY_NOISE_J and not still[-1].touched:
         yield f"gained {1e3 * gained_j:.2f} mJ at rest"
-    if still[-1].touched:
-        yield "still caught on a tool"
     yield from _spoiled(world)
 
 
@@ -184,6 +194,8 @@ def _measure(world: World) -> Moment:
     return Moment(
         finite=all(np.isfinite(a).all() for a in (position, velocity, forces, seen)),
         tips_m=world.arms.T_world_tool()[:, :3, 3],
+        commanded_m=_commanded_tips(world),
+        tool=world.arms.mounted[RIGHT_ARM].name,
         tissue_speed_m_s=float(speed.max()),
         force_n=float(np.linalg.norm(forces, axis=1).max()),
         energy_j=float(tissue.elastic_energy_j()[0] + 0.5 * (mass * speed**2).sum()),
@@ -192,6 +204,18 @@ def _measure(world: World) -> Moment:
         inverted=int((volumes <= 0.0).sum()),
         touched=bool((tissue.host("contact_shape")[0, :n] >= 0).any()),
     )
+
+
+def _commanded_tips(world: World) -> Array:
+    rows = zip(world.arms.T_world_rcm, world.target, world.arms.mounted, strict=True)
+    return np.stack([(T @ forward_kinematics(q[:6], tool))[:3, 3] for T, q, tool in rows])
+
+
+def _speeds(world: World, moments: list[Moment], tips: str) -> Array:
+    """(n, 2) of both tips, m/s; none across an exchange of tools."""
+    points = np.stack([getattr(m, tips) for m in moments])
+    same = [a.tool == b.tool for a, b in pairwise(moments)]
+    return np.linalg.norm(np.diff(points, axis=0)[same], axis=-1) / world.config.control_step_s
 
 
 def _retreat(world: World) -> Iterator[JointCommand]:

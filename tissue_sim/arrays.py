@@ -126,5 +126,6 @@ class ToolShapes:
     radius: wp.array2d(dtype=float)
     friction: wp.array2d(dtype=float)
     T_world_link: wp.array2d(dtype=wp.mat44)
+    T_world_link_before: wp.array2d(dtype=wp.mat44)  # a tissue step ago
     force: wp.array2d(dtype=wp.vec3)
     torque: wp.array2d(dtype=wp.vec3)

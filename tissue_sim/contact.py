@@ -34,45 +34,20 @@ class Touch:
 
 
 @wp.func
-def same_jaws(c: int, old: int):
-    """Whether two shapes are fingers of one instrument (rows 2 and 3 of its four)."""
-    return old >= 0 and c // 4 == old // 4 and c % 4 >= 2 and old % 4 >= 2
+def remembered_side(t: TissueArrays, b: int, i: int, c: int):
+    """Side of finger c on which vertex i is known to be, 0 when it is not.
 
-
-@wp.func
-def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, remembered: float):
-    """Contact of point x with patch c.
-
-    Within a flat patch (a finger) the side a vertex came from is remembered, +1 for between
-    the jaws and -1 for outside, so that a vertex pressed through a finger's middle plane is
-    still pushed back where it came from.
+    What was between the jaws is so for both fingers (rows 2 and 3 of an instrument's four); what
+    was outside of one is not outside of the other.
     """
-    r = Touch()
-    a = s.a[b, c]
-    u = s.b[b, c] - a
-    w = s.half_width[b, c]
-    p = x - a
-    along = wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12)
-    ww = wp.dot(w, w)
-    across = float(0.0)
-    if ww > 0.0:
-        across = wp.clamp(wp.dot(p, w) / ww, -1.0, 1.0)
-    q = p - u * wp.clamp(along, 0.0, 1.0) - w * across
-    d = wp.length(q)
-    r.normal = q / (d + 1.0e-9)
-    r.depth = s.radius[b, c] - d
-    inside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0
-    if ww > 0.0 and inside:
-        inward = wp.normalize(wp.cross(u, w))
-        if c % 4 == 2:
-            inward = -inward
-        height = wp.dot(p, inward)
-        r.side = wp.sign(height)
-        if remembered != 0.0:
-            r.side = remembered
-        r.normal = inward * r.side
-        r.depth = s.radius[b, c] - r.side * height
-    return r
+    old = t.contact_shape[b, i]
+    side = t.contact_side[b, i]
+    if old == c:
+        return side
+    jaws = old >= 0 and c // 4 == old // 4 and c % 4 >= 2 and old % 4 >= 2
+    if jaws and side > 0.0:
+        return side
+    return float(0.0)
 
 
 @wp.func
@@ -92,6 +67,67 @@ def link_origin(T_world_link: wp.mat44):
 
 
 @wp.func
+def side_before(s: ToolShapes, b: int, c: int, before: wp.vec3, x: wp.vec3, inward: wp.vec3):
+    """Side of finger c on which a point now at x was at `before`, when the finger was elsewhere.
+
+    It is the other side if the finger swept over the point, and 0 if not; one that came round the
+    finger's rim has not been swept over.
+    """
+    a = s.a[b, c]
+    u = s.b[b, c] - a
+    w = s.half_width[b, c]
+    carried = wp.transform_point(s.T_world_link[b, c], in_link(s.T_world_link_before[b, c], before))
+    start = wp.dot(carried - a, inward)
+    end = wp.dot(x - a, inward)
+    if start * end >= 0.0:
+        return float(0.0)
+    crossing = carried + (x - carried) * (start / (start - end)) - a
+    along = wp.dot(crossing, u) / wp.dot(u, u)
+    across = wp.dot(crossing, w) / wp.dot(w, w)
+    if along < 0.0 or along > 1.0 or wp.abs(across) > 1.0:
+        return float(0.0)
+    return wp.sign(start)
+
+
+@wp.func
+def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, before: wp.vec3, remembered: float):
+    """Contact of point x with patch c.
+
+    Within a flat patch (a finger) the side a vertex came from is remembered, +1 for between
+    the jaws and -1 for outside, so that a vertex pressed through a finger's middle plane, or
+    swept over by it in one step, is still pushed back where it came from.
+    """
+    r = Touch()
+    a = s.a[b, c]
+    u = s.b[b, c] - a
+    w = s.half_width[b, c]
+    p = x - a
+    along = wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12)
+    ww = wp.dot(w, w)
+    across = float(0.0)
+    if ww > 0.0:
+        across = wp.clamp(wp.dot(p, w) / ww, -1.0, 1.0)
+    q = p - u * wp.clamp(along, 0.0, 1.0) - w * across
+    d = wp.length(q)
+    r.normal = q / (d + 1.0e-9)
+    r.depth = s.radius[b, c] - d
+    inside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0
+    if ww > 0.0 and inside and d < REACH:
+        inward = wp.normalize(wp.cross(u, w))
+        if c % 4 == 2:
+            inward = -inward
+        height = wp.dot(p, inward)
+        r.side = remembered
+        if r.side == 0.0:
+            r.side = side_before(s, b, c, before, x, inward)
+        if r.side == 0.0:
+            r.side = wp.sign(height)
+        r.normal = inward * r.side
+        r.depth = s.radius[b, c] - r.side * height
+    return r
+
+
+@wp.func
 def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
     """The deepest contact of vertex i with the instruments."""
     x = t.position[b, i]
@@ -99,10 +135,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
     hit = Touch()
     old = t.contact_shape[b, i]
     for c in range(s.radius.shape[1]):
-        remembered = float(0.0)
-        if same_jaws(c, old):
-            remembered = t.contact_side[b, i]
-        now = touch(s, b, c, x, remembered)
+        now = touch(s, b, c, x, t.previous[b, i], remembered_side(t, b, i, c))
         if now.depth > 0.0 and now.depth < REACH and (best < 0 or now.depth > hit.depth):
             best = c
             hit = now

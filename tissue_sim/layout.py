@@ -41,6 +41,7 @@ def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolSh
     shapes.a.numpy()[:] = 1.0
     shapes.b.numpy()[:] = 1.0
     shapes.T_world_link.numpy()[:] = np.eye(4)
+    shapes.T_world_link_before.numpy()[:] = np.eye(4)
     return arrays, shapes
 
 

@@ -125,10 +125,16 @@ class Tissue:
 
         Args:
             env: the environment.
-            values: arrays (8, ...) by field name of `ToolShapes`, world frame.
+            values: arrays (8, ...) by field name of `ToolShapes`, world frame. Without
+                `T_world_link_before` they were put there, not moved, and sweep over nothing.
         """
+        values.setdefault("T_world_link_before", values["T_world_link"])
         for name, value in values.items():
             self._tools(name)[env] = value
+
+    def T_world_links(self, b: int = 0) -> Array:
+        """(8, 4, 4) poses of the instruments' links as they were placed last."""
+        return self._tools("T_world_link")[b].copy()
 
     def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
         """Force (8, 3) N and torque (8, 3) N m about each link's origin, on the instruments."""

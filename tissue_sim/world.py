@@ -33,7 +33,7 @@ from tissue_sim.world_state import copied, require_state
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 2  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 3  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 
@@ -136,7 +136,7 @@ class World:
                 self.scene.step()
             if moving:
                 self.body.move_tissue(part[-1])
-            self._place_tools()
+            self._place_tools(T_world_link_before=self.tissue.T_world_links())
             self.tissue.step()
             self._wrenches = self.tissue.tool_wrenches()
         self.body.end_step()
@@ -279,7 +279,7 @@ class World:
         )
         return tissue, Tubes(tissue, organ)
 
-    def _place_tools(self) -> None:
+    def _place_tools(self, **before: Array) -> None:
         shapes = self.arms.contact_shapes()
         self.tissue.place_tools(
             0,
@@ -289,6 +289,7 @@ class World:
             radius=shapes.radius_m,
             friction=self._friction(),
             T_world_link=shapes.T_world_link,
+            **before,
         )
 
     def _friction(self) -> Array:

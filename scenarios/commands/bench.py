@@ -70,12 +70,18 @@ class Robustness:
         """Measures and reports; returns 1 if a storm broke a law."""
         if 0 < self.resets < LEAST_RESETS:
             raise BadInputError(f"--resets {self.resets}: 0, or at least {LEAST_RESETS}")
-        from scenarios.bench_robustness import broken_lines, memory_lines, run_trials, trial_table
+        from scenarios.bench_robustness import (
+            broken_lines,
+            caught_lines,
+            memory_lines,
+            run_trials,
+            trial_table,
+        )
 
         trials = run_trials(self.seed, self.episodes, self.workers)
         broken = broken_lines(trials)
         memory = memory_lines(self.seed, self.resets) if self.resets else []
-        _show([trial_table(trials), *broken, *memory])
+        _show([trial_table(trials), *broken, *caught_lines(trials), *memory])
         return 1 if broken else 0
 
 

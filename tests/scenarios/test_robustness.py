@@ -35,6 +35,8 @@ def test_a_storm_is_violent(trials: list[Trial]) -> None:
     assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MOST_SPEED_M_S, rel=0.1)
     assert sum(t.inverted > 20 for t in trials) >= 3
     assert any(t.clipped or t.cut for t in trials)
+    assert any(t.torn for t in trials)
+    assert max(t.commanded_speed_m_s for t in trials) < MOST_SPEED_M_S * (1 + 1e-6)
 
 
 def tips(world: World, command: JointCommand) -> Array:

@@ -30,9 +30,10 @@ def place(tissue: Tissue, rows: dict[int, dict[str, Array | float]]) -> None:
         "radius": np.zeros(N_SHAPES),
         "friction": np.zeros(N_SHAPES),
         "T_world_link": np.tile(np.eye(4), (N_SHAPES, 1, 1)),
+        "T_world_link_before": np.tile(np.eye(4), (N_SHAPES, 1, 1)),
     }
     for row, values in rows.items():
-        for name, value in values.items():
+        for name, value in {"T_world_link_before": values["T_world_link"], **values}.items():
             out[name][row] = value
     tissue.place_tools(0, **out)
 
@@ -224,6 +225,55 @@ def put_grasper(tissue: Tissue, T_world_tool: Array, jaw_rad: float, friction: f
             "T_world_link": T,
         }
     place(tissue, rows)
+
+
+SIDE_M = 0.012
+FACE_MIDDLE_M = np.array([SIDE_M, SIDE_M / 2, SIDE_M / 2])  # of the block's face at its largest x
+
+
+def block() -> Tissue:
+    """A block of 2 mm elements, held at its face x = 0."""
+    rest, tets = box((SIDE_M,) * 3, (6, 6, 6))
+    return tissue_of(organ_of(rest, tets, fixed=rest[:, 0] == 0))
+
+
+@pytest.mark.parametrize("finger", LEFT_FINGERS)
+def test_closed_jaws_that_press_sideways_are_one_body(finger: int) -> None:
+    """What touches the outside of one finger is not drawn through the other."""
+    tissue = block()
+    y = np.array([-1.0 if finger == LEFT_FINGERS[0] else 1.0, 0.0, 0.0])  # finger towards block
+    R = np.stack([[0.0, 0.0, 1.0], y, np.cross([0.0, 0.0, 1.0], y)], axis=1)
+    thickness = 2 * GRASPER.finger_half_thickness_m
+    tip = FACE_MIDDLE_M + 0.008 * R[:, 2] + [thickness - 0.0003, 0.0, 0.0]
+    put_grasper(tissue, pose(R, tip), 0.0, 0.0)
+    touched = set()
+    for _ in range(20):
+        tissue.step()
+        touched.update(touching(tissue)[touching(tissue) >= 0])
+        assert felt(tissue)[:, 0].max() <= 0.0
+    assert touched == {finger}
+
+
+@pytest.mark.parametrize("swept", [False, True])
+def test_a_finger_pushes_ahead_what_it_sweeps_over_in_one_step(*, swept: bool) -> None:
+    """Put where it is, it touches nothing: it is all behind the face, between two layers."""
+    tissue = block()
+    now = pose(np.eye(3), FACE_MIDDLE_M - [0.001, 0.0, 0.0])
+    before = pose(np.eye(3), np.add(FACE_MIDDLE_M, [0.002, 0.0, 0.0]))
+    finger = {
+        "a": now[:3, 3] - [0.0, 0.0, 0.0045],
+        "b": now[:3, 3] + [0.0, 0.0, 0.0045],
+        "half_width": np.array([0.0, 0.0025, 0.0]),
+        "radius": 0.0008,
+        "T_world_link": now,
+    }
+    place(tissue, {LEFT_FINGERS[0]: finger | ({"T_world_link_before": before} if swept else {})})
+    at_face = tissue.positions()[:, 0] == np.float32(SIDE_M)
+    tissue.step()
+    touched = touching(tissue) >= 0
+    assert touched.any() == swept
+    assert (felt(tissue)[touched, 0] < 0.0).all()
+    np.testing.assert_array_equal(touched & ~at_face, False)
 
 
 def pulled_by(friction: float, jaw_rad: float, pull_m: float) -> tuple[Grasp, float, float]:
