@@ -34,9 +34,10 @@ CLIPS_A_TUBE = 3
 def gallbladder_grasped(world: World) -> bool:
     """The infundibulum held for a second in closed jaws, taut, without slip, the tubes spread."""
     grasp = world.record.grasp
-    closed = world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD
+    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD)
     held = bool(grasp.vertices) and world.record.time_s - grasp.since_s >= GRASP_HOLD_S
-    return bool(closed) and held and grasp.traction_n >= GRASP_LEAST_TRACTION_N and tubes_spread(world.tubes)
+    taut = grasp.traction_n >= GRASP_LEAST_TRACTION_N
+    return closed and held and taut and tubes_spread(world.tubes)
 
 
 def tubes_spread(tubes: Tubes) -> bool:

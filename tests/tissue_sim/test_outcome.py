@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import LEFT_ARM
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch, lose
 from tissue_sim.cut import BLADE_LENGTH_M, sever
 from tissue_sim.grasp import Grasp
@@ -23,7 +24,7 @@ from tissue_sim.outcome import (
     stumps_hold,
     tube_cut,
 )
-from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
+from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M, GRASP_MOST_JAW_RAD
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
@@ -264,6 +265,10 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
         world.record = replace(kept, **bad)
         assert not gallbladder_grasped(world)
         world.record = kept
+    joints = world.arms.joints
+    joints[LEFT_ARM, 6] = GRASP_MOST_JAW_RAD + 0.1
+    world.arms.set_joints(joints)
+    assert not gallbladder_grasped(world)
 
 
 def test_the_right_arm_is_back_away_from_the_tubes_and_touching_nothing(world: World) -> None:
