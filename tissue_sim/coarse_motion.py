@@ -21,7 +21,9 @@ from tissue_sim.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 MODES = wp.constant(coarse.MODES)
-NO_PIVOT = wp.constant(1.0e-5)  # share of a diagonal entry below which a mode is not there
+# Share of a diagonal entry that is added to it. A part that was cut free is held by its inertia
+# alone, a millionth of its stiffness: rounding must not make it look softer still.
+FIRMER = wp.constant(1.0e-3)
 
 
 @wp.func
@@ -99,7 +101,7 @@ def factorise(t: TissueArrays, b: int):
             i = MODES * p + a
             mine = start[p] + a * length - begin  # place of column 0, were it stored
             whole = factor[mine + i]
-            rest = whole
+            rest = whole * (1.0 + FIRMER)
             for j in range(begin, i):
                 q = j // MODES
                 other_begin = MODES * first[q]
@@ -111,7 +113,7 @@ def factorise(t: TissueArrays, b: int):
                 factor[mine + j] = s
                 rest = rest - s * s
             pivot[i] = 0.0
-            if rest > NO_PIVOT * whole:
+            if rest > 0.0:
                 pivot[i] = 1.0 / wp.sqrt(rest)
 
 

@@ -160,7 +160,10 @@ def solve_step(t: TissueArrays, b: int, c: StepParameters):
     while count < c.iterations and rz > enough:
         for i in range(n):
             direction[i] = preconditioned[i] + direction[i] * beta
-        alpha = rz / multiply(row, column, block, direction, product, n)
+        curvature = multiply(row, column, block, direction, product, n)
+        if curvature <= 0.0:
+            break
+        alpha = rz / curvature
         for i in range(n):
             step[i] = step[i] + direction[i] * alpha
             residual[i] = residual[i] - product[i] * alpha
