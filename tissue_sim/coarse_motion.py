@@ -21,7 +21,7 @@ from tissue_sim.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 MODES = wp.constant(coarse.MODES)
-NO_PIVOT = wp.constant(1.0e-5)  # share of a diagonal entry below which a mode is not there
+NO_PIVOT = wp.constant(1.0e-4)  # share of a diagonal entry below which a mode is not there: noise
 
 
 @wp.func
