@@ -140,7 +140,7 @@ def intact(world: World) -> NDArray[np.bool_]:
 def _broken_laws(world: World, stormy: list[Moment], still: list[Moment]) -> Iterator[str]:
     if not all(m.finite for m in (*stormy, *still)):
         yield "not finite"
-    fastest = max(m.tissue_speed_m_s for m in stormy)
+    fastest = max(m.tissue_speed_m_s for m in (*stormy, *still))
     if fastest > wave_speed_m_s(world):
         yield f"tissue at {fastest:.0f} m/s"
     gained_j = still[-1].energy_j + still[-1].height_energy_j
