@@ -94,13 +94,13 @@ def lost_trial(seed: int, error: Exception) -> Trial:
     return Trial(seed=seed, broken=(f"{type(error).__name__}: {error}",))
 
 
-def run_trial(seed: int, storm_s: float = STORM_S) -> Trial:
+def run_trial(seed: int) -> Trial:
     """Storm, let go, rest, judge. The seed is the patient's and the storm's."""
     world = World()
     world.reset(anatomy_from_seed(seed))
     springs = _springs(world)
     first = _measure(world)
-    stormy = list(_follow(world, islice(storm(world, seed), _steps(world, storm_s))))
+    stormy = list(_follow(world, islice(storm(world, seed), _steps(world, STORM_S))))
     list(_follow(world, _retreat(world)))
     detached = _springs(world) < springs
     still = [_measure(world), *_follow(world, [_home()] * _steps(world, REST_S))]
@@ -140,7 +140,7 @@ def intact(world: World) -> NDArray[np.bool_]:
 def _broken_laws(world: World, stormy: list[Moment], still: list[Moment]) -> Iterator[str]:
     if not all(m.finite for m in (*stormy, *still)):
         yield "not finite"
-    fastest = max(m.tissue_speed_m_s for m in stormy)
+    fastest = max(m.tissue_speed_m_s for m in (*stormy, *still))
     if fastest > wave_speed_m_s(world):
         yield f"tissue at {fastest:.0f} m/s"
     gained_j = still[-1].energy_j + still[-1].height_energy_j
