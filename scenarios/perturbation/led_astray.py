@@ -191,7 +191,7 @@ def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Tool
 
 def _pinch_n(world: World) -> float:
     """What the grasper feels of any tissue: a grasp that missed need not hold the infundibulum."""
-    everything = np.arange(world.tissue.n_vertex())
+    everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
     return pinch_n(world.tissue, everything, LEFT_FINGERS, world.arms.T_world_tool()[LEFT_ARM])
 
 
