@@ -28,6 +28,7 @@ from scenarios.perturbation.minimum_jerk import between, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, rotation_to_6d, unit
+from tissue_sim.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.organ import TUBES
 from tissue_sim.psm import forward_kinematics
@@ -98,7 +99,7 @@ class GraspMissed(LedAstray):
 
     def _leading(self, world: World, T_failing: Array, jaw_rad: float) -> Iterator[Waypoint]:
         yield from super()._leading(world, T_failing, jaw_rad)
-        while jaw_rad > GRASP_SHUT_RAD and world.record.grasp.pinch_n < GRASP_PINCH_N:
+        while jaw_rad > GRASP_SHUT_RAD and _pinch_n(world) < GRASP_PINCH_N:
             jaw_rad = _nearer(jaw_rad, GRASP_SHUT_RAD)
             yield T_failing, jaw_rad
 
@@ -186,6 +187,12 @@ def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Tool
     turns[arm] = rotation_to_6d(T[:3, :3].T @ T_world_tool[:3, :3])
     jaws[arm] = jaw_rad
     return still
+
+
+def _pinch_n(world: World) -> float:
+    """What the grasper feels of any tissue: a grasp that missed need not hold the infundibulum."""
+    everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
+    return pinch_n(world.tissue, everything, LEFT_FINGERS, world.arms.T_world_tool()[LEFT_ARM])
 
 
 def _nearer(jaw_rad: float, goal_rad: float) -> float:
