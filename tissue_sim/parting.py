@@ -55,6 +55,7 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
     if ring in tubes.severed_rings(tube):
         tissue.host("ring_joined")[b, tubes.organ.tubes.index(tube), ring] = 0
+    tissue.take_loose_from_parts(b)
     tissue.rewire(b)
     return True
 

@@ -22,7 +22,7 @@ from tissue_sim.soundness import require_sound_organ
 from tissue_sim.step import STAGES, take_stages
 from tissue_sim.sweep import Indices, signed_volumes
 from tissue_sim.thresholds import SAC_MOST_STRETCH
-from tissue_sim.topology import block_pattern, boundary_faces
+from tissue_sim.topology import block_pattern, boundary_faces, components
 
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
@@ -245,6 +245,24 @@ class Tissue:
         surface[np.unique(faces)] = 1
         surface[self.host("covered")[b] != 0] = 0
         self.host("contact_shape")[b, surface == 0] = -1
+
+    def take_loose_from_parts(self, b: int) -> None:
+        """Pieces that hang on nothing belong to no rigid part of the preconditioner.
+
+        Their inertia is a millionth of their stiffness, less than the matrix's roundings: in their
+        rigid motion, which a part is, the solver would see those alone.
+        """
+        n, host = self.n_vertex(b), self.host
+        label = components(n, self.tets(b)[host("tet_alive")[b, : len(self.tets(b))] != 0])
+        ends = host("link")[b, host("link_stiffness")[b] > 0.0]
+        held = [
+            np.flatnonzero(self.organs[b].fixed),
+            host("tie_corner")[b, host("tie_stiffness")[b] > 0.0].ravel(),
+            host("anchor")[b, host("anchor_stiffness")[b] > 0.0],
+            ends[label[ends[:, 0]] != label[ends[:, 1]]].ravel(),
+        ]
+        loose = ~np.isin(label, label[np.concatenate(held)])
+        host("part")[b, :n][loose] = -1
 
     def state(self) -> dict[str, NDArray]:
         """A copy of everything that changes, topology included."""

@@ -119,3 +119,16 @@ def test_a_piece_cut_free_and_crumpled_does_not_fly_off(seed: int) -> None:
         tissue.step()
         velocity = tissue.host("velocity")[0, : tissue.n_vertex()].astype(float)
         assert 0.5 * (mass_kg * velocity**2).sum() < energy_j
+
+
+def test_only_what_is_cut_free_leaves_the_parts() -> None:
+    organ = build_organ(anatomy_from_seed(10_000))
+    tissue = Tissue([organ])
+    tissue.host("link_stiffness")[:] = 0.0
+    tubes, every = Tubes(tissue, organ), np.ones(organ.rings["artery"].shape[1], bool)
+    assert part_ring(tubes, "artery", 9, every)
+    assert (tissue.host("part")[0, : tissue.n_vertex()] >= 0).all()
+    assert part_ring(tubes, "artery", 3, every)
+    label = components(tissue.n_vertex(), tissue.tets())
+    piece = label == label[organ.rings["artery"][6, 0]]
+    np.testing.assert_array_equal(tissue.host("part")[0, : tissue.n_vertex()] < 0, piece)
