@@ -21,8 +21,8 @@ from tissue_sim.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 MODES = wp.constant(coarse.MODES)
-# Share of a diagonal entry that is added to it: a piece that hangs by a strand is far lighter than it
-# is stiff, and rounding must not make it look lighter still.
+# Share of a diagonal entry that is added to it: a piece that hangs by a strand is far lighter than
+# it is stiff, and rounding must not make it look lighter still.
 FIRMER = wp.constant(1.0e-3)
 
 
