@@ -20,7 +20,6 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-RIGHT_SLANT_RAD = {"duct": 0.30, "artery": 0.0}  # the right tool comes from the right
 MOUTHS = {  # how far back from the tip the jaws act, and how wide
     "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
     "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
@@ -38,7 +37,7 @@ class Approach:
     """How the right tool comes at its place on a tube.
 
     Attributes:
-        turn_rad: further from the right than usual.
+        turn_rad: how far from the right, instead of straight from the front.
         aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
     """
 
