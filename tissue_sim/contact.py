@@ -136,11 +136,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
     old = t.contact_shape[b, i]
     for c in range(s.radius.shape[1]):
         now = touch(s, b, c, x, t.previous[b, i], remembered_side(t, b, i, c))
-        stands = now.depth > 0.0
-        if c == old and not stands:
-            before = t.previous[b, i]
-            stands = touch(s, b, c, before, before, remembered_side(t, b, i, c)).depth > 0.0
-        if stands and now.depth < REACH and (best < 0 or now.depth > hit.depth):
+        if now.depth > 0.0 and now.depth < REACH and (best < 0 or now.depth > hit.depth):
             best = c
             hit = now
     f = wp.vec3()
@@ -158,7 +154,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
         slip = slip - hit.normal * wp.dot(slip, hit.normal)
         distance = wp.length(slip)
         k = STICK_STIFFNESS
-        limit = s.friction[b, best] * wp.max(pressure, 0.0)
+        limit = s.friction[b, best] * pressure
         if distance * k > limit:
             k = limit / distance
             anchor = x - slip * (limit / (distance * STICK_STIFFNESS))
