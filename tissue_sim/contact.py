@@ -136,7 +136,11 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
     old = t.contact_shape[b, i]
     for c in range(s.radius.shape[1]):
         now = touch(s, b, c, x, t.previous[b, i], remembered_side(t, b, i, c))
-        if now.depth > 0.0 and now.depth < REACH and (best < 0 or now.depth > hit.depth):
+        stands = now.depth > 0.0
+        if c == old and not stands:
+            before = t.previous[b, i]
+            stands = touch(s, b, c, before, before, remembered_side(t, b, i, c)).depth > 0.0
+        if stands and now.depth < REACH and (best < 0 or now.depth > hit.depth):
             best = c
             hit = now
     f = wp.vec3()
@@ -154,7 +158,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
         slip = slip - hit.normal * wp.dot(slip, hit.normal)
         distance = wp.length(slip)
         k = STICK_STIFFNESS
-        limit = s.friction[b, best] * pressure
+        limit = s.friction[b, best] * wp.max(pressure, 0.0)
         if distance * k > limit:
             k = limit / distance
             anchor = x - slip * (limit / (distance * STICK_STIFFNESS))
