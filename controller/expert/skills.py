@@ -25,6 +25,7 @@ from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome import right_arm_back
+from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
@@ -35,7 +36,8 @@ STANDOFF_M = 0.020
 RETREAT_M = 0.030
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
-PULL_STEP_M, PULL_SPEED_M_S, PULL_MOST_N = 0.004, 0.006, 2.5
+PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
+PULL_LEAST_N, PULL_MOST_N = 2.0 * GRASP_LEAST_TRACTION_N, 2.5  # some is lost as tissue settles
 JAW_TIME_S = 1.0
 PHASE_MOST_S = 10.0
 
@@ -119,7 +121,7 @@ def _close_on(
 ) -> tuple[Phase, ...]:
     """Go to a pose on a tube, from the side that is clear now, and close on that tube alone."""
     arm = RIGHT_ARM
-    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool)
+    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening)
 
     def target(world: World) -> Array:
         return pose(world, approach=approach)
@@ -212,5 +214,6 @@ def _pull(world: World, start: Array) -> Goal:
 
 
 def _pulled(world: World, time_s: float) -> bool:
-    enough = taut(world.tubes) or world.record.grasp.traction_n > PULL_MOST_N
-    return enough or time_s > PHASE_MOST_S
+    traction_n = world.record.grasp.traction_n
+    enough = taut(world.tubes) and traction_n > PULL_LEAST_N
+    return enough or traction_n > PULL_MOST_N or time_s > PHASE_MOST_S

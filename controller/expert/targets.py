@@ -10,7 +10,7 @@ import numpy as np
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 from tissue_sim.field import AWAY, LEFT, RIGHT
-from tissue_sim.frames import Array, pose, unit
+from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import straightness
@@ -26,9 +26,13 @@ MOUTHS = {  # how far back from the tip the jaws act, and how wide
 }
 LOW_MARGIN_M, HIGH_MARGIN_M = 0.0022, 0.0042  # from a tube's ends to the middle of a clip
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0004  # between the clips beside the cut
+CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
 CLEARANCE_M = 0.0018  # between tube and finger on either side
+OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
+SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
+SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 TAUT = 0.990
+LEAST_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
 
 
@@ -39,15 +43,20 @@ class Approach:
     Attributes:
         turn_rad: how far from the right, instead of straight from the front.
         aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
+        off_centre_m: how far the jaws' middle lies beside the tube, along the tool's y.
     """
 
     turn_rad: float = 0.0
     aside: float = 0.0
+    off_centre_m: float = 0.0
 
 
 USUAL = Approach()
 APPROACHES = tuple(  # tried in this order, the usual one first
-    Approach(turn_rad=turn, aside=aside) for aside in (0.0, 0.5, 1.0) for turn in (0.0, -0.5, 0.5)
+    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre)
+    for aside in (0.0, 0.5, 1.0)
+    for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
+    for turn in (0.0, -0.5, 0.5)
 )
 
 
@@ -64,7 +73,7 @@ def grasp_pose(world: World) -> Array:
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
     """`T_world_tool` of the applier with the k-th clip's place between its jaws."""
     station_m = clip_stations_m(world.tubes, tube, approach.aside)[k - 1]
-    return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach.turn_rad)
+    return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach)
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
@@ -79,20 +88,37 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     low, high = sorted(stations)[1:3]
     spare = max(high - low - CUT_ROOM_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
-    return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach.turn_rad)
+    return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
 
 
 def clear_approach(
-    world: World, tube: str, pose: Callable[[World, Approach], Array], tool: str
+    world: World,
+    tube: str,
+    pose: Callable[[World, Approach], Array],
+    tool: str,
+    opening_rad: float,
 ) -> Approach:
-    """The first approach by which the tool, as things lie now, catches nothing but this tube."""
+    """The first approach by which the open tool, as things lie now, takes in this tube alone.
 
-    def is_clear(approach: Approach) -> bool:
-        T = pose(world, approach)
-        caught = catches_another(world, tube, T, tool)
-        return not caught and not world.tubes.sac_between(T, *MOUTHS[tool])
+    If the gallbladder is in the way of all, it is the one that leaves it the most room.
+    """
+    poses = {approach: pose(world, approach) for approach in APPROACHES}
+    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool)]
+    room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
+    roomy = (a for a in single if room_m[a] > SAC_ROOM_M)
+    return next(roomy, max(single, key=room_m.__getitem__, default=USUAL))
 
-    return next(filter(is_clear, APPROACHES), USUAL)
+
+def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """From the outer faces of the open jaws to the gallbladder; below zero they take it in."""
+    instrument, (reach_m, width_m) = INSTRUMENTS[tool], MOUTHS[tool]
+    sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
+    x, y, z = transform(inverse_pose(T_world_tool), sac).T
+    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
+    half = 0.5 * opening_rad
+    inner = (z + instrument.yaw_to_tip_m) * np.tan(half)
+    outer = inner + 2.0 * instrument.finger_half_thickness_m / np.cos(half)
+    return float(np.min((np.abs(y) - outer)[before], initial=np.inf))
 
 
 def catches_another(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
@@ -120,10 +146,9 @@ def pull_direction(tubes: Tubes) -> Array:
     total = np.zeros(3)
     for tube in TUBES:
         centres = tubes.centres(tube)
-        missing = max(TAUT + 0.005 - straightness(tubes, tube), 0.0) * tubes.length_m[tube]
-        total += missing * unit(centres[-1] - centres[0])
-    pull = unit(total) if np.linalg.norm(total) > 0 else total
-    return unit(pull - LIFT * AWAY)
+        missing = max(TAUT + 0.005 - straightness(tubes, tube), LEAST_MISSING)
+        total += missing * tubes.length_m[tube] * unit(centres[-1] - centres[0])
+    return unit(unit(total) - LIFT * AWAY)
 
 
 def taut(tubes: Tubes) -> bool:
@@ -151,7 +176,11 @@ def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> 
     return pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
 
 
-def _on_tube(world: World, tube: str, station_m: float, beyond_m: float, slant_rad: float) -> Array:
+def _on_tube(
+    world: World, tube: str, station_m: float, beyond_m: float, approach: Approach
+) -> Array:
     point, along = world.tubes.point(tube, station_m)
-    approach = np.cos(slant_rad) * AWAY + np.sin(slant_rad) * LEFT
-    return astride(point, along, approach, beyond_m=beyond_m)
+    forward = np.cos(approach.turn_rad) * AWAY + np.sin(approach.turn_rad) * LEFT
+    T = astride(point, along, forward, beyond_m=beyond_m)
+    T[:3, 3] += approach.off_centre_m * T[:3, 1]
+    return T

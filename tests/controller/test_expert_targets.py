@@ -8,12 +8,16 @@ import pytest
 from controller.expert.skills import skill
 from controller.expert.targets import (
     APPROACHES,
+    OFF_CENTRE_M,
+    SAC_ROOM_M,
     Approach,
+    applier_opening_rad,
     catches_another,
     clear_approach,
     clip_pose,
     clip_stations_m,
     cut_pose,
+    sac_room_m,
 )
 from planner.task import task_from_text
 from tissue_sim.anatomy import anatomy_from_seed
@@ -24,6 +28,7 @@ from tissue_sim.thresholds import CUFF_LEAST_M
 from tissue_sim.world import World
 
 APPLIER = "clip_applier"
+OPEN_RAD = 0.3
 
 
 @pytest.fixture
@@ -44,9 +49,10 @@ def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
 def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) -> None:
     for k in (1, 2, 3):
         pose = partial(clip_pose, tube=tube, k=k)
-        assert clear_approach(world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER) == (
-            Approach()
+        chosen = clear_approach(
+            world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER, OPEN_RAD
         )
+        assert chosen == Approach()
 
 
 def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> None:
@@ -56,9 +62,24 @@ def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> 
     usual = clip_stations_m(world.tubes, "duct")[2]
     lay_across(world, "artery", "duct", usual)
     assert catches_another(world, "duct", pose(world, APPROACHES[0]), APPLIER)
-    chosen = clear_approach(world, "duct", pose, APPLIER)
+    chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
     assert not catches_another(world, "duct", pose(world, chosen), APPLIER)
     assert clip_stations_m(world.tubes, "duct", chosen.aside)[2] < usual
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_jaws_keep_beside_a_tube_that_lies_close_to_the_gallbladder(
+    world: World, side: float
+) -> None:
+    pose = partial(clip_pose, tube="duct", k=1)
+    T = pose(world)
+    x, sac = world.tissue.positions(), world.organ.sac_rings
+    x[sac] = T[:3, 3] - 0.004 * T[:3, 2] + side * 0.0055 * T[:3, 1]  # a wall beside the mouth
+    opening_rad = applier_opening_rad(world.tubes, "duct")
+    assert sac_room_m(world, T, APPLIER, opening_rad) < SAC_ROOM_M
+    chosen = clear_approach(world, "duct", lambda w, a: pose(w, approach=a), APPLIER, opening_rad)
+    assert chosen == Approach(off_centre_m=-side * OFF_CENTRE_M)
+    assert sac_room_m(world, pose(world, approach=chosen), APPLIER, opening_rad) > SAC_ROOM_M
 
 
 @pytest.mark.parametrize("approach", APPROACHES)
