@@ -44,6 +44,10 @@ class TissueArrays:
     folded: wp.array2d(dtype=int)
     lam: wp.array2d(dtype=float)  # what of it an element feels now
     tet_slot: wp.array3d(dtype=int)
+    # the elements' stiffness, kept from step to step (see `assembly`)
+    elastic: wp.array2d(dtype=wp.mat33)  # blocks, as `block` has them
+    stiffness_at: wp.array2d(dtype=wp.vec3)  # where each vertex was then
+    stiffness_holds: wp.array(dtype=int)
     # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron
     tie_corner: wp.array3d(dtype=int)
     tie_weight: wp.array3d(dtype=float)

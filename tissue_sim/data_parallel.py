@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from tissue_sim.arrays import TissueArrays, ToolShapes
+from tissue_sim.assembly import add_elastic_force, add_stiffness, add_viscous_force
 from tissue_sim.contact import (
     add_bed_contact,
     add_tool_contact,
@@ -19,7 +20,6 @@ from tissue_sim.contact import (
     react,
     ring_centre,
 )
-from tissue_sim.elasticity import add_element
 from tissue_sim.implicit import add_inertia, finish, predict
 from tissue_sim.springs import (
     add_anchor,
@@ -85,7 +85,15 @@ def ease_tangles(t: TissueArrays):
 def elements(t: TissueArrays, viscosity: float):
     b, e = wp.tid()
     if e < t.n_tet[b] and t.tet_alive[b, e] != 0:
-        add_element(t, b, e, viscosity)
+        add_elastic_force(t, b, e)
+        add_stiffness(t, b, e, t.position[b], t.block[b], viscosity)
+
+
+@wp.kernel
+def viscous(t: TissueArrays, viscosity: float):
+    b, i = wp.tid()
+    if i < t.n_vertex[b]:
+        add_viscous_force(t, b, i, t.block[b], viscosity)
 
 
 @wp.kernel
@@ -262,6 +270,7 @@ class DataParallelTissue:
             (tangles, t.tet.shape, [t]),
             (ease_tangles, t.tet.shape, [t]),
             (elements, t.tet.shape, [t, config.viscosity_s / h]),
+            (viscous, vertices, [t, config.viscosity_s / h]),
             (ties, t.tie_stiffness.shape, [t]),
             (links, t.link_stiffness.shape, [t]),
             (anchors, t.anchor_stiffness.shape, [t]),

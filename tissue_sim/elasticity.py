@@ -1,4 +1,4 @@
-"""Fixed-corotated elasticity of one tetrahedron, and its assembly over the mesh.
+"""Fixed-corotated elasticity of one tetrahedron.
 
     psi(F) = mu |F - R|^2 + lambda / 2 (J - 1)^2,    F = R S,  J = det F
 
@@ -6,8 +6,7 @@ Energy and gradient: Stomakhin et al., "Energetically consistent invertible elas
 R and the stiffness come from the invariants of F, without a singular value decomposition: Lin
 et al., "Isotropic ARAP energy using Cauchy-Green invariants", 2022. The stiffness is kept
 positive semi-definite by bounds on its eigenvalues, which are those of Smith et al., "Analytic
-eigensystems for isotropic distortion energies", 2019. Kernels run one thread an environment;
-they are deterministic.
+eigensystems for isotropic distortion energies", 2019.
 """
 
 from __future__ import annotations
@@ -25,12 +24,11 @@ ROUNDING = wp.constant(3.0e-5)  # of the stretches: what keeps it from making an
 
 @wp.struct
 class Element:
-    """One element's state, stress and stiffness; Pa.
+    """One element's state and stiffness; Pa.
 
     Attributes:
         F, cofactor: deformation gradient, and its cofactor matrix dJ/dF.
         rotation: R, the nearest rotation.
-        stress: first Piola-Kirchhoff.
         spin: (tr S I - V)^-1 with V = F R^T, bounded where an axis would lose stability.
         pressure: lambda (J - 1), bounded.
     """
@@ -38,7 +36,6 @@ class Element:
     F: wp.mat33
     cofactor: wp.mat33
     rotation: wp.mat33
-    stress: wp.mat33
     spin: wp.mat33
     mu: float
     lam: float
@@ -71,19 +68,26 @@ def stretch_sum(first: float, second: float, J: float):
 
 
 @wp.func
-def polar(e: Element, first: float, J: float):
-    """R and tr S of the element: R = d(tr S)/dF; of a collapsed element by the SVD."""
-    total = stretch_sum(first, wp.ddot(e.cofactor, e.cofactor), J)
+def determinant(F: wp.mat33, cofactor: wp.mat33):
+    """J, from a column of the cofactor matrix."""
+    return F[0, 0] * cofactor[0, 0] + F[1, 0] * cofactor[1, 0] + F[2, 0] * cofactor[2, 0]
+
+
+@wp.func
+def polar(F: wp.mat33, cofactor: wp.mat33, J: float):
+    """R and tr S of F: R = d(tr S)/dF; where F is collapsed by the SVD."""
+    first = wp.ddot(F, F)
+    total = stretch_sum(first, wp.ddot(cofactor, cofactor), J)
     gaps = total * (total * total - first) - 2.0 * J  # (s0 + s1) (s1 + s2) (s2 + s0)
     if gaps > COLLAPSED * first * wp.sqrt(first):
-        C = wp.transpose(e.F) * e.F
-        R = e.F * (total * total + first) + e.cofactor * (2.0 * total) - e.F * C * 2.0
+        C = wp.transpose(F) * F
+        R = F * (total * total + first) + cofactor * (2.0 * total) - F * C * 2.0
         return R / gaps, total
     U = wp.mat33()
     s = wp.vec3()
     V = wp.mat33()
     size = wp.max(wp.sqrt(first), 1.0e-6)
-    wp.svd3(e.F / size, U, s, V)
+    wp.svd3(F / size, U, s, V)
     return U * wp.transpose(V), (s[0] + s[1] + s[2]) * size
 
 
@@ -133,8 +137,17 @@ def spin_of(V: wp.mat33, s: wp.vec3, least: float):
 
 
 @wp.func
+def first_piola(F: wp.mat33, mu: float, lam: float):
+    """First Piola-Kirchhoff stress P = dpsi/dF, in Pa as mu and lambda are."""
+    cofactor = cofactor_of(F)
+    J = determinant(F, cofactor)
+    rotation, _ = polar(F, cofactor, J)
+    return (F - rotation) * (2.0 * mu) + cofactor * (lam * (J - 1.0))
+
+
+@wp.func
 def element(F: wp.mat33, mu: float, lam: float):
-    """Stress and stiffness at deformation gradient F; mu, lambda in Pa.
+    """Stiffness at deformation gradient F; mu, lambda in Pa.
 
     The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k turns negative under compression: s_i +
     s_j is lifted to where it does not. p is bounded by mu over the largest stretch, which keeps
@@ -143,14 +156,13 @@ def element(F: wp.mat33, mu: float, lam: float):
     e = Element()
     e.F = F
     e.cofactor = cofactor_of(F)
-    J = F[0, 0] * e.cofactor[0, 0] + F[1, 0] * e.cofactor[1, 0] + F[2, 0] * e.cofactor[2, 0]
-    rotation, total = polar(e, wp.ddot(F, F), J)
+    J = determinant(F, e.cofactor)
+    rotation, total = polar(F, e.cofactor, J)
     e.rotation = rotation
     V = F * wp.transpose(rotation)
     V = (V + wp.transpose(V)) * 0.5
     s = eigenvalues(V, total / 3.0)
     pressure = lam * (J - 1.0)
-    e.stress = (F - rotation) * (2.0 * mu) + e.cofactor * pressure
     bound = mu / wp.max(s[0], 1.0)
     e.pressure = wp.clamp(pressure, -bound, bound)
     least = (2.0 + 1e-5) / (1.0 + wp.min(e.pressure, 0.0) * s[0] / (2.0 * mu))
@@ -171,96 +183,12 @@ def stiffness_block(e: Element, g: wp.vec3, h: wp.vec3):
 
 
 @wp.func
-def deformation_gradient(t: TissueArrays, b: int, e: int):
-    """F of element e, dimensionless."""
+def deformation_gradient(t: TissueArrays, b: int, e: int, x: wp.array(dtype=wp.vec3)):
+    """F of element e with its corners at their places in x, dimensionless."""
     c = t.tet[b, e]
-    origin = t.position[b, c[0]]
-    edges = wp.matrix_from_cols(
-        t.position[b, c[1]] - origin, t.position[b, c[2]] - origin, t.position[b, c[3]] - origin
-    )
+    origin = x[c[0]]
+    edges = wp.matrix_from_cols(x[c[1]] - origin, x[c[2]] - origin, x[c[3]] - origin)
     return edges * t.rest_inverse[b, e]
-
-
-@wp.func
-def add_block(
-    block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
-):
-    """Add the block of corners i, j to its place; the matrix stores each block transposed."""
-    wp.atomic_add(block, slot[4 * i + j], wp.transpose(K))
-
-
-@wp.func
-def add_pair(
-    block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
-):
-    """Add a block off the diagonal, and its transpose across it."""
-    add_block(block, slot, i, j, K)
-    add_block(block, slot, j, i, wp.transpose(K))
-
-
-@wp.func
-def add_element(t: TissueArrays, b: int, e: int, viscosity: float):
-    """Add an element's force and stiffness.
-
-    Corner 0 balances the others: its force and its blocks are minus their sums.
-
-    Args:
-        t, b, e: environment b's element e.
-        viscosity: of a Kelvin-Voigt solid over the step's length: its stress is that of the
-            energy plus `viscosity` times the stiffness times the strain of the step.
-    """
-    force = t.force[b]
-    block = t.block[b]
-    c = t.tet[b, e]
-    D = t.rest_inverse[b, e]
-    volume = t.volume[b, e]
-    h = element(deformation_gradient(t, b, e), t.mu[b, e] * volume, t.lam[b, e] * volume)
-    K11 = stiffness_block(h, D[0], D[0])
-    K22 = stiffness_block(h, D[1], D[1])
-    K33 = stiffness_block(h, D[2], D[2])
-    K12 = stiffness_block(h, D[0], D[1])
-    K13 = stiffness_block(h, D[0], D[2])
-    K23 = stiffness_block(h, D[1], D[2])
-    m0 = t.position[b, c[0]] - t.previous[b, c[0]]
-    m1 = (t.position[b, c[1]] - t.previous[b, c[1]] - m0) * viscosity
-    m2 = (t.position[b, c[2]] - t.previous[b, c[2]] - m0) * viscosity
-    m3 = (t.position[b, c[3]] - t.previous[b, c[3]] - m0) * viscosity
-    f1 = h.stress * D[0] + K11 * m1 + K12 * m2 + K13 * m3
-    f2 = h.stress * D[1] + wp.transpose(K12) * m1 + K22 * m2 + K23 * m3
-    f3 = h.stress * D[2] + wp.transpose(K13) * m1 + wp.transpose(K23) * m2 + K33 * m3
-    wp.atomic_add(force, c[0], f1 + f2 + f3)
-    wp.atomic_sub(force, c[1], f1)
-    wp.atomic_sub(force, c[2], f2)
-    wp.atomic_sub(force, c[3], f3)
-    s = 1.0 + viscosity
-    K11 = K11 * s
-    K22 = K22 * s
-    K33 = K33 * s
-    K12 = K12 * s
-    K13 = K13 * s
-    K23 = K23 * s
-    K01 = -(K11 + wp.transpose(K12) + wp.transpose(K13))
-    K02 = -(K12 + K22 + wp.transpose(K23))
-    K03 = -(K13 + K23 + K33)
-    slot = t.tet_slot[b, e]
-    add_block(block, slot, 0, 0, -(K01 + K02 + K03))
-    add_block(block, slot, 1, 1, K11)
-    add_block(block, slot, 2, 2, K22)
-    add_block(block, slot, 3, 3, K33)
-    add_pair(block, slot, 0, 1, K01)
-    add_pair(block, slot, 0, 2, K02)
-    add_pair(block, slot, 0, 3, K03)
-    add_pair(block, slot, 1, 2, K12)
-    add_pair(block, slot, 1, 3, K13)
-    add_pair(block, slot, 2, 3, K23)
-
-
-@wp.func
-def add_elements(t: TissueArrays, b: int, viscosity: float):
-    """Add every living element."""
-    for e in range(t.n_tet[b]):
-        if t.tet_alive[b, e] != 0:
-            add_element(t, b, e, viscosity)
 
 
 @wp.kernel
@@ -273,7 +201,7 @@ def elastic_energy(t: TissueArrays, energy_j: wp.array(dtype=wp.float64)):
             U = wp.mat33()
             s = wp.vec3()
             V = wp.mat33()
-            wp.svd3(deformation_gradient(t, b, e), U, s, V)
+            wp.svd3(deformation_gradient(t, b, e, t.position[b]), U, s, V)
             stretch = s - wp.vec3(1.0, 1.0, 1.0)
             dJ = s[0] * s[1] * s[2] - 1.0
             psi = t.mu[b, e] * wp.dot(stretch, stretch) + 0.5 * t.lam[b, e] * dJ * dJ

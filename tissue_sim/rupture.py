@@ -14,7 +14,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.arrays import TissueArrays
-from tissue_sim.elasticity import deformation_gradient, element
+from tissue_sim.elasticity import deformation_gradient, first_piola
 
 wp.set_module_options({"enable_backward": False})
 
@@ -35,7 +35,7 @@ def segment_gradient(t: TissueArrays, b: int, tube: int, r: int):
 @wp.func
 def pull_share(F: wp.mat33, mu: float, lam: float, direction: wp.vec3, gradient: wp.vec3):
     """a . P A / L of an element, N/m^3."""
-    return wp.dot(direction, element(F, mu, lam).stress * gradient)
+    return wp.dot(direction, first_piola(F, mu, lam) * gradient)
 
 
 @wp.func
@@ -75,7 +75,7 @@ def add_shapes(t: TissueArrays, b: int):
         k = t.wall[b, e][0]
         p = t.wall[b, e][1]
         if p >= 0 and t.tet_alive[b, e] != 0:
-            F = deformation_gradient(t, b, e)
+            F = deformation_gradient(t, b, e, t.position[b])
             V = t.volume[b, e]
             if k >= 0:
                 if wp.determinant(F) <= 0.0:
@@ -97,7 +97,7 @@ def add_pulls(t: TissueArrays, b: int):
             r = t.wall[b, e][1]
             lie = t.segment_lie[b, k, r]
             if wp.length(lie) > SLACK_STRETCH * t.segment_volume[b, k, r]:
-                F = deformation_gradient(t, b, e)
+                F = deformation_gradient(t, b, e, t.position[b])
                 gradient = t.segment_gradient[b, k, r]
                 share = pull_share(F, t.mu[b, e], t.lam[b, e], wp.normalize(lie), gradient)
                 t.segment_pull[b, k, r] = t.segment_pull[b, k, r] + share * t.volume[b, e]

@@ -9,8 +9,8 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.arrays import TissueArrays, ToolShapes
+from tissue_sim.assembly import add_elements
 from tissue_sim.contact import add_surface_contact, add_tube_contact, react_on_tools
-from tissue_sim.elasticity import add_elements
 from tissue_sim.implicit import StepParameters, begin_step, solve_step
 from tissue_sim.springs import add_springs, break_springs
 from tissue_sim.untangle import ease_bulk

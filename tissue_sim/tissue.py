@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tissue_sim import elasticity, rupture, springs
+from tissue_sim import assembly, elasticity, rupture, springs
 from tissue_sim.arrays import TissueArrays, ToolShapes
 from tissue_sim.coarse import skyline
 from tissue_sim.frames import Array
@@ -28,6 +28,7 @@ from tissue_sim.topology import block_pattern, boundary_faces, components
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
     "surface", "covered", "load", "tet", "tet_alive", "folded",
+    "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
     "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
     "bed_force",
@@ -236,6 +237,7 @@ class Tissue:
         self.host("tet_slot")[b, : len(tet)] = tet
         self.host("tie_slot")[b] = tie
         self.host("link_slot")[b] = link
+        self.host("stiffness_holds")[b] = 0
         self._weigh(b)
         self._hold_still(b)
         alive = self.host("tet_alive")[b, : len(tets)] != 0
@@ -278,6 +280,8 @@ class Tissue:
             self.host(name)[:] = state[name]
         for b in range(len(self.organs)):
             self.rewire(b)
+        self.host("stiffness_holds")[:] = state["stiffness_holds"]
+        self._restore_stiffness.launch()
 
     def elastic_energy_j(self) -> Array:
         """(n_env,) elastic energy of elements and springs."""
@@ -330,12 +334,14 @@ class Tissue:
         self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0
 
     def _record(self) -> None:
-        """Prepare the kernel launches: of a whole step, of each stage of one, and of the walls."""
+        """Prepare the kernel launches."""
         self._step = self._recorded(take_stages, *self._arguments(0, len(STAGES)))
         self.stages: dict[str, Any] = {
             name: self._recorded(take_stages, *self._arguments(k, k + 1))
             for k, name in enumerate(STAGES)
         }
+        viscosity = step_parameters(self.config).viscosity
+        self._restore_stiffness = self._recorded(assembly.restore_stiffness, self.arrays, viscosity)
         self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MOST_STRETCH)
 
     def _arguments(self, first: int, end: int) -> tuple[Any, ...]:

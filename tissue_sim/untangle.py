@@ -48,7 +48,10 @@ def ease(t: TissueArrays, b: int, e: int):
     """Give an element the lambda it feels: the material's, or none at a marked vertex."""
     c = t.tet[b, e]
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
-    t.lam[b, e] = wp.where(tangled == 0, t.bulk[b, e], 0.0)
+    lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)
+    if lam != t.lam[b, e]:
+        t.lam[b, e] = lam
+        t.stiffness_holds[b] = 0
 
 
 @wp.func
