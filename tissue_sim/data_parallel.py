@@ -16,6 +16,7 @@ from tissue_sim.assembly import add_elastic_force, add_stiffness, add_viscous_fo
 from tissue_sim.contact import (
     add_bed_contact,
     add_tool_contact,
+    agree_on_sides,
     part_from_earlier,
     react,
     ring_centre,
@@ -126,6 +127,13 @@ def tube_contact(t: TissueArrays):
     b, tube, r, k = wp.tid()
     if r < t.n_ring[b, tube]:
         part_from_earlier(t, b, tube, r, k)
+
+
+@wp.kernel
+def ring_sides(t: TissueArrays):
+    b, tube, r = wp.tid()
+    if r < t.n_ring[b, tube]:
+        agree_on_sides(t, b, tube, r)
 
 
 @wp.kernel
@@ -276,6 +284,7 @@ class DataParallelTissue:
             (anchors, t.anchor_stiffness.shape, [t]),
             (ring_centres, t.ring_centre.shape, [t]),
             (tube_contact, t.ring.shape, [t]),
+            (ring_sides, t.ring_centre.shape, [t]),
             (surface_contact, vertices, [t, s]),
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]

@@ -14,7 +14,9 @@ from tissue_sim.tissue import Tissue
 from tissue_sim.topology import components
 
 MEETING_HALF_GAP_M = 0.0016  # jaws this close to their middle plane meet, assumed
-MOUTH_HALF_GAP_M = 0.005  # tissue farther than this from the jaws' middle is not between them
+# a tube whose middle is nearer to that of closing jaws is between them; beside them, a finger (2 mm
+# thick) and half the tube are in the way
+BETWEEN_HALF_GAP_M = 0.0025
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,8 +124,21 @@ class Tubes:
         inner = slice(1, 1 + (self.below[tube].shape[1] - 1) // 2)
         return float((self.above[tube] != self.below[tube])[ring, inner].mean())
 
-    def crossing(self, tube: str, T_world_tool: Array, reach_m: float) -> Crossing | None:
-        """Where the tube crosses the jaws' middle plane x = 0, at most `reach_m` behind the tip."""
+    def crossing(
+        self,
+        tube: str,
+        T_world_tool: Array,
+        reach_m: float,
+        half_gap_m: float = BETWEEN_HALF_GAP_M,
+    ) -> Crossing | None:
+        """Where the tube crosses the plane x = 0 between an instrument's jaws.
+
+        Args:
+            tube: its name.
+            T_world_tool: (4, 4) pose of the tool.
+            reach_m: how far back from the tip the jaws act.
+            half_gap_m: how far from the jaws' middle it may lie; as a rule, as they close.
+        """
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
         joined = self._joined(tube)
         x = centres[:, 0]
@@ -134,7 +149,7 @@ class Tubes:
             point = centres[k] + t * (centres[k + 1] - centres[k])
             if not (-reach_m <= point[2] <= self.radius_m(tube)):
                 continue
-            if abs(point[1]) < MOUTH_HALF_GAP_M and (
+            if abs(point[1]) < half_gap_m and (
                 best is None or abs(point[1]) < abs(best.point_m[1])
             ):
                 low, high = max(k - 1, 0), min(k + 2, len(centres) - 1)

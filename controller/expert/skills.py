@@ -127,8 +127,9 @@ def _close_on(
         return pose(world, approach=approach)
 
     def close(world: World, start: Array) -> Goal:
-        T = world.arms.T_world_tool()[arm]
-        return Goal() if catches_another(world, tube, T, tool) else Goal(jaw_rad=SHUT_RAD)
+        T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
+        caught = catches_another(world, tube, T, tool, jaw_rad)
+        return Goal() if caught else Goal(jaw_rad=SHUT_RAD)
 
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)

@@ -29,6 +29,7 @@ SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
+WIDER_RAD = 0.2  # so much wider than the jaws open nothing else shall be
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 TAUT = 0.990
@@ -103,7 +104,8 @@ def clear_approach(
     If the gallbladder is in the way of all, it is the one that leaves it the most room.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
-    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool)]
+    wide_rad = opening_rad + WIDER_RAD
+    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
     room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
     roomy = (a for a in single if room_m[a] > SAC_ROOM_M)
     return next(roomy, max(single, key=room_m.__getitem__, default=USUAL))
@@ -111,21 +113,32 @@ def clear_approach(
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
     """From the outer faces of the open jaws to the gallbladder; below zero they take it in."""
-    instrument, (reach_m, width_m) = INSTRUMENTS[tool], MOUTHS[tool]
+    reach_m, width_m = MOUTHS[tool]
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
-    half = 0.5 * opening_rad
-    inner = (z + instrument.yaw_to_tip_m) * np.tan(half)
-    outer = inner + 2.0 * instrument.finger_half_thickness_m / np.cos(half)
+    finger_m = 2.0 * INSTRUMENTS[tool].finger_half_thickness_m / np.cos(0.5 * opening_rad)
+    outer = half_gap_m(tool, opening_rad, z) + finger_m
     return float(np.min((np.abs(y) - outer)[before], initial=np.inf))
 
 
-def catches_another(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
-    """Whether the closing jaws would catch another tube, or its stump."""
+def catches_another(
+    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
+) -> bool:
+    """Whether jaws that close from an opening would catch another tube, or its stump."""
     reach_m, _ = MOUTHS[tool]
-    others = (t for t in world.organ.tubes if t != tube)
-    return any(world.tubes.crossing(t, T_world_tool, reach_m) is not None for t in others)
+    others = [
+        world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
+        for other in world.organ.tubes
+        if other != tube
+    ]
+    places = np.array([crossing.point_m for crossing in others if crossing]).reshape(-1, 3)
+    return bool((np.abs(places[:, 1]) < half_gap_m(tool, opening_rad, places[:, 2])).any())
+
+
+def half_gap_m(tool: str, opening_rad: float, z: Array) -> Array:
+    """From the middle of open jaws to a finger's inner face, at z (n,) of the tool frame, m."""
+    return (z + INSTRUMENTS[tool].yaw_to_tip_m) * np.tan(0.5 * opening_rad)
 
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:

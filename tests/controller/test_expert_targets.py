@@ -61,9 +61,9 @@ def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> 
 
     usual = clip_stations_m(world.tubes, "duct")[2]
     lay_across(world, "artery", "duct", usual)
-    assert catches_another(world, "duct", pose(world, APPROACHES[0]), APPLIER)
+    assert catches_another(world, "duct", pose(world, APPROACHES[0]), APPLIER, OPEN_RAD)
     chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
-    assert not catches_another(world, "duct", pose(world, chosen), APPLIER)
+    assert not catches_another(world, "duct", pose(world, chosen), APPLIER, OPEN_RAD)
     assert clip_stations_m(world.tubes, "duct", chosen.aside)[2] < usual
 
 

@@ -276,6 +276,34 @@ def test_a_finger_pushes_ahead_what_it_sweeps_over_in_one_step(*, swept: bool) -
     np.testing.assert_array_equal(touched & ~at_face, False)
 
 
+def test_a_tube_that_a_finger_ran_into_gets_off_it_to_one_side() -> None:
+    organ = build_organ(anatomy_from_seed(1))
+    tissue = Tissue([organ])
+    rings = organ.rings["duct"][8:13]
+    x = tissue.positions()[rings].astype(float)
+    along, middle = unit(x[-1, 0] - x[0, 0]), x[2, 0]
+    across = unit(np.cross(along, AWAY))
+    finger = {
+        "a": middle - 0.008 * across,
+        "b": middle + 0.008 * across,
+        "half_width": 0.0025 * along,
+        "radius": 0.0012,
+        "T_world_link": pose(np.eye(3), middle),
+    }
+    place(tissue, {LEFT_FINGERS[0]: finger})
+    over = unit(np.cross(across, along))
+    assert {-1.0, 1.0} <= set(sides(tissue, rings, middle, over))
+    for _ in range(30):
+        tissue.step()
+    assert len(set(sides(tissue, rings, middle, over))) == 1
+    assert (tissue.volumes() > 0).all()
+
+
+def sides(tissue: Tissue, rings: Array, middle: Array, over: Array) -> Array:
+    """On which side of a finger each vertex of some rings lies."""
+    return np.sign((tissue.positions()[rings[1:-1].ravel()] - middle) @ over)
+
+
 def pulled_by(friction: float, jaw_rad: float, pull_m: float) -> tuple[Grasp, float, float]:
     """Grasp the infundibulum and draw it: the hold, how far the tissue came, how far the tool."""
     organ = build_organ(anatomy_from_seed(1))

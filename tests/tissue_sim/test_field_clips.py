@@ -283,3 +283,15 @@ def test_of_several_crossings_the_one_in_the_jaws_middle_counts(world: World) ->
     assert crossing.ring in (4, 5)  # y = 1.1 mm there; 3 mm and -1.4 mm at the others
     assert crossing.point_m[0] == pytest.approx(0.0, abs=1e-6)
     assert abs(crossing.point_m[1]) == pytest.approx(1.1e-3, abs=1e-4)
+
+
+def test_a_tube_beside_the_closing_jaws_is_not_in_the_clip(world: World) -> None:
+    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    put_right_tool(world, T, 0.3)
+    put_right_tool(world, T, 0.2)
+    radii_m = sum(world.tubes.radius_m(tube) for tube in TUBES)
+    bring_artery_to_duct(world, 0.0048 - radii_m, T[:3, 1])  # outside a finger
+    put_right_tool(world, T, 0.0, "duct")
+    (clip,) = world.record.clips
+    assert [c.tube for c in clip.crossings] == ["duct"]
+    assert events(world) == []
