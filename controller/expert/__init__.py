@@ -5,6 +5,8 @@ It makes the demonstrations and is the reference that a learned controller is he
 
 from __future__ import annotations
 
+from collections import Counter
+
 from controller.action import Chunk
 from controller.expert.motion import Goal, chunk_towards
 from controller.expert.skills import Phase, skill
@@ -21,6 +23,7 @@ class ControllerExpert:
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self._attempts: Counter[Task] = Counter()
         self.reset()
 
     def reset(self) -> None:
@@ -52,7 +55,8 @@ class ControllerExpert:
 
     def _begin(self, task: Task, observation: Observation) -> None:
         self._task = task
-        self._phases = skill(task, self._world)
+        self._phases = skill(task, self._world, self._attempts[task])
+        self._attempts[task] += 1
         self._enter(0, observation)
 
     def _enter(self, at: int, observation: Observation) -> None:

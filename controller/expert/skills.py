@@ -59,8 +59,11 @@ class Phase:
     done: Callable[[World, float], bool]
 
 
-def skill(task: Task, world: World) -> tuple[Phase, ...]:
-    """The phases that carry out a task in this patient, from wherever the arm is."""
+def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
+    """The phases that carry out a task in this patient, from wherever the arm is.
+
+    A further attempt (1, 2, ...) comes at the tube from another side.
+    """
     tube = structure_of(task, world)
     opening = SCISSORS_OPEN_RAD
     if task.right_tool == "clip_applier" and tube:
@@ -69,10 +72,11 @@ def skill(task: Task, world: World) -> tuple[Phase, ...]:
         return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
     if task.kind == "clip":
         clip = partial(clip_pose, tube=tube, k=task.clip or 1)
-        closing = _close_on(world, tube, clip, opening, "clip_applier")
+        closing = _close_on(world, tube, clip, opening, "clip_applier", attempt)
         return _from_outside(RIGHT_ARM, closing, opening, world)
     if task.kind == "cut":
-        closing = _close_on(world, tube, partial(cut_pose, tube=tube), opening, "scissors")
+        cut = partial(cut_pose, tube=tube)
+        closing = _close_on(world, tube, cut, opening, "scissors", attempt)
         return _from_outside(RIGHT_ARM, closing, opening, world)
     further = Phase(
         name="further back, clear of what lies in front",
@@ -117,11 +121,16 @@ def _grab() -> tuple[Phase, ...]:
 
 
 def _close_on(
-    world: World, tube: str, pose: Callable[..., Array], opening: float, tool: str
+    world: World,
+    tube: str,
+    pose: Callable[..., Array],
+    opening: float,
+    tool: str,
+    attempt: int,
 ) -> tuple[Phase, ...]:
     """Go to a pose on a tube, from the side that is clear now, and close on that tube alone."""
     arm = RIGHT_ARM
-    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening)
+    approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt)
 
     def target(world: World) -> Array:
         return pose(world, approach=approach)

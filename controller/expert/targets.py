@@ -98,17 +98,22 @@ def clear_approach(
     pose: Callable[[World, Approach], Array],
     tool: str,
     opening_rad: float,
+    attempt: int = 0,
 ) -> Approach:
     """The first approach by which the open tool, as things lie now, takes in this tube alone.
 
-    If the gallbladder is in the way of all, it is the one that leaves it the most room.
+    If the gallbladder is in the way of all, it is the one that leaves it the most room. Further
+    attempts (1, 2, ...) take others, by turns from the list's end, which differ most: the tool
+    itself may have pushed something in.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     wide_rad = opening_rad + WIDER_RAD
     single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
     room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
-    roomy = (a for a in single if room_m[a] > SAC_ROOM_M)
-    return next(roomy, max(single, key=room_m.__getitem__, default=USUAL))
+    roomy = [a for a in single if room_m[a] > SAC_ROOM_M]
+    best = roomy or sorted(single, key=room_m.__getitem__, reverse=True) or [USUAL]
+    turn = attempt // 2 % len(best)
+    return best[-1 - turn] if attempt % 2 else best[turn]
 
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
@@ -117,15 +122,13 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
-    finger_m = 2.0 * INSTRUMENTS[tool].finger_half_thickness_m / np.cos(0.5 * opening_rad)
-    outer = half_gap_m(tool, opening_rad, z) + finger_m
-    return float(np.min((np.abs(y) - outer)[before], initial=np.inf))
+    return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
 
 
 def catches_another(
     world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
 ) -> bool:
-    """Whether jaws that close from an opening would catch another tube, or its stump."""
+    """Whether the middle of another tube, or of its stump, lies within the open jaws."""
     reach_m, _ = MOUTHS[tool]
     others = [
         world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
@@ -133,12 +136,14 @@ def catches_another(
         if other != tube
     ]
     places = np.array([crossing.point_m for crossing in others if crossing]).reshape(-1, 3)
-    return bool((np.abs(places[:, 1]) < half_gap_m(tool, opening_rad, places[:, 2])).any())
+    return bool((np.abs(places[:, 1]) < outer_face_m(tool, opening_rad, places[:, 2])).any())
 
 
-def half_gap_m(tool: str, opening_rad: float, z: Array) -> Array:
-    """From the middle of open jaws to a finger's inner face, at z (n,) of the tool frame, m."""
-    return (z + INSTRUMENTS[tool].yaw_to_tip_m) * np.tan(0.5 * opening_rad)
+def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
+    """From the middle of open jaws to a finger's outer face, at z (n,) of the tool frame, m."""
+    instrument, half_rad = INSTRUMENTS[tool], 0.5 * opening_rad
+    thickness_m = 2.0 * instrument.finger_half_thickness_m
+    return (z + instrument.yaw_to_tip_m) * np.tan(half_rad) + thickness_m / np.cos(half_rad)
 
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
