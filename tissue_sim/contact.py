@@ -198,29 +198,54 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 
 @wp.func
-def agree_on_side(t: TissueArrays, b: int, tube: int, r: int, c: int):
-    """Have the corners of a tube's ring that touch finger c lie on the side where most of them do.
+def votes_for_inside(t: TissueArrays, b: int, tube: int, r: int, c: int):
+    """Of a ring's corners on finger c: how many, and how many more are between the jaws than not."""
+    count = int(0)
+    votes = float(0.0)
+    for k in range(t.ring.shape[3]):
+        i = t.ring[b, tube, r, k]
+        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
+            count = count + 1
+            votes = votes + t.contact_side[b, i]
+    return count, votes
+
+
+@wp.func
+def put_on_side(t: TissueArrays, b: int, tube: int, r: int, c: int, side: float):
+    for k in range(t.ring.shape[3]):
+        i = t.ring[b, tube, r, k]
+        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
+            t.contact_side[b, i] = side
+
+
+@wp.func
+def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
+    """Have neighbouring rings of a tube that touch finger c lie on the side where most of them do.
 
     A tube is on one side of a finger. Corners that the finger ran past in a fast motion would
     else hold to the other side, and the tube would stay skewered.
     """
-    votes = float(0.0)
-    for k in range(t.ring.shape[3]):
-        i = t.ring[b, tube, r, k]
-        if t.contact_shape[b, i] == c:
-            votes = votes + t.contact_side[b, i]
-    for k in range(t.ring.shape[3]):
-        i = t.ring[b, tube, r, k]
-        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
-            t.contact_side[b, i] = wp.where(votes > 0.0, 1.0, -1.0)
+    first = int(0)
+    total = float(0.0)
+    for r in range(t.n_ring[b, tube] + 1):
+        count = int(0)
+        votes = float(0.0)
+        if r < t.n_ring[b, tube]:
+            count, votes = votes_for_inside(t, b, tube, r, c)
+        total = total + votes
+        if count == 0:
+            for s in range(first, r):
+                put_on_side(t, b, tube, s, c, wp.where(total > 0.0, 1.0, -1.0))
+            first = r + 1
+            total = float(0.0)
 
 
 @wp.func
-def agree_on_sides(t: TissueArrays, b: int, tube: int, r: int):
-    """A ring's corners agree about every finger."""
+def agree_on_sides(t: TissueArrays, b: int, tube: int):
+    """About every finger."""
     for arm in range(2):
-        agree_on_side(t, b, tube, r, 4 * arm + 2)
-        agree_on_side(t, b, tube, r, 4 * arm + 3)
+        agree_on_side(t, b, tube, 4 * arm + 2)
+        agree_on_side(t, b, tube, 4 * arm + 3)
 
 
 @wp.func
@@ -228,8 +253,7 @@ def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
     """Every surface vertex against instruments and liver bed."""
     t.bed_force[b] = wp.vec3()
     for tube in range(t.ring.shape[1]):
-        for r in range(t.n_ring[b, tube]):
-            agree_on_sides(t, b, tube, r)
+        agree_on_sides(t, b, tube)
     for i in range(t.n_vertex[b]):
         if t.surface[b, i] != 0 and t.fixed[b, i] == 0:
             add_tool_contact(t, s, b, i)

@@ -131,9 +131,8 @@ def tube_contact(t: TissueArrays):
 
 @wp.kernel
 def ring_sides(t: TissueArrays):
-    b, tube, r = wp.tid()
-    if r < t.n_ring[b, tube]:
-        agree_on_sides(t, b, tube, r)
+    b, tube = wp.tid()
+    agree_on_sides(t, b, tube)
 
 
 @wp.kernel
@@ -284,7 +283,7 @@ class DataParallelTissue:
             (anchors, t.anchor_stiffness.shape, [t]),
             (ring_centres, t.ring_centre.shape, [t]),
             (tube_contact, t.ring.shape, [t]),
-            (ring_sides, t.ring_centre.shape, [t]),
+            (ring_sides, t.n_ring.shape, [t]),
             (surface_contact, vertices, [t, s]),
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]
