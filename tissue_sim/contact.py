@@ -199,7 +199,7 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 @wp.func
 def votes_for_inside(t: TissueArrays, b: int, tube: int, r: int, c: int):
-    """Of a ring's corners on finger c: how many, and how many more are between the jaws than not."""
+    """Of a ring's corners on finger c: how many, and their sides' sum."""
     count = int(0)
     votes = float(0.0)
     for k in range(t.ring.shape[3]):
