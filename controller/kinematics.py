@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics and Jacobian of the PSM; forward is `tissue_sim.psm`.
+"""Closed-form inverse kinematics of the PSM; forward is `tissue_sim.psm`.
 
 With x the yaw axis' direction and p the yaw axis' point, the pitch axis is square to x (the wrist
 axes cross at right angles) and to p (shaft and clevis lie in one plane through the remote
@@ -20,13 +20,12 @@ from tissue_sim.psm import (
     DH_TABLE,
     INSERTION_AT_RCM_M,
     JOINT_NAMES,
-    T_yaw_tool,
     dh_table,
-    joint_frames,
 )
 
 _ROLL_LIMIT_RAD = next(row.upper for row in DH_TABLE if row.name == "roll")
 _SINGULAR_M = 1e-6
+_FAR_M = 10.0
 _LIMIT_TOLERANCE = 1e-9
 
 Vector = tuple[float, float, float]
@@ -45,8 +44,10 @@ def inverse_kinematics(
     the body. Distance is the sum of absolute differences, a metre of insertion counted as a radian.
 
     Raises:
-        Unreachable: both branches leave the limits, or the yaw axis points at the remote centre.
+        Unreachable: both branches leave the limits, the yaw axis points at the remote centre, the
+            wrist stands in it, or the pose is not finite.
     """
+    require_pose(T_rcm_tool)
     near = [float(value) for value in near]
     limits = _limits(instrument)
     branches = sorted(_branches(T_rcm_tool, instrument, near), key=lambda q: _distance(q, near))
@@ -57,15 +58,10 @@ def inverse_kinematics(
     raise Unreachable(violations[0])
 
 
-def jacobian(joints: Sequence[float] | Array, instrument: Instrument) -> Array:
-    """(6, 6) from joint rates to the tip's velocity (rows 0-2) and turning rate, RCM frame."""
-    frames = joint_frames(joints, instrument)
-    tip = (frames[-1] @ T_yaw_tool(instrument))[:3, 3]
-    axes, origins = frames[:, :3, 2], frames[:, :3, 3]
-    columns = np.empty((6, 6))
-    columns[:, :3], columns[:, 3:] = np.cross(axes, tip - origins), axes
-    columns[2, :3], columns[2, 3:] = axes[2], 0.0  # the insertion slides
-    return columns.T
+def require_pose(T_rcm_tool: Array) -> None:
+    """Raises Unreachable unless all (4, 4) entries are finite and the position is near the arm."""
+    if T_rcm_tool.shape != (4, 4) or not np.abs(T_rcm_tool).max() < _FAR_M:  # NaN is not less
+        raise Unreachable(f"the pose is not a finite (4, 4) matrix, or over {_FAR_M:g} m away")
 
 
 @cache
@@ -93,9 +89,12 @@ def _joints(
     e = _cross(x, pitch_axis)
     wrist = (yaw_point[0] - a_m * e[0], yaw_point[1] - a_m * e[1], yaw_point[2] - a_m * e[2])
     depth = sqrt(_dot(wrist, wrist))
+    if depth < _SINGULAR_M:  # the other branch would have to bend its wrist by half a turn
+        raise Unreachable("the wrist is in the remote centre: the shaft may point anywhere")
     s = (wrist[0] / depth, wrist[1] / depth, wrist[2] / depth)  # along the shaft
     c2 = hypot(s[0], s[2])
-    s1, c1, s2 = s[0] / c2, -s[2] / c2, -s[1]
+    s1, c1 = (s[0] / c2, -s[2] / c2) if c2 else (0.0, 1.0)  # any yaw: the pitch is 90 deg
+    s2 = -s[1]
     x3, y3 = (-s1 * s2, -c2, c1 * s2), (-c1, 0.0, -s1)  # the shaft's cross section at roll 0
     x4 = _cross(pitch_axis, s)
     return [

@@ -117,6 +117,7 @@ def test_the_words_for_directions_are_the_surgeons(word):
     [
         pytest.param({"move": (0.0, 0.0, 1.0)}, id="a metre away"),
         pytest.param({"turn": (0.0, 3.0, 0.0)}, id="the wrist turned back"),
+        pytest.param({"move": (0.0, 1e300, 0.0)}, id="beyond any measure"),
     ],
 )
 def test_out_of_reach_is_refused_counted_and_held_while_the_other_arm_goes_on(far):

@@ -1,25 +1,15 @@
-"""The closed-form inverse undoes the forward kinematics; the Jacobian is its derivative."""
+"""The closed-form inverse undoes the forward kinematics, or says what is in the way."""
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from hypothesis import strategies as st
 
-from controller.kinematics import Unreachable, inverse_kinematics, jacobian
-from tissue_sim.frames import rotation_vector
+from controller.kinematics import Unreachable, inverse_kinematics
+from tests.controller.joints import inside_the_body, instruments, unit_interval, within_limits
 from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.psm import forward_kinematics, joint_frames, joint_limits
+from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_frames, joint_limits
 
 INSERTION, ROLL = 2, 3
-instruments = st.sampled_from(list(INSTRUMENTS.values()))
-unit_interval = st.tuples(*[st.floats(0.0, 1.0)] * 6).map(np.array)
-
-
-def inside_the_body(fraction, instrument):
-    """Joints over the whole range, the wrist at least 5 mm past the remote centre."""
-    lower, upper = joint_limits(instrument).T
-    lower[INSERTION] = 0.0206
-    return lower + fraction * (upper - lower)
 
 
 def lever_m(joints, instrument):
@@ -84,14 +74,29 @@ def test_yaw_axis_through_the_remote_centre_is_unreachable():
         inverse_kinematics(T, instrument, np.zeros(6))
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+@pytest.mark.parametrize("entry", [(0, 0), (1, 1), (2, 3)])
+def test_a_pose_that_is_not_finite_is_unreachable(entry, value):
+    joints, instrument = np.array([0.1, 0.1, 0.15, 0.2, 0.3, -0.2]), INSTRUMENTS["scissors"]
+    T = forward_kinematics(joints, instrument)
+    T[entry] = value
+    with pytest.raises(Unreachable, match="not a finite"):
+        inverse_kinematics(T, instrument, joints)
+
+
 @given(unit_interval, instruments)
-def test_jacobian_is_the_derivative(fraction, instrument):
-    joints, h = inside_the_body(fraction, instrument), 1e-5
-    J = jacobian(joints, instrument)
-    for i, step in enumerate(h * np.eye(6)):
-        ahead = forward_kinematics(joints + step, instrument)
-        behind = forward_kinematics(joints - step, instrument)
-        linear = (ahead[:3, 3] - behind[:3, 3]) / (2 * h)
-        angular = rotation_vector(ahead[:3, :3] @ behind[:3, :3].T) / (2 * h)
-        # central differences: h^2 / 6 times a third derivative of at most 1, and rounding / h
-        np.testing.assert_allclose(J[:, i], [*linear, *angular], atol=1e-9)
+def test_a_wrist_in_the_remote_centre_is_unreachable(fraction, instrument):
+    joints = within_limits(fraction, instrument)
+    joints[INSERTION] = INSERTION_AT_RCM_M
+    with pytest.raises(Unreachable, match="in the remote centre"):
+        inverse_kinematics(forward_kinematics(joints, instrument), instrument, joints)
+
+
+def test_a_shaft_along_the_first_axis_breaks_the_pitch_limit():
+    """No yaw can be read off it: at 90 deg of outer pitch the yaw turns the shaft about itself."""
+    instrument, T = INSTRUMENTS["scissors"], np.eye(4)
+    reach = instrument.pitch_to_yaw_m + instrument.yaw_to_tip_m
+    T[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # z_tool along y
+    T[:3, 3] = (0.1 + reach) * T[:3, 2]
+    with pytest.raises(Unreachable, match=r"outer_pitch -1\.5708"):
+        inverse_kinematics(T, instrument, np.zeros(6))

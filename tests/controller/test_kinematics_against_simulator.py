@@ -1,0 +1,93 @@
+"""CasADi's kinematics, from the DH table, and the simulator's, from the URDF, say the same.
+
+The simulator keeps joint origins, joint values and link poses in float32: eight unit quaternions,
+composed, are up to 1e-6 rad off. What is read here are positions and quaternions as it keeps
+them, as its rotation matrices are rounded once more.
+"""
+
+import numpy as np
+import pytest
+import sapien
+from scipy.spatial.transform import Rotation
+
+from controller.links import link_poses
+from controller.symbolic import MOVING_LINKS, evaluate, tool_pose
+from tests.controller.joints import within_limits
+from tissue_sim.frames import pose
+from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.psm import T_yaw_tool
+from tissue_sim.urdf import JOINT_ORDER, urdf_path
+
+PALM = MOVING_LINKS.index("palm")
+
+
+class Engine:
+    """Link poses after a teleport: those that the world's physics sees."""
+
+    def __init__(self, articulation):
+        self.articulation = articulation
+
+    def link_poses(self, qpos):
+        self.articulation.set_qpos(qpos)
+        return [link.entity_pose for link in self.articulation.links]
+
+
+class Model:
+    """Forward kinematics in float64 (Pinocchio), from the engine's joint origins in float32."""
+
+    def __init__(self, articulation):
+        self.model = articulation.create_pinocchio_model()
+        self.rows = range(len(articulation.links))
+
+    def link_poses(self, qpos):
+        self.model.compute_forward_kinematics(qpos.astype(float))
+        return [self.model.get_link_pose(row) for row in self.rows]
+
+
+@pytest.fixture(scope="module", params=INSTRUMENTS.values(), ids=INSTRUMENTS)
+def arm(request):
+    scene = sapien.Scene([sapien.physx.PhysxCpuSystem()])
+    loader = scene.create_urdf_loader()
+    loader.fix_root_link = True
+    articulation = loader.load(str(urdf_path(request.param, visuals=False)))
+    assert tuple(joint.name for joint in articulation.active_joints) == JOINT_ORDER
+    assert tuple(link.name for link in articulation.links) == ("base", *MOVING_LINKS)
+    yield request.param, articulation
+    scene.clear()
+
+
+def drawn_qpos(instrument, n):
+    """(n, 8) joints in the simulator's float32, so that both sides get the same numbers."""
+    rng = np.random.default_rng(0)
+    joints = within_limits(rng.uniform(size=(n, 6)), instrument)
+    finger = rng.uniform(0.0, instrument.jaw_range_rad[1] / 2, (n, 1))
+    return np.hstack([joints, finger, finger]).astype(np.float32)
+
+
+def rigid(simulator_pose):
+    rotation = Rotation.from_quat(simulator_pose.q.astype(float), scalar_first=True)
+    return pose(rotation.as_matrix(), simulator_pose.p)
+
+
+def off(T, other):
+    """Distances (m) and angles (rad) between poses (..., 4, 4), worst of all."""
+    turn = T[..., :3, :3] @ np.swapaxes(other[..., :3, :3], -1, -2)
+    angle = Rotation.from_matrix(turn.reshape(-1, 3, 3)).magnitude()
+    return np.linalg.norm(T[..., :3, 3] - other[..., :3, 3], axis=-1).max(), angle.max()
+
+
+@pytest.mark.parametrize("reading", [Engine, Model])
+def test_a_thousand_poses_agree_to_a_micrometre_and_a_microradian(arm, reading):
+    instrument, articulation = arm
+    simulator, T_palm_tool = reading(articulation), T_yaw_tool(instrument)
+    links, tools = [], []
+    for qpos in drawn_qpos(instrument, 1000):
+        joints = np.array([*qpos[:6], qpos[6] + qpos[7]], float)
+        T = np.array([rigid(link) for link in simulator.link_poses(qpos)])[1:]  # less the base
+        links.append((T, link_poses(joints, instrument)))
+        tool = evaluate(tool_pose(instrument), joints[:6]).reshape(4, 4).T
+        tools.append((T[PALM] @ T_palm_tool, tool))
+    for pairs in (links, tools):
+        distance, angle = off(*np.array(pairs).swapaxes(0, 1))
+        assert distance <= 1e-6
+        assert angle <= 1e-6

@@ -1,0 +1,156 @@
+"""The CasADi functions are those of the DH table, and their derivatives are derivatives."""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from controller import symbolic
+from controller.links import link_poses, point_jacobians, tool_jacobian
+from tests.controller.joints import (
+    INSERTION,
+    inside_the_body,
+    instruments,
+    unit_interval,
+    with_jaw,
+    within_limits,
+)
+from tissue_sim.frames import rotation_vector
+from tissue_sim.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.psm import forward_kinematics, joint_frames
+
+JAW_FRACTION = 0.7
+H = 1e-5  # central differences: h^2 / 6 times a third derivative of at most 1, and rounding / h
+DIFFERENCE = 1e-9
+PATCH_ROWS = [symbolic.MOVING_LINKS.index(name) for name in PATCH_LINKS]
+points_link_m = st.lists(st.tuples(*[st.floats(-0.1, 0.1)] * 3), min_size=4, max_size=4)
+
+
+def drawn(fraction, instrument):
+    return with_jaw(fraction, JAW_FRACTION, instrument)
+
+
+@given(unit_interval, instruments)
+def test_tool_and_link_poses_are_those_of_the_dh_table(fraction, instrument):
+    joints = drawn(fraction, instrument)
+    T = symbolic.evaluate(symbolic.tool_pose(instrument), joints[:6]).reshape(4, 4).T
+    np.testing.assert_allclose(T, forward_kinematics(joints[:6], instrument), atol=1e-15)
+    frames = joint_frames(joints[:6], instrument)
+    np.testing.assert_allclose(link_poses(joints, instrument)[:6], frames, atol=1e-15)
+
+
+@given(unit_interval, instruments)
+def test_fingers_open_to_either_side_about_the_yaw_axis(fraction, instrument):
+    joints = drawn(fraction, instrument)
+    poses = dict(zip(symbolic.MOVING_LINKS, link_poses(joints, instrument), strict=True))
+    tool, yaw = forward_kinematics(joints[:6], instrument), poses["palm"]
+    for name, side in (("finger_plus", 1), ("finger_minus", -1)):
+        finger = poses[name]
+        np.testing.assert_allclose(finger[:3, 3], yaw[:3, 3], atol=1e-15)
+        np.testing.assert_allclose(finger[:3, 0], yaw[:3, 2], atol=1e-15)
+        half = joints[6] / 2
+        along = tool[:3, :3] @ [0.0, side * np.sin(half), np.cos(half)]
+        np.testing.assert_allclose(finger[:3, 2], along, atol=1e-15)
+
+
+@given(unit_interval, instruments)
+def test_tool_jacobian_is_the_derivative(fraction, instrument):
+    joints = inside_the_body(fraction, instrument)
+    J = tool_jacobian(joints, instrument)
+    for i, step in enumerate(H * np.eye(6)):
+        ahead = forward_kinematics(joints + step, instrument)
+        behind = forward_kinematics(joints - step, instrument)
+        linear = (ahead[:3, 3] - behind[:3, 3]) / (2 * H)
+        angular = rotation_vector(ahead[:3, :3] @ behind[:3, :3].T) / (2 * H)
+        np.testing.assert_allclose(J[:, i], [*linear, *angular], atol=DIFFERENCE)
+
+
+@given(unit_interval, instruments)
+def test_tool_jacobian_is_made_of_joint_axes_and_their_levers(fraction, instrument):
+    joints = within_limits(fraction, instrument)
+    frames, tip = joint_frames(joints, instrument), forward_kinematics(joints, instrument)[:3, 3]
+    axes, origins = frames[:, :3, 2], frames[:, :3, 3]
+    linear, angular = np.cross(axes, tip - origins), axes.copy()
+    linear[INSERTION], angular[INSERTION] = axes[INSERTION], 0.0
+    expected = np.hstack([linear, angular]).T
+    np.testing.assert_allclose(tool_jacobian(joints, instrument), expected, atol=1e-14)
+
+
+def placed(joints, instrument, points):
+    """One point (3,) on each of the patches' links, in the RCM frame (4, 3)."""
+    T = link_poses(joints, instrument)[PATCH_ROWS]
+    return np.einsum("nij,nj->ni", T[:, :3, :3], points) + T[:, :3, 3]
+
+
+@given(unit_interval, instruments, points_link_m)
+def test_point_jacobians_are_derivatives_of_the_points_places(fraction, instrument, points):
+    joints = drawn(fraction, instrument)
+    J = point_jacobians(joints, instrument, np.arange(4), placed(joints, instrument, points))
+    for i, step in enumerate(H * np.eye(7)):
+        ahead = placed(joints + step, instrument, points)
+        behind = placed(joints - step, instrument, points)
+        np.testing.assert_allclose(J[:, :, i], (ahead - behind) / (2 * H), atol=DIFFERENCE)
+
+
+def test_points_take_their_links_in_any_number_and_order():
+    joints, instrument = np.array([0.2, -0.1, 0.12, 0.4, -0.3, 0.5, 0.6]), INSTRUMENTS["grasper"]
+    rng = np.random.default_rng(0)
+    links, points = rng.integers(4, size=20), rng.normal(scale=0.1, size=(20, 3))
+    together = point_jacobians(joints, instrument, links, points)
+    for J, link, point in zip(together, links, points, strict=True):
+        alone = point_jacobians(joints, instrument, np.array([link]), point[None])
+        np.testing.assert_allclose(J, alone[0], atol=1e-16)
+    nothing = point_jacobians(joints, instrument, np.empty(0, int), np.empty((0, 3)))
+    assert nothing.shape == (0, 3, 7)
+
+
+def test_jaw_moves_only_the_fingers_and_to_opposite_sides():
+    joints, instrument = np.array([0.2, -0.1, 0.12, 0.4, -0.3, 0.5, 0.0]), INSTRUMENTS["grasper"]
+    T = forward_kinematics(joints[:6], instrument)
+    J = point_jacobians(joints, instrument, np.arange(4), np.tile(T[:3, 3], (4, 1)))
+    by_jaw, reach = J[:, :, 6], instrument.yaw_to_tip_m
+    np.testing.assert_allclose(by_jaw[:2], 0.0, atol=1e-16)
+    np.testing.assert_allclose(by_jaw[2], reach / 2 * T[:3, 1], atol=1e-15)
+    np.testing.assert_allclose(by_jaw[3], -by_jaw[2], atol=1e-15)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_nan_goes_through_and_stays_visible(value):
+    joints = np.array([0.2, value, 0.12, 0.4, -0.3, 0.5, 0.6])
+    instrument = INSTRUMENTS["grasper"]
+    assert np.isnan(tool_jacobian(joints[:6], instrument)).any()
+    assert np.isnan(link_poses(joints, instrument)[-1]).any()
+    J = point_jacobians(joints, instrument, np.array([3]), np.zeros((1, 3)))
+    assert np.isnan(J).any()
+
+
+@pytest.mark.parametrize("joints", [np.zeros(6), np.zeros(8), np.zeros((1, 7)), 0.0])
+def test_joints_of_another_shape_are_refused(joints):
+    with pytest.raises(ValueError, match=r"link_poses takes 7 joints, not shape"):
+        link_poses(joints, INSTRUMENTS["grasper"])
+
+
+def test_joints_of_any_number_type_and_layout_are_read_as_they_are():
+    instrument, joints = INSTRUMENTS["grasper"], np.array([1, 0, 2, -1, 0, 1, 1])
+    expected = link_poses(joints.astype(float), instrument)
+    every_other = np.repeat(joints.astype(np.float32), 2)[::2]
+    np.testing.assert_array_equal(link_poses(joints, instrument), expected)
+    np.testing.assert_array_equal(link_poses(every_other, instrument), expected)
+
+
+def test_threads_may_share_a_function():
+    instrument = INSTRUMENTS["grasper"]
+    fractions = np.random.default_rng(0).uniform(size=(5000, 7))
+    asked = with_jaw(fractions[:, :6], fractions[:, 6], instrument)
+    alone = [link_poses(joints, instrument) for joints in asked]
+    switch_s = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(2) as threads:
+            together = list(threads.map(lambda joints: link_poses(joints, instrument), asked))
+    finally:
+        sys.setswitchinterval(switch_s)
+    np.testing.assert_array_equal(together, alone)
