@@ -52,6 +52,10 @@ class Driver:
             [forward_kinematics(q[:6], i) for q, i in zip(joints, rig.instruments, strict=True)]
         )
 
+    def follow(self, joints: Array) -> None:
+        """Go on from joints (2, 7): they were commanded instead of those driven to last."""
+        self.attach(self._rig, joints)
+
     def calibrate(self, rig: Rig) -> None:
         """Take motions in this rig's endoscope frame from now on: the endoscope was moved."""
         self._rig = rig

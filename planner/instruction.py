@@ -30,6 +30,10 @@ class Instruction:
         source: Who asks.
         confidence: Of whoever asks, 0 to 1.
         time_s: Simulated time at which it was given.
+        overrides: Names of safety interlocks that the person who asks has explicitly set aside.
+
+    Raises:
+        ValueError: Somebody else than a person sets interlocks aside.
     """
 
     task: Task
@@ -37,6 +41,11 @@ class Instruction:
     source: Source = "planner"
     confidence: float = 1.0
     time_s: float = 0.0
+    overrides: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        if self.overrides and self.source != "human":
+            raise ValueError(f"only a person may set interlocks aside, not the {self.source}")
 
     @property
     def text(self) -> str:

@@ -6,6 +6,7 @@ world --Observation--> planner (1 Hz) --Instruction--> controller (a chunk at a 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from pkgutil import resolve_name
 from controller.action import ToolAction
 from controller.base import Controller
 from controller.driver import Driver, Rig, rig_of
+from controller.safety.filter import SafetyFilter
+from controller.safety.ledger import Entry
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
@@ -26,6 +29,7 @@ from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskRes
 from tissue_sim import nurse
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
+from tissue_sim.frames import Array
 from tissue_sim.injury import Injury
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back, stumps_hold
@@ -110,6 +114,8 @@ class Episode:
         effects: What disturbs it.
         tasks: What became of each task begun so far, by its index.
         exchange_s: Simulated time of tool exchanges so far.
+        ledger: What the safety filter altered so far.
+        clearance_m: The smallest between an instrument and what it keeps out of.
     """
 
     config: EpisodeConfig
@@ -120,9 +126,12 @@ class Episode:
     effects: Effects = field(default_factory=Effects)
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
+    ledger: list[Entry] = field(default_factory=list)
+    clearance_m: float = math.inf
 
     def __post_init__(self) -> None:
         self.driver = Driver(_rig(self.world), self.observation.joints)
+        self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
         self._chunk: Iterator[ToolAction] = iter(())
 
     def steps(self) -> Iterator[Step]:
@@ -169,7 +178,17 @@ class Episode:
     def _drive(self, action: ToolAction) -> JointCommand:
         """Motions are meant in the frame of the endoscope, wherever that is by now."""
         self.driver.calibrate(_rig(self.world))
-        return self.driver.drive(action)
+        start, asked = self.driver.joints, self.driver.drive(action)
+        return asked if self.filter is None else self._filtered(self.filter, start, asked)
+
+    def _filtered(self, safety: SafetyFilter, start: Array, asked: JointCommand) -> JointCommand:
+        """What the filter allows; the driver goes on from there."""
+        allowed = safety.allow(start, asked.joints, self._instruction, self._time_s)
+        self.clearance_m = min(self.clearance_m, allowed.clearance_m)
+        if allowed.entry is not None:
+            self.ledger.append(allowed.entry)
+            self.driver.follow(allowed.joints)
+        return JointCommand(joints=allowed.joints)
 
     def _drop_chunk(self) -> None:
         self._chunk = iter(())
@@ -187,6 +206,8 @@ class Episode:
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             yield self._step(command, exchange=True)
         self.driver.attach(_rig(self.world), joints)
+        if self.filter is not None:
+            self.filter.restart()
         self.controller.reset()
         self.exchange_s += self._time_s - start_s
 

@@ -21,6 +21,7 @@ class EpisodeConfig:
         controller: A key of `scenarios.catalogue.CONTROLLERS`.
         task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
             default that of SRT-H.
+        safety_filter: Whether commands pass through the safety filter.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a seed that
@@ -33,6 +34,7 @@ class EpisodeConfig:
     planner: str = "scripted"
     controller: str = "expert"
     task_cap_s: float = 90.0
+    safety_filter: bool = True
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)

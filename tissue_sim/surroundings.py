@@ -9,7 +9,7 @@ import numpy as np
 
 from tissue_sim.anatomy import Anatomy
 from tissue_sim.field import AWAY, field_point
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, unit
 from tissue_sim.organ import Organ
 
 FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
@@ -51,9 +51,11 @@ def liver_points(organ: Organ, anatomy: Anatomy, rng: np.random.Generator) -> Ar
 
 
 def common_duct_line(organ: Organ, anatomy: Anatomy) -> Array:
-    """(n, 3) centreline, through the fixed end of the cystic duct."""
+    """(n, 3) centreline; the fixed end of the cystic duct lies on its wall."""
     side = -1.0 if anatomy.artery_on_left else 1.0
-    return _through_end(organ, "duct", (-0.35 * side, 0.9), (0.15 * side, -0.9))
+    end, next_to_it = organ.vertices[organ.rings["duct"][:2, 0]]
+    line = _through_end(organ, "duct", (-0.9 * side, 0.1), (0.3 * side, -0.9))
+    return line - COMMON_DUCT_RADIUS_M * unit(next_to_it - end)
 
 
 def hepatic_artery_line(organ: Organ, anatomy: Anatomy, tube: str) -> Array:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
-from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
+from tissue_sim.cut import BLADE_LENGTH_M
 from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.jaws import MOUTHS
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import straightness
 from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
@@ -20,11 +21,8 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-MOUTHS = {  # how far back from the tip the jaws act, and how wide
-    "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
-    "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
-}
-LOW_MARGIN_M, HIGH_MARGIN_M = 0.0022, 0.0042  # from a tube's ends to the middle of a clip
+LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, the hepatic artery
+HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
 CLEARANCE_M = 0.0018  # between tube and finger on either side
@@ -148,7 +146,7 @@ def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
     """Where the three clips go: two low, the third near the gallbladder, less so when aside."""
-    first, third = LOW_MARGIN_M, tubes.length_m[tube] - HIGH_MARGIN_M
+    first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
     return first + 0.1 * spare, first + 0.3 * spare + SPACING_M, third - (0.4 + 0.3 * aside) * spare
 

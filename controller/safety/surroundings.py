@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controller.safety.port_wall import port_wall
 from controller.safety.rigid_surface import RigidSurface
 from tissue_sim.frames import Array
+from tissue_sim.jaws import GALLBLADDER
 from tissue_sim.shapes import sheet
 from tissue_sim.surroundings import (
     COMMON_DUCT_RADIUS_M,
@@ -22,7 +23,7 @@ from tissue_sim.sweep import Indices
 from tissue_sim.world import World
 
 LIVER, PORT_WALL = "liver", "port wall"
-COMMON_DUCT, GALLBLADDER = "common bile duct", "gallbladder"
+COMMON_DUCT = "common bile duct"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,90 @@
+"""Linear bounds on the motion of one control step: what every limit and interlock comes down to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.situation import Situation
+from tissue_sim.frames import Array
+from tissue_sim.psm import JOINT_NAMES
+
+N_MOTION = 14  # both arms' joints, jaws included
+ARMS = ("left", "right")
+JOINTS = tuple(f"{arm} {name}" for arm in ARMS for name in (*JOINT_NAMES, "jaw"))
+TOLERANCE = 1e-9  # rad or m: a command this close to a bound keeps it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """`lower <= rows @ motion <= upper`, in rad or m, for the motion (14,) of a control step.
+
+    Attributes:
+        rows: (n, 14).
+        lower: (n,).
+        upper: (n,).
+        what: a name for each row, for a person to read.
+        gives: (n,) rows that may be broken where they cannot be kept: the only slack there is.
+    """
+
+    rows: Array
+    lower: Array
+    upper: Array
+    what: tuple[str, ...]
+    gives: NDArray[np.bool_]
+
+    def excess(self, motion: Array) -> Array:
+        """(n,) by how much a motion breaks each row; below 0 is room."""
+        values = self.rows @ motion
+        return np.maximum(self.lower - values, values - self.upper)
+
+
+class Limit(Protocol):
+    """Something that bounds the motion; in a situation where it does not, it has no rows."""
+
+    @property
+    def name(self) -> str:
+        """As the ledger has it."""
+        ...
+
+    def bounds(self, situation: Situation) -> Bounds:
+        """On the next control step."""
+        ...
+
+
+def on_joints(lower: Array, upper: Array) -> Bounds:
+    """Bounds (14,) on the joints' own motion."""
+    return between(np.eye(N_MOTION), lower, upper, JOINTS)
+
+
+def at_least(rows: Array, lower: Array, what: Sequence[str]) -> Bounds:
+    """One-sided bounds (n,) on rows (n, 14) of the motion."""
+    return between(rows, lower, np.full(len(lower), np.inf), what)
+
+
+def between(rows: Array, lower: Array, upper: Array, what: Sequence[str]) -> Bounds:
+    """Bounds (n,) on rows (n, 14) of the motion, none of which gives."""
+    hard = np.zeros(len(lower), bool)
+    return Bounds(rows=rows, lower=lower, upper=upper, what=tuple(what), gives=hard)
+
+
+NO_BOUNDS = at_least(np.zeros((0, N_MOTION)), np.zeros(0), ())
+
+
+def of_arm(arm: int, rows: Array) -> Array:
+    """(n, 14) rows from those (n, 7) of one arm."""
+    both = np.zeros((len(rows), N_MOTION))
+    both[:, 7 * arm : 7 * arm + 7] = rows
+    return both
+
+
+def approach_share(step_s: float, time_constant_s: float) -> float:
+    """How much of the room to a limit may be used up in a step.
+
+    1 - exp(-h / tau): what is left shrinks as exp(-t / tau), whatever the step's length.
+    """
+    return float(-np.expm1(-step_s / time_constant_s))

@@ -1,0 +1,132 @@
+"""The safety filter: the nearest command to the one asked for that keeps every limit and interlock.
+
+Between policy and robot. A command that keeps all bounds passes as it is. Else a quadratic program
+finds the nearest motion that keeps them (Ames et al., "Control barrier functions: theory and
+applications", 2019, in discrete time); where there is none, both arms hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import N_MOTION, TOLERANCE, Bounds, Limit
+from controller.safety.interlocks import INTERLOCKS
+from controller.safety.ledger import Entry
+from controller.safety.limits import LIMITS
+from controller.safety.limits.keep_out import kept_out
+from controller.safety.nearest_motion import NearestMotion, tool_weight
+from controller.safety.situation import Situation
+from controller.safety.watch import Watch
+from planner.instruction import Instruction
+from tissue_sim.frames import Array
+from tissue_sim.psm import JOINT_NAMES
+from tissue_sim.world import World
+
+INSERTION = JOINT_NAMES.index("insertion")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Allowed:
+    """A command that may be carried out.
+
+    Attributes:
+        joints: (2, 7).
+        entry: for the ledger; None when nothing was altered nor set aside.
+        clearance_m: of what must not meet, the smallest; infinite when nothing is near.
+    """
+
+    joints: Array
+    entry: Entry | None
+    clearance_m: float
+
+
+class SafetyFilter:
+    """Of one patient and one robot."""
+
+    def __init__(
+        self,
+        world: World,
+        limits: Sequence[Limit] = LIMITS,
+        interlocks: Sequence[Limit] = INTERLOCKS,
+    ) -> None:
+        self._watch = Watch(world)
+        self._nearest = NearestMotion()
+        self._limits, self._interlocks = tuple(limits), tuple(interlocks)
+        self._control_step_s = world.config.control_step_s
+        self.restart()
+
+    def restart(self) -> None:
+        """The arms stand still: an episode starts, or a tool was exchanged."""
+        self._rate: Array = np.zeros((2, 7))
+
+    def allow(self, start: Array, asked: Array, instruction: Instruction, time_s: float) -> Allowed:
+        """What may be commanded when joints (2, 7) are asked for, `start` having been commanded.
+
+        Raises:
+            ValueError: `asked` is not (2, 7).
+        """
+        if asked.shape != (2, 7):
+            raise ValueError(f"safety filter: joints must be (2, 7), got {asked.shape}")
+        if not np.isfinite(asked).all():
+            self.restart()
+            entry = Entry(time_s=time_s, limits=("command: not finite",), held=True)
+            return Allowed(joints=start, entry=entry, clearance_m=np.inf)
+        situation = self._watch.see(start, self._rate, asked, instruction)
+        bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
+        aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
+        broken, motion = _broken(bounds, situation.motion), situation.motion
+        if broken:
+            motion = self._nearest(motion, tool_weight(situation.tool_jacobian), bounds.values())
+        share = 0.0 if motion is None else self._watch.safe_share(situation, motion)
+        if share < 1.0 and motion is not None:
+            broken["keep-out: on the way"] = 1.0 - share
+        moved = np.zeros(N_MOTION) if motion is None else share * motion
+        joints = start + moved.reshape(2, 7) if broken else asked
+        self._rate = (joints - start) / self._control_step_s
+        return Allowed(
+            joints=joints,
+            entry=_entry(situation, moved, broken, tuple(_broken(aside, situation.motion)), time_s),
+            clearance_m=_clearance_m(situation),
+        )
+
+    def _set_aside(self, instruction: Instruction) -> list[Limit]:
+        return [lock for lock in self._interlocks if lock.name in instruction.overrides]
+
+
+def _broken(bounds: dict[str, Bounds], motion: Array) -> dict[str, float]:
+    """Which bounds a motion breaks, and by how much; rad or m."""
+    broken = {}
+    for name, bound in bounds.items():
+        excess = bound.excess(motion)
+        for k in np.flatnonzero(excess > TOLERANCE).tolist():
+            broken[f"{name}: {bound.what[k]}"] = float(excess[k])
+    return broken
+
+
+def _entry(
+    situation: Situation,
+    moved: Array,
+    broken: dict[str, float],
+    overridden: tuple[str, ...],
+    time_s: float,
+) -> Entry | None:
+    if not broken and not overridden:
+        return None
+    change = (moved - situation.motion).reshape(2, 7)
+    tips = np.einsum("aij,aj->ai", situation.tip_jacobian, change)
+    return Entry(
+        time_s=time_s,
+        limits=tuple(broken),
+        margin=next(iter(broken.values()), 0.0),
+        change_m=float(np.linalg.norm(tips, axis=1).max()),
+        change_rad=float(np.abs(np.delete(change, INSERTION, axis=1)).max()),
+        held=not moved.any(),
+        overridden=overridden,
+    )
+
+
+def _clearance_m(situation: Situation) -> float:
+    return float(situation.near.distance_m[kept_out(situation)].min(initial=np.inf))

@@ -1,0 +1,67 @@
+"""Rules of the procedure that no policy may break; a person may, explicitly, and it is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import JOINTS, N_MOTION, NO_BOUNDS, Bounds, Limit, at_least
+from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
+from controller.safety.situation import Situation
+from controller.safety.surroundings import COMMON_DUCT
+from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.outcome import CLIPS_A_TUBE
+
+NEAR_COMMON_DUCT_M = 0.008  # assumed
+SLOW_M_S = 0.02  # assumed: a surgeon's pace beside what must not be hurt
+_RIGHT_JAW = 13
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClipsBeforeCut:
+    """The scissors do not close on a tube that three clips do not hold."""
+
+    name: str = "three clips before a cut"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        held = situation.held_by_clips
+        bare = {tube for tube in situation.between_jaws if held.get(tube, 0) < CLIPS_A_TUBE}
+        cutting = situation.instruments[RIGHT_ARM].name == "scissors"
+        return _no_closing(sorted(bare)) if cutting and bare else NO_BOUNDS
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnlyWhatIsMeant:
+    """Scissors and applier close on the structure that the instruction names, or on nothing."""
+
+    name: str = "only what is meant"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        acts = situation.instruction.task.kind in ("clip", "cut")
+        meant = {situation.worked_on} if acts else set()
+        wrong = sorted(situation.between_jaws - meant)
+        return _no_closing(wrong) if wrong else NO_BOUNDS
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlowNearCommonDuct:
+    """An arm that is near the common bile duct moves slowly."""
+
+    name: str = "slow near the common bile duct"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        near = situation.near
+        close = (near.obstacle == COMMON_DUCT) & (near.distance_m < NEAR_COMMON_DUCT_M)
+        if not close.any():
+            return NO_BOUNDS
+        slow = np.isin([0, 1], near.arm[close])
+        return tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
+
+
+INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearCommonDuct())
+
+
+def _no_closing(because_of: list[str]) -> Bounds:
+    what = f"{JOINTS[_RIGHT_JAW]} on {', '.join(because_of)}"
+    return at_least(np.eye(N_MOTION)[[_RIGHT_JAW]], np.zeros(1), [what])

@@ -1,0 +1,20 @@
+"""Every limit that a motion is kept within, a file each."""
+
+from controller.safety.bounds import Limit
+from controller.safety.limits.acceleration import Acceleration
+from controller.safety.limits.joint_range import JointRange
+from controller.safety.limits.joint_speed import JointSpeed
+from controller.safety.limits.keep_out import KeepOut
+from controller.safety.limits.remote_centre import RemoteCentre
+from controller.safety.limits.tip_speed import TipSpeed
+from controller.safety.limits.tissue_force import TissueForce
+
+LIMITS: tuple[Limit, ...] = (
+    JointRange(),
+    JointSpeed(),
+    Acceleration(),
+    TipSpeed(),
+    RemoteCentre(),
+    KeepOut(),
+    TissueForce(),
+)

@@ -1,0 +1,26 @@
+"""Joints gain speed no faster than they can without shaking the arm; they may always brake."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import Bounds, on_joints
+from controller.safety.limits.joint_speed import JOINT_SPEED
+from controller.safety.situation import Situation
+
+RISE_S = 0.05  # from rest to full speed, assumed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Acceleration:
+    """A motion stops at once when it must, so this limit never stands against another."""
+
+    name: str = "acceleration"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        gain = situation.step_s * np.tile(JOINT_SPEED, 2) / RISE_S
+        rate = situation.rate.ravel()
+        slowest, fastest = np.minimum(rate - gain, 0.0), np.maximum(rate + gain, 0.0)
+        return on_joints(situation.step_s * slowest, situation.step_s * fastest)

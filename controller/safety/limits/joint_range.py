@@ -1,0 +1,30 @@
+"""Joints stay within their range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import Bounds, on_joints
+from controller.safety.situation import Situation
+from tissue_sim.frames import Array
+from tissue_sim.instruments import Instrument
+from tissue_sim.psm import joint_limits
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointRange:
+    """A joint may go up to its limit; one that is beyond (a tool was exchanged) may come back."""
+
+    name: str = "joint range"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        lower, upper = np.concatenate([_range(i) for i in situation.instruments]).T
+        start = situation.start.ravel()
+        return on_joints(np.minimum(lower - start, 0.0), np.maximum(upper - start, 0.0))
+
+
+def _range(instrument: Instrument) -> Array:
+    """(7, 2), the jaw last."""
+    return np.vstack([joint_limits(instrument), instrument.jaw_range_rad])

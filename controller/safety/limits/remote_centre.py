@@ -1,0 +1,32 @@
+"""The shaft passes through the remote centre, and the wrist stays inside the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import JOINTS, N_MOTION, Bounds, at_least, on_joints
+from controller.safety.situation import Situation
+from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
+
+INSIDE_M = 0.02  # the wrist this far beyond the remote centre, out of the cannula; assumed
+MOST_OFFSET_M = 0.002  # of the shaft at the remote centre, assumed: what an abdominal wall bears
+_INSERTIONS = [JOINT_NAMES.index("insertion"), 7 + JOINT_NAMES.index("insertion")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RemoteCentre:
+    """An arm whose measured shaft is beside its remote centre does not move at all."""
+
+    name: str = "remote centre"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        beside = situation.shaft_offset_m > MOST_OFFSET_M
+        if beside.any():
+            most = np.where(np.repeat(beside, 7), 0.0, np.inf)
+            return on_joints(-most, most)
+        inserted = situation.start.ravel()[_INSERTIONS]
+        least = np.minimum(INSERTION_AT_RCM_M + INSIDE_M - inserted, 0.0)
+        what = [JOINTS[k] for k in _INSERTIONS]
+        return at_least(np.eye(N_MOTION)[_INSERTIONS], least, what)

@@ -1,0 +1,48 @@
+"""Tips are no faster than a surgeon can follow, and slow near the common bile duct."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import ARMS, Bounds, between, of_arm
+from controller.safety.situation import Situation
+from tissue_sim.frames import Array
+
+TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
+ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 % at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipSpeed:
+    """Along the motion asked for up to the speed, and hardly any to its sides."""
+
+    name: str = "tip speed"
+    most_m_s: float = TIP_SPEED_M_S
+
+    def bounds(self, situation: Situation) -> Bounds:
+        most_m = situation.step_s * self.most_m_s
+        return tip_box(situation, np.array([most_m, most_m]))
+
+
+def tip_box(situation: Situation, most_m: Array) -> Bounds:
+    """Bounds on how far each tip (2,) moves in the step."""
+    rows = [
+        of_arm(arm, _along_and_aside(J @ motion) @ J)
+        for arm, (J, motion) in enumerate(
+            zip(situation.tip_jacobian, situation.motion.reshape(2, 7), strict=True)
+        )
+    ]
+    most = (most_m[:, None] * [1.0, ASIDE, ASIDE]).ravel()
+    what = tuple(f"{arm} tip{aside}" for arm in ARMS for aside in ("", " aside", " aside"))
+    return between(np.concatenate(rows), -most, most, what)
+
+
+def _along_and_aside(direction: Array) -> Array:
+    """(3, 3) rows: a unit vector along the direction, and two square to it."""
+    length = np.linalg.norm(direction)
+    along = direction / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+    aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    aside /= np.linalg.norm(aside)
+    return np.stack([along, aside, np.cross(along, aside)])

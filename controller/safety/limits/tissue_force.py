@@ -1,0 +1,45 @@
+"""Instruments pull, push and pinch no harder than tissue bears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import ARMS, N_MOTION, Bounds, approach_share, at_least, of_arm
+from controller.safety.situation import Situation
+from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
+
+SHARE = 0.8  # of what injures, assumed
+STIFFNESS_N_M = 500.0  # assumed: stiffer than tissue, so that force rises less than is reckoned
+PINCH_N_RAD = 60.0  # assumed: of tissue between jaws
+TIME_CONSTANT_S = 0.1  # assumed
+FELT_N = 0.01  # less has no direction
+_LEFT_JAW = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class TissueForce:
+    """The tip moves against the tissue's force, and the grasper closes, as far as force allows."""
+
+    name: str = "tissue force"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        share = approach_share(situation.step_s, TIME_CONSTANT_S)
+        rows, least, what = [], [], []
+        for arm, force in enumerate(situation.tool_force_n):
+            size = float(np.linalg.norm(force))
+            if size > FELT_N:
+                rows.append(of_arm(arm, (force / size @ situation.tip_jacobian[arm])[None])[0])
+                least.append(_give(SHARE * TRACTION_MOST_N - size, share) / STIFFNESS_N_M)
+                what.append(f"{ARMS[arm]} tip")
+        if situation.pinch_n > FELT_N:
+            rows.append(np.eye(N_MOTION)[_LEFT_JAW])
+            least.append(_give(SHARE * PINCH_MOST_N - situation.pinch_n, share) / PINCH_N_RAD)
+            what.append("left jaw")
+        return at_least(np.array(rows).reshape(-1, N_MOTION), np.array(least), what)
+
+
+def _give(room_n: float, share: float) -> float:
+    """The least change of force, N, towards the limit."""
+    return -share * max(room_n, 0.0)

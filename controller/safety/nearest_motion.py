@@ -1,0 +1,79 @@
+"""The nearest motion that keeps all bounds: a quadratic program, solved by DAQP through CasADi."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.bounds import N_MOTION, Bounds
+from tissue_sim.frames import Array
+
+TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
+JOINT_SHARE = 1e-3  # weight of the joints' own change, which no tip shows
+UNIT = np.tile([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01], 2)  # makes motions of about 1
+GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
+CAPACITY = 128  # rows
+_FAR = 1e3  # stands for no bound, in units of a row's motion
+_N = N_MOTION + 1  # with how much the rows that give are broken
+
+
+class NearestMotion:
+    """One solver, for one thread."""
+
+    def __init__(self) -> None:
+        dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(CAPACITY, _N)}
+        self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
+        self._names = [self._solver.name_in(k) for k in range(self._solver.n_in())]
+
+    def __call__(self, motion: Array, weight: Array, bounds: Iterable[Bounds]) -> Array | None:
+        """The motion (14,) nearest to one asked for; None when there is none.
+
+        Args:
+            motion: (14,) asked for.
+            weight: (14, 14) of squared changes, positive definite.
+            bounds: to keep.
+        """
+        rows, lower, upper, gives = _stacked(bounds)
+        scale = np.linalg.norm(rows * UNIT, axis=1)
+        scale[scale == 0.0] = 1.0
+        a, low, high = np.zeros((CAPACITY, _N)), np.full(CAPACITY, -_FAR), np.full(CAPACITY, _FAR)
+        n = len(rows)
+        a[:n, :N_MOTION] = rows * UNIT / scale[:, None]
+        a[:n, N_MOTION] = gives * 1e-3 / scale
+        low[:n], high[:n] = np.clip(lower / scale, -_FAR, _FAR), np.clip(upper / scale, -_FAR, _FAR)
+        h, g = np.zeros((_N, _N)), np.zeros(_N)
+        h[:N_MOTION, :N_MOTION] = UNIT[:, None] * weight * UNIT
+        g[:N_MOTION] = -h[:N_MOTION, :N_MOTION] @ (motion / UNIT)
+        h[N_MOTION, N_MOTION], g[N_MOTION] = GIVING_PRICE, 0.0
+        found = self._solve({"h": h, "g": g, "a": a, "lba": low, "uba": high})
+        return None if found is None else found[:N_MOTION] * UNIT
+
+    def _solve(self, values: dict[str, Array]) -> Array | None:
+        result = self._solver(**values, lbx=-ca.inf, ubx=ca.inf)
+        if not self._solver.stats()["success"]:
+            return None
+        return np.array(result["x"]).ravel()
+
+
+def tool_weight(jacobians: Array) -> Array:
+    """(14, 14) weight of motions by what they do to the tools, from Jacobians (2, 6, 6)."""
+    weight = np.diag(JOINT_SHARE / UNIT**2)
+    size = np.repeat([TIP_M, TURN_RAD], 3)
+    for arm, J in enumerate(jacobians):
+        scaled = J / size[:, None]
+        own = slice(7 * arm, 7 * arm + 6)
+        weight[own, own] += scaled.T @ scaled
+        weight[7 * arm + 6, 7 * arm + 6] += 1.0 / TURN_RAD**2
+    return weight
+
+
+def _stacked(bounds: Iterable[Bounds]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    bounds = tuple(bounds)
+    rows = np.concatenate([b.rows for b in bounds])
+    if len(rows) > CAPACITY:
+        raise ValueError(f"safety filter: {len(rows)} bounds at once; room for {CAPACITY}")
+    lower, upper = (np.concatenate([getattr(b, end) for b in bounds]) for end in ("lower", "upper"))
+    return rows, lower, upper, np.concatenate([b.gives for b in bounds])

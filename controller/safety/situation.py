@@ -1,0 +1,69 @@
+"""What a limit or an interlock may know when it bounds the next control step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from controller.safety.collision import NearPairs
+from planner.instruction import Instruction
+from tissue_sim.frames import Array
+from tissue_sim.instruments import Instrument
+
+
+@dataclass(frozen=True, kw_only=True)
+class Situation:
+    """Where the arms were commanded to be, where they are asked to go, and what is around them.
+
+    Rows: left, right arm. Joints (7,) are those of a `JointCommand`: rad, m for the insertion. A
+    motion (14,) is the change of both arms' joints in this control step, the left arm's first.
+
+    Attributes:
+        step_s: length of the control step.
+        instruments: on the left and right arm.
+        start: (2, 7) joints commanded last.
+        rate: (2, 7) rate of change (per s) of the step before.
+        asked: (2, 7) joints asked for.
+        tool_jacobian: (2, 6, 6) from joint rates to the tip's velocity and turning rate, RCM frame.
+        R_world_rcm: (2, 3, 3).
+        near: instruments and what they are near to, at `start`.
+        parting: (n, 14) from a motion to the change of each near pair's distance, m.
+        tool_force_n: (2, 3) force of the tissue on each instrument, world frame.
+        pinch_n: of the grasper's jaws on the tissue between them.
+        shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
+        instruction: that is carried out.
+        worked_on: the structure ("duct", "artery") that it names; "" when none.
+        between_jaws: structures between the right tool's open jaws.
+        held_by_clips: structure -> how many clips on it hold the test pull.
+    """
+
+    step_s: float
+    instruments: tuple[Instrument, Instrument]
+    start: Array
+    rate: Array
+    asked: Array
+    tool_jacobian: Array
+    R_world_rcm: Array
+    near: NearPairs
+    parting: Array
+    tool_force_n: Array
+    pinch_n: float
+    shaft_offset_m: Array
+    instruction: Instruction
+    worked_on: str
+    between_jaws: frozenset[str]
+    held_by_clips: dict[str, int]
+
+    @property
+    def motion(self) -> Array:
+        """(14,) asked for."""
+        return (self.asked - self.start).ravel()
+
+    @cached_property
+    def tip_jacobian(self) -> Array:
+        """(2, 3, 7) from joint rates, jaw included, to the tip's velocity, world frame."""
+        J = np.zeros((2, 3, 7))
+        J[..., :6] = self.R_world_rcm @ self.tool_jacobian[:, :3]
+        return J
