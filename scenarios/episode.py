@@ -1,7 +1,8 @@
 """One episode: the loop in which planner, controller and world meet. Read this file first.
 
 world --Observation--> planner (1 Hz) --Instruction--> controller (a chunk at a time)
---ToolAction--> driver (30 Hz) --JointCommand--> world --Outcome--> Step --> observers
+--ToolAction--> driver and safety filter (30 Hz) --JointCommand--> world --Outcome--> Step
+--> observers
 """
 
 from __future__ import annotations
@@ -94,6 +95,7 @@ class Step:
         observation: After the command.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
         applied: The perturbations that set in with this step.
+        altered: What the safety filter noted about this step's command.
     """
 
     time_s: float
@@ -103,6 +105,7 @@ class Step:
     outcome: Outcome
     exchange: bool
     applied: tuple[Applied, ...]
+    altered: tuple[Entry, ...]
 
 
 @dataclass(kw_only=True)
@@ -133,6 +136,7 @@ class Episode:
         self.driver = Driver(_rig(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
         self._chunk: Iterator[ToolAction] = iter(())
+        self._n_told = 0  # entries of the ledger that observers have been told of
 
     def steps(self) -> Iterator[Step]:
         """The loop: plan, exchange tools when needed, act; until done or out of time."""
@@ -178,7 +182,10 @@ class Episode:
     def _drive(self, action: ToolAction) -> JointCommand:
         """Motions are meant in the frame of the endoscope, wherever that is by now."""
         self.driver.calibrate(_rig(self.world))
-        start, asked = self.driver.joints, self.driver.drive(action)
+        start, refused = self.driver.joints, self.driver.refused
+        asked = self.driver.drive(action)
+        if self.driver.refused > refused:
+            self.ledger.append(Entry(time_s=self._time_s, limits=("reach: an arm holds",)))
         return asked if self.filter is None else self._filtered(self.filter, start, asked)
 
     def _filtered(self, safety: SafetyFilter, start: Array, asked: JointCommand) -> JointCommand:
@@ -213,6 +220,8 @@ class Episode:
 
     def _step(self, command: JointCommand, *, exchange: bool = False) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
+        altered = tuple(self.ledger[self._n_told :])
+        self._n_told = len(self.ledger)
         self.effects.before_step(self.world, task)
         self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
@@ -226,6 +235,7 @@ class Episode:
             ),
             exchange=exchange,
             applied=self.effects.news(),
+            altered=altered,
         )
 
     def _note(self, step: Step) -> None:
@@ -275,8 +285,18 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
             for i in injuries
         ),
-        safety=SafetyResult(interventions=episode.driver.refused),
+        safety=_safety(episode),
         anatomy_hash=world.anatomy.hash,
+    )
+
+
+def _safety(episode: Episode) -> SafetyResult:
+    ledger = tuple(episode.ledger)
+    return SafetyResult(
+        filter=episode.filter is not None,
+        interventions=len(ledger),
+        min_clearance_m=episode.clearance_m if math.isfinite(episode.clearance_m) else None,
+        ledger=ledger,
     )
 
 

@@ -16,7 +16,7 @@ from scenarios.results import EpisodeResult
 from scenarios.strict_json import dumps, plain
 from scenarios.versions import versions
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "time_s": (),
@@ -40,6 +40,7 @@ class Recording:
         instructions: Table of what was asked: task index, text, source.
         events: What happened, in order, each with its step.
         perturbations: What disturbed the episode, in order, each with the step it set in with.
+        ledger: What the safety filter altered, in order, each with its step.
         result: The `EpisodeResult`, as a dict; None if the episode broke off.
         error: What broke it off, else None.
         arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
@@ -52,6 +53,7 @@ class Recording:
     instructions: tuple[dict[str, Any], ...]
     events: tuple[dict[str, Any], ...]
     perturbations: tuple[dict[str, Any], ...]
+    ledger: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
     arrays: dict[str, np.ndarray]
@@ -71,6 +73,7 @@ class Recorder:
     _instructions: dict[tuple[int, str, str], int] = field(default_factory=dict)
     _events: list[dict[str, Any]] = field(default_factory=list)
     _perturbations: list[dict[str, Any]] = field(default_factory=list)
+    _ledger: list[dict[str, Any]] = field(default_factory=list)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
 
     def __enter__(self) -> Self:
@@ -106,6 +109,8 @@ class Recorder:
             self._events.append({"step": number, **plain(event)})
         for applied in step.applied:
             self._perturbations.append({"step": number, **plain(applied)})
+        for entry in step.altered:
+            self._ledger.append({"step": number, **plain(entry)})
 
     def on_end(self, result: EpisodeResult) -> None:
         """Keeps what it came to."""
@@ -127,6 +132,7 @@ class Recorder:
             ],
             "events": self._events,
             "perturbations": self._perturbations,
+            "ledger": self._ledger,
             "result": self._result,
             "error": error,
         }
@@ -169,6 +175,7 @@ def load(path: Path) -> Recording:
         instructions=tuple(header["instructions"]),
         events=tuple(header["events"]),
         perturbations=tuple(header["perturbations"]),
+        ledger=tuple(header["ledger"]),
         result=header["result"],
         error=header["error"],
         arrays=arrays,

@@ -42,12 +42,24 @@ def injury_table(episode: EpisodeResult) -> Table:
     return table
 
 
+def ledger_table(episode: EpisodeResult) -> Table:
+    """Returns one row a reason for which the safety filter altered commands."""
+    table = Table(title="safety filter")
+    table.add_column("what the command would have broken")
+    for heading in ("commands", "first (s)", "last (s)"):
+        table.add_column(heading, justify="right")
+    for reason in dict.fromkeys(limit for e in episode.safety.ledger for limit in e.limits):
+        times_s = [e.time_s for e in episode.safety.ledger if reason in e.limits]
+        table.add_row(escape(reason), str(len(times_s)), f"{times_s[0]:.1f}", f"{times_s[-1]:.1f}")
+    return table
+
+
 def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
     """Returns one row an episode."""
     table = Table(title="episodes")
     for heading in ("seed", "outcome"):
         table.add_column(heading)
-    for heading in ("tasks", "simulated (s)", "corrections", "injuries", "wall (s)"):
+    for heading in ("tasks", "simulated (s)", "corrections", "injuries", "altered", "wall (s)"):
         table.add_column(heading, justify="right")
     for episode in episodes:
         table.add_row(
@@ -57,6 +69,7 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
             f"{episode.procedure_time_s:.1f}",
             str(episode.corrections),
             str(len(episode.injuries)),
+            str(episode.safety.interventions),
             f"{episode.wall_s:.1f}",
         )
     return table

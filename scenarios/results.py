@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from controller.safety.ledger import Entry
 from scenarios.atomic_write import write_atomic
 from scenarios.strict_json import dumps
 from scenarios.versions import versions
@@ -39,10 +40,20 @@ class InjuryResult:
 
 @dataclass(frozen=True, kw_only=True)
 class SafetyResult:
-    """What the safety filter did; the clearance is None where nothing was near."""
+    """What the safety filter did.
 
+    Attributes:
+        filter: Whether there was one.
+        interventions: How many commands were altered.
+        min_clearance_m: The smallest distance of an instrument to what it is kept out of; None
+            where nothing was near, or nobody looked.
+        ledger: Every altered command, and why.
+    """
+
+    filter: bool = True
     interventions: int = 0
     min_clearance_m: float | None = None
+    ledger: tuple[Entry, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,5 +133,14 @@ def _episode(entry: dict[str, Any]) -> EpisodeResult:
         EpisodeResult(**entry),
         tasks=tuple(TaskResult(**task) for task in entry["tasks"]),
         injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
-        safety=SafetyResult(**entry["safety"]),
+        safety=_safety(entry["safety"]),
     )
+
+
+def _safety(entry: dict[str, Any]) -> SafetyResult:
+    return SafetyResult(**{**entry, "ledger": tuple(map(_entry, entry["ledger"]))})
+
+
+def _entry(line: dict[str, Any]) -> Entry:
+    names = {name: tuple(line[name]) for name in ("limits", "overridden")}
+    return replace(Entry(**line), **names)

@@ -19,7 +19,14 @@ from scenarios.errors import BadInputError
 from scenarios.observer import Observer
 from scenarios.pool import run_side_by_side
 from scenarios.progress import ProgressDisplay
-from scenarios.report import episode_table, error_lines, injury_table, summary_line, task_table
+from scenarios.report import (
+    episode_table,
+    error_lines,
+    injury_table,
+    ledger_table,
+    summary_line,
+    task_table,
+)
 from scenarios.results import EpisodeResult, summarise, write_results
 from scenarios.strict_json import plain
 from scenarios.video import VideoWriter
@@ -43,6 +50,8 @@ class Run:
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
     """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    filter: bool = True
+    """Whether commands pass through the safety filter."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 1
@@ -111,6 +120,7 @@ class Run:
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,
+                safety_filter=self.filter,
             )
             for k in range(self.episodes)
         ]
@@ -139,6 +149,8 @@ def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
         console.print(task_table(episodes[0]))
         if episodes[0].injuries:
             console.print(injury_table(episodes[0]))
+        if episodes[0].safety.ledger:
+            console.print(ledger_table(episodes[0]))
     elif episodes:
         console.print(episode_table(episodes))
     for line in (

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.episode_config import EpisodeConfig
 from scenarios.perturbation.effect import Applied
@@ -59,9 +60,10 @@ class Step:
     observation: Observation
     outcome: Outcome
     applied: tuple[Event, ...] = ()
+    altered: tuple[Entry, ...] = ()
 
 
-def random_step(rng, number, instruction=None, events=(), applied=()):
+def random_step(rng, number, instruction=None, events=(), applied=(), altered=()):
     return Step(
         time_s=number / 30,
         instruction=instruction or Instruction(task=TASKS[0]),
@@ -73,6 +75,7 @@ def random_step(rng, number, instruction=None, events=(), applied=()):
         ),
         outcome=Outcome(events=events),
         applied=applied,
+        altered=altered,
     )
 
 
@@ -180,7 +183,7 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
 def test_another_schema_is_refused(tmp_path):
     path = tmp_path / "episode.npz"
     np.savez_compressed(path, header=np.array(json.dumps({"schema_version": 999})))
-    with pytest.raises(ValueError, match="has schema 999; allowed: 2"):
+    with pytest.raises(ValueError, match="has schema 999; allowed: 3"):
         load(path)
 
 
@@ -191,3 +194,12 @@ def test_what_disturbed_the_episode_is_kept_with_its_step(tmp_path):
     record(tmp_path / "e.npz", steps)
     (kept,) = load(tmp_path / "e.npz").perturbations
     assert kept == {"step": 3, **plain(told)}
+
+
+def test_what_the_filter_altered_is_kept_with_its_step(tmp_path):
+    entry = Entry(time_s=0.1, limits=("keep-out: right shaft to liver",), margin=0.002)
+    steps = [
+        random_step(np.random.default_rng(0), k, altered=(entry,) * (k == 1)) for k in range(3)
+    ]
+    record(tmp_path / "e.npz", steps)
+    assert load(tmp_path / "e.npz").ledger == ({"step": 1, **plain(entry)},)

@@ -1,8 +1,10 @@
 """Laws of results.json: errors are no failures, what is written is read back, none is lost."""
 
 import json
+from dataclasses import replace
 
-from scenarios.results import read_results, summarise, write_results
+from controller.safety.ledger import Entry
+from scenarios.results import SafetyResult, read_results, summarise, write_results
 from scenarios.wilson import wilson_interval
 from tests.scenarios.example_results import ERROR, FAILED, PASSED
 
@@ -24,6 +26,14 @@ def test_what_is_written_is_read_back(tmp_path):
     path = tmp_path / "results.json"
     write_results(path, [PASSED, FAILED, ERROR], config={})
     assert read_results(path) == (PASSED, FAILED, ERROR)
+
+
+def test_the_ledger_is_read_back(tmp_path):
+    entry = Entry(time_s=1.5, limits=("tip speed: left tip",), margin=0.01, overridden=("a lock",))
+    safety = SafetyResult(interventions=1, min_clearance_m=0.002, ledger=(entry,))
+    episode = replace(PASSED, safety=safety)
+    write_results(tmp_path / "results.json", [episode], config={})
+    assert read_results(tmp_path / "results.json") == (episode,)
 
 
 def test_the_file_has_the_agreed_names(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.safety.bounds import ARMS, Bounds, between, of_arm
 from controller.safety.situation import Situation
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, unit
 
 TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
 ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 % at most
@@ -41,8 +41,8 @@ def tip_box(situation: Situation, most_m: Array) -> Bounds:
 
 def _along_and_aside(direction: Array) -> Array:
     """(3, 3) rows: a unit vector along the direction, and two square to it."""
-    length = np.linalg.norm(direction)
+    length = float(np.linalg.norm(direction))
     along = direction / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-    aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
-    aside /= np.linalg.norm(aside)
+    axis: Array = np.eye(3)[np.argmin(np.abs(along))]
+    aside = unit(np.cross(along, axis))
     return np.stack([along, aside, np.cross(along, aside)])
