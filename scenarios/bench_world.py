@@ -48,7 +48,8 @@ def watch_step(world: World) -> Stopwatch:
     """A stopwatch on `world.step` and its stages."""
     arms, tissue = world.arms, world.tissue
     stopwatch = Stopwatch(world, "step")
-    stopwatch.stage(arms, "command", "arms: command")
+    stopwatch.stage(arms, "settle", "arms: settle")
+    stopwatch.stage(arms, "drive", "arms: drive")
     stopwatch.stage(arms, "apply_wrenches", "arms: wrenches")
     stopwatch.stage(world.scene, "step", "arms: PhysX")
     stopwatch.stage(arms, "contact_shapes", "arms: contact shapes")

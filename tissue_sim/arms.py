@@ -284,9 +284,13 @@ class Arms:
 
     def command(self, command: JointCommand) -> None:
         """Set the drive targets; joint targets beyond a limit are brought to the limit."""
-        self._settle()
-        for psm, joints in zip(self._mounted, self.limited(command.joints), strict=True):
-            psm.set_drive_targets(_split_jaw(joints))
+        self.settle()
+        self.drive(self.limited(command.joints))
+
+    def drive(self, joints: Array) -> None:
+        """Set drive targets (2, 7) within the limits, in the midst of a control step."""
+        for psm, row in zip(self._mounted, joints, strict=True):
+            psm.set_drive_targets(_split_jaw(row))
 
     def set_joints(self, joints: Array) -> None:
         """Teleport both arms to joints (2, 7), at rest, with the drives holding them there."""
@@ -350,7 +354,7 @@ class Arms:
 
     def state(self) -> dict[str, NDArray]:
         """Everything that the next step depends on; rows: left, then the right arm's tools."""
-        self._settle()
+        self.settle()
         return self.snapshot()
 
     def snapshot(self) -> dict[str, NDArray]:
@@ -382,12 +386,12 @@ class Arms:
             [np.stack([_split_jaw(q) for q in psm.limits.T], axis=1) for psm in self._all]
         )
 
-    def _settle(self) -> None:
+    def settle(self) -> None:
         """Make positions and velocities the simulator's only memory.
 
         It keeps link states that differ by a rounding from what `set_qpos` computes. Writing the
-        joints back before each command and save makes a restored run repeat bit for bit, and a
-        saved run equal to one that was not saved.
+        joints back before each control step and save makes a restored run repeat bit for bit, and
+        a saved run equal to one that was not saved.
         """
         for psm in self._mounted:
             psm.write(psm.articulation.get_qpos(), psm.articulation.get_qvel())

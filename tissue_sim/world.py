@@ -126,10 +126,10 @@ class World:
         per_control, per_tissue = self._steps
         shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
         moving = self.body.begin_step(self.config.control_step_s)
+        self.arms.settle()
         for part in shares.reshape(per_control, per_tissue):
             for share in part:
-                between = start + share * (self._target - start)
-                self.arms.command(JointCommand(joints=between))
+                self.arms.drive(start + share * (self._target - start))
                 self.arms.apply_wrenches(*self._wrenches)
                 if moving:
                     self.body.move_liver(share)
