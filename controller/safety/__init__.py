@@ -1,0 +1,1 @@
+"""What keeps the instruments within what the robot can do and the anatomy allows."""

@@ -1,0 +1,130 @@
+"""The gap between two cores: by FCL while they are apart, by their Minkowski difference when not.
+
+Cores are FCL models of one or two triangles, because FCL's distance of two triangles is a closed
+form, exact also for triangles without area. Its GJK, which it takes for boxes and for a shape and
+a mesh, is millimetres wrong where edges are parallel; its distance of triangles stops at "they
+touch", but the rounding radii carry the depth until then.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import NamedTuple
+
+import fcl
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from tissue_sim.frames import Array
+
+MM = 1e3  # in a metre
+TOUCHING_MM = 1e-6  # gaps are at least this wide, or deep, so that they have a direction
+_REQUEST = fcl.DistanceRequest(enable_nearest_points=True)
+_PARALLEL = 1e-9
+
+
+class Gap(NamedTuple):
+    """Between two bodies a and b, world frame: a_mm - b_mm = distance_mm * normal.
+
+    The normal is from b to a. A distance below 0 is how far a must move along it to be out.
+    """
+
+    distance_mm: float
+    a_mm: Array  # (3,) nearest, or deepest, point of a
+    b_mm: Array  # (3,) of b
+
+
+class Core:
+    """A line, from corner to corner of (2, 3), or a flat plate, round the corners (4, 3)."""
+
+    __slots__ = ("body", "corners_mm")
+
+    def __init__(self, corners_mm: Array):
+        self.corners_mm = corners_mm
+        triangles = fcl.BVHModel()
+        triangles.beginModel(2, 6)
+        triangles.addTriangle(corners_mm[0], corners_mm[1], corners_mm[-1])
+        if len(corners_mm) == 4:
+            triangles.addTriangle(corners_mm[1], corners_mm[2], corners_mm[3])
+        triangles.endModel()
+        self.body = fcl.CollisionObject(triangles)
+
+    @property
+    def centre_mm(self) -> Array:
+        """(3,)."""
+        return self.corners_mm.mean(axis=0)
+
+    @property
+    def edges_mm(self) -> Array:
+        """(2, 3) half sizes: the core is {centre + s edges[0] + t edges[1], s, t in [-1, 1]}."""
+        first = self.corners_mm[0]
+        across = self.corners_mm[1] - first if len(self.corners_mm) == 4 else np.zeros(3)
+        return 0.5 * np.stack([across, self.corners_mm[-1] - first])
+
+    def samples_mm(self, spacing_mm: float) -> Array:
+        """(n, 3) points of the core, corners included, no farther apart than the spacing."""
+        edges = self.edges_mm
+        sizes = 2.0 * np.sqrt((edges * edges).sum(axis=1))
+        s, t = (np.linspace(-1.0, 1.0, 2 + int(size / spacing_mm)) for size in sizes)
+        shares = np.stack(np.meshgrid(s, t), axis=-1).reshape(-1, 2)
+        return self.centre_mm + shares @ edges
+
+
+def nearest_points(a: fcl.CollisionObject, b: fcl.CollisionObject) -> fcl.DistanceResult:
+    """FCL's answer for two meshes, in mm and the world frame.
+
+    `min_distance` is 0 when they touch; `nearest_points` are of a and b, `b1`, `b2` the triangles.
+    """
+    result = fcl.DistanceResult()
+    fcl.distance(a, b, _REQUEST, result)
+    return result
+
+
+def gap(a: Core, b: Core) -> Gap:
+    """Between two cores."""
+    result = nearest_points(a.body, b.body)
+    if result.min_distance > TOUCHING_MM:
+        return Gap(result.min_distance, *result.nearest_points)
+    return overlap(a, b)
+
+
+def overlap(a: Core, b: Core) -> Gap:
+    """Of two cores that touch: the shortest way out.
+
+    a - b (Minkowski) is a zonotope: offset + sum t_k edge_k, t_k in [-1, 1], which holds the
+    origin. The way out crosses its nearest face, and a face lies square to two edges.
+    """
+    edges = np.concatenate([a.edges_mm, b.edges_mm])
+    offset = a.centre_mm - b.centre_mm
+    normals = _face_normals(edges)
+    depths = np.abs(normals @ edges.T).sum(axis=1) - normals @ offset
+    k = int(np.argmin(depths))
+    depth, normal = max(float(depths[k]), TOUCHING_MM), normals[k]
+    shares = _on_face(edges, offset + depth * normal, normal)
+    on_a = a.centre_mm + shares[:2] @ edges[:2]
+    return Gap(-depth, on_a, on_a + depth * normal)
+
+
+def _face_normals(edges: Array) -> Array:
+    """(n, 3) unit normals of the zonotope's faces, both ways; of a line's, two across."""
+    pairs = np.array([np.cross(edges[i], edges[j]) for i, j in combinations(range(4), 2)])
+    length = np.linalg.norm(pairs, axis=1)
+    spread = length > _PARALLEL * (edges * edges).sum()
+    if not spread.any():
+        longest = edges[np.argmax((edges * edges).sum(axis=1))]
+        if not longest.any():
+            return np.concatenate([np.eye(3), -np.eye(3)])
+        pairs = np.cross(longest, np.eye(3)[[np.argmin(np.abs(longest))]])
+        length, spread = np.linalg.norm(pairs, axis=1), np.array([True])
+    normals = pairs[spread] / length[spread, None]
+    return np.concatenate([normals, -normals])
+
+
+def _on_face(edges: Array, offset: Array, normal: Array) -> Array:
+    """(4,) t in [-1, 1] with offset + sum t_k edge_k = 0, lowest along the normal."""
+    rise = edges @ normal
+    free = np.abs(rise) <= _PARALLEL * np.abs(edges).sum()
+    shares = np.where(free, 0.0, -np.sign(rise))
+    rest = -(offset + shares @ edges)
+    shares[free] = lsq_linear(edges[free].T, rest, bounds=(-1.0, 1.0)).x
+    return shares

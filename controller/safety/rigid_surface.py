@@ -1,0 +1,86 @@
+"""A rigid surface with tissue behind it: signed distances of cores by a BVH that is built once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.gap import MM, TOUCHING_MM, Core, Gap, nearest_points
+from controller.safety.link_cores import LinkCores
+from tissue_sim.frames import Array, unit
+
+BEHIND = -0.7  # cosine to the normal: nearest points of a smooth surface have 1 or -1
+SAMPLE_M = 0.002  # along a core that pierces the surface
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidSurface:
+    """Triangles, counter-clockwise seen from the free side. An open edge has no inside.
+
+    Attributes:
+        points_m: (n, 3), world frame.
+        triangles: (n_triangle, 3).
+    """
+
+    points_m: Array
+    triangles: NDArray[np.integer]
+
+
+class SurfaceModel:
+    """Signed distances to one surface, wherever it has moved to without turning."""
+
+    def __init__(self, surface: RigidSurface) -> None:
+        points, triangles = surface.points_m, surface.triangles
+        bvh = fcl.BVHModel()
+        bvh.beginModel(len(points), len(triangles))
+        bvh.addSubModel(MM * points, triangles)
+        bvh.endModel()
+        self._body = fcl.CollisionObject(bvh, fcl.Transform())
+        a, b, c = np.moveaxis(points[triangles], 1, 0)
+        area = np.cross(b - a, c - a)
+        self._normals = unit(area)
+        self._axes = np.linalg.qr(np.column_stack([unit(area.sum(axis=0)), np.eye(3)]))[0].T
+        self._axes[0] *= np.sign(self._axes[0] @ area.sum(axis=0))
+        along = points @ self._axes.T
+        self._low, self._high = along.min(axis=0), along.max(axis=0)
+        self._low[0] = -np.inf  # everything behind it
+        self.move(np.zeros(3))
+
+    def move(self, moved_m: Array) -> None:
+        """Put it this far (3,) from where its points have it, world frame."""
+        self._moved_m = moved_m
+        self._body.setTranslation(MM * moved_m)
+
+    def at_least_m(self, links: LinkCores) -> Array:
+        """(8,) lower bound of the distance: to a box about the surface, open behind."""
+        x, z = links.R_world_core[..., 0], links.R_world_core[..., 2]
+        half = links.half_size_m[:, :1] * np.abs(x @ self._axes.T)
+        half += links.half_size_m[:, 1:] * np.abs(z @ self._axes.T)
+        centre = (links.centre_m - self._moved_m) @ self._axes.T
+        outside = np.maximum(centre - half - self._high, self._low - centre - half)
+        return outside.max(axis=1) - links.radius_m
+
+    def gap(self, core: Core) -> Gap:
+        """Between a core and the surface; as deep as the core's deepest point when not outside."""
+        result = nearest_points(core.body, self._body)
+        on_core, on_surface = result.nearest_points
+        if result.min_distance > TOUCHING_MM and self._is_outside(on_core - on_surface, result.b2):
+            return Gap(result.min_distance, on_core, on_surface)
+        points = core.samples_mm(MM * SAMPLE_M)
+        return min((self._gap_of_point(point) for point in points), key=lambda g: g.distance_mm)
+
+    def _gap_of_point(self, point_mm: Array) -> Gap:
+        """Of a point, which is outside or behind; on the surface it counts as behind."""
+        result = nearest_points(Core(np.stack([point_mm, point_mm])).body, self._body)
+        if result.min_distance <= TOUCHING_MM:
+            out = TOUCHING_MM * self._normals[result.b2]
+            return Gap(-TOUCHING_MM, point_mm, point_mm + out)
+        _, on_surface = result.nearest_points
+        outside = self._is_outside(point_mm - on_surface, result.b2)
+        return Gap(result.min_distance * (1 if outside else -1), point_mm, on_surface)
+
+    def _is_outside(self, away: Array, triangle: int) -> bool:
+        return bool(away @ self._normals[triangle] > BEHIND * np.sqrt(away @ away))

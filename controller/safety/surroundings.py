@@ -1,0 +1,119 @@
+"""What the instruments must not hit, as a tracker and a registration would give it each step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.port_wall import port_wall
+from controller.safety.rigid_surface import RigidSurface
+from tissue_sim.frames import Array
+from tissue_sim.shapes import sheet
+from tissue_sim.surroundings import (
+    COMMON_DUCT_RADIUS_M,
+    GRID_M,
+    common_duct_line,
+    liver_points,
+    relief_rng,
+)
+from tissue_sim.sweep import Indices
+from tissue_sim.world import World
+
+LIVER, PORT_WALL = "liver", "port wall"
+COMMON_DUCT, GALLBLADDER = "common bile duct", "gallbladder"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapsuleChain:
+    """Capsules, world frame, m; neighbours need not touch: a severed tube is two chains.
+
+    Attributes:
+        start_m: (n, 3).
+        end_m: (n, 3).
+        radius_m: (n,).
+    """
+
+    start_m: Array
+    end_m: Array
+    radius_m: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidSurroundings:
+    """What keeps its shape for one patient, as registered once, the body at its place."""
+
+    liver: RigidSurface
+    port_wall: RigidSurface
+    common_duct_m: Array  # (n, 3) centreline
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surroundings:
+    """What the instruments must not hit, where it is now.
+
+    Attributes:
+        moved_m: surface name -> (3,) how far it stands from where it was registered. The liver
+            moves with the body, the port wall stays with the ports.
+        chains: name -> what is round and soft: the common bile duct, the organ's tubes ("duct",
+            "artery", and "second artery" where there is one) and the gallbladder.
+    """
+
+    moved_m: dict[str, Array]
+    chains: dict[str, CapsuleChain]
+
+
+def registered(world: World) -> RigidSurroundings:
+    """Of the patient who lies there; as a registration before the operation would find it."""
+    organ, anatomy = world.organ, world.anatomy
+    liver = sheet(liver_points(organ, anatomy, relief_rng(anatomy)), GRID_M)
+    return RigidSurroundings(
+        liver=RigidSurface(points_m=liver.points, triangles=liver.triangles),
+        port_wall=port_wall(world.arms.T_world_rcm[:, :3, 3]),
+        common_duct_m=common_duct_line(organ, anatomy),
+    )
+
+
+def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
+    """Where everything is now. Privileged: a tracker without error."""
+    positions, offset = world.tissue.positions(), world.body.offset_m
+    common_duct = rigid.common_duct_m + offset
+    chains = {
+        COMMON_DUCT: CapsuleChain(
+            start_m=common_duct[:-1],
+            end_m=common_duct[1:],
+            radius_m=np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M),
+        ),
+        GALLBLADDER: chain_of(positions, world.organ.sac_rings, world.organ.sac_rings),
+    }
+    for tube in world.organ.tubes:
+        outside = slice(world.organ.neck_ring[tube] + 1)
+        below, above = world.tubes.below[tube][outside], world.tubes.above[tube][outside]
+        chains[tube] = chain_of(positions, below, above)
+    return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, chains=chains)
+
+
+def chain_of(positions: NDArray[np.floating], below: Indices, above: Indices) -> CapsuleChain:
+    """A capsule from ring to ring, as wide as the two rings are now on average.
+
+    Args:
+        positions: (n_vertex, 3), world frame, m.
+        below: (n_ring, 1 + 2 sectors) centre, inner and outer vertices of each ring, as the part
+            of the tube below it has them.
+        above: the same as the part above has them; another where the ring is severed.
+    """
+    radius = _mean_radius_m(positions, below)
+    return CapsuleChain(
+        start_m=positions[above[:-1, 0]].astype(float),
+        end_m=positions[below[1:, 0]].astype(float),
+        radius_m=0.5 * (radius[:-1] + radius[1:]),
+    )
+
+
+def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:
+    """(n_ring,) the outer vertices' mean distance from the centre."""
+    outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
+    spokes = outer - positions[rings[:, :1]]
+    length = np.sqrt(np.einsum("rki,rki->rk", spokes, spokes))
+    return length.sum(axis=1, dtype=float) / length.shape[1]

@@ -1,0 +1,55 @@
+"""A small field to hit: a flat liver far below, a wall, and one tube; no simulator."""
+
+import numpy as np
+
+from controller.safety.collision import CollisionModel
+from controller.safety.port_wall import port_wall
+from controller.safety.rigid_surface import RigidSurface
+from controller.safety.surroundings import CapsuleChain, RigidSurroundings, Surroundings
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
+from tissue_sim.instruments import INSTRUMENTS
+
+T_WORLD_RCM = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
+TOOLS = (INSTRUMENTS["grasper"], INSTRUMENTS["clip_applier"])
+HOME = np.array([[0.0, 0.0, 0.09, 0.0, 0.0, 0.0, 0.3], [0.0, 0.0, 0.09, 0.0, 0.0, 0.0, 0.3]])
+EYE = np.eye(3)
+
+
+def plane(point, normal, half_size=0.2, cells=8):
+    """A square surface about a point, free on the side of its normal."""
+    normal = normal / np.linalg.norm(normal)
+    across = np.cross(normal, EYE[np.argmin(np.abs(normal))])
+    across /= np.linalg.norm(across)
+    u, v = np.meshgrid(*[np.linspace(-half_size, half_size, cells + 1)] * 2, indexing="ij")
+    points = point + u[..., None] * across + v[..., None] * np.cross(normal, across)
+    a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    b, c, d = a + cells + 1, a + cells + 2, a + 1
+    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return RigidSurface(points_m=points.reshape(-1, 3), triangles=triangles)
+
+
+def rigid(liver=None):
+    far_below = plane(np.array([0.0, 0.0, -0.5]), EYE[2])
+    return RigidSurroundings(
+        liver=far_below if liver is None else liver,
+        port_wall=port_wall(T_WORLD_RCM[:, :3, 3]),
+        common_duct_m=np.zeros((0, 3)),
+    )
+
+
+def model(liver=None):
+    return CollisionModel(rigid(liver), T_WORLD_RCM)
+
+
+def chain(points, radius_m):
+    """A chain of capsules through points (n, 3)."""
+    points = np.asarray(points, float)
+    return CapsuleChain(
+        start_m=points[:-1], end_m=points[1:], radius_m=np.full(len(points) - 1, radius_m)
+    )
+
+
+def surroundings(moved_m=(0.0, 0.0, 0.0), **chains):
+    chains = chains or {"artery": chain([[1.0, 0.0, 0.0], [1.0, 0.0, 0.1]], 0.001)}
+    moved = {"liver": np.array(moved_m), "port wall": np.zeros(3)}
+    return Surroundings(moved_m=moved, chains=chains)

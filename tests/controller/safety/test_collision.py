@@ -1,0 +1,172 @@
+"""The nearest pairs are the nearest, their normals lead out, and nothing is built twice."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.safety import collision
+from controller.safety.gap import MM, Core, gap
+from controller.safety.link_cores import N_LINK, link_cores
+from tests.controller.safety.field import (
+    EYE,
+    HOME,
+    T_WORLD_RCM,
+    TOOLS,
+    chain,
+    model,
+    plane,
+    surroundings,
+)
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import unit
+from tissue_sim.instruments import PATCH_LINKS, SHAFT_RADIUS_M
+from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics
+
+MODEL = model()
+CLOSED = np.where(np.arange(7) == 6, 0.0, HOME)  # the jaws
+small = st.floats(-0.6, 0.6)
+joints_of_an_arm = st.tuples(small, small, st.floats(0.06, 0.16), small, small, small, small)
+both_arms = st.tuples(joints_of_an_arm, joints_of_an_arm).map(np.array)
+
+
+def tip_m(arm, joints=HOME):
+    T = T_WORLD_RCM[arm] @ forward_kinematics(joints[arm, :6], TOOLS[arm])
+    return T[:3, 3]
+
+
+def rows(near, arm, link, obstacle):
+    of_link = (near.arm == arm) & (near.link == PATCH_LINKS.index(link))
+    return np.flatnonzero(of_link & (near.obstacle == obstacle))
+
+
+def bent_tube(seed):
+    """About the field's centre, 30 capsules."""
+    rng = np.random.default_rng(seed)
+    return chain(np.cumsum(rng.normal(scale=0.003, size=(31, 3)), axis=0), 0.0008)
+
+
+@settings(deadline=None, max_examples=40)
+@given(both_arms, st.integers(0, 5))
+def test_the_nearest_capsule_of_a_chain_is_found_for_every_link(joints, seed):
+    tube = bent_tube(seed)
+    near = MODEL.near(joints, TOOLS, surroundings(artery=tube), within_m=0.03)
+    links = link_cores(joints, TOOLS, T_WORLD_RCM)
+    for k, core in enumerate(links.cores()):
+        distances = [
+            gap(core, Core(MM * np.stack([a, b]))).distance_mm / MM - links.radius_m[k] - radius
+            for a, b, radius in zip(tube.start_m, tube.end_m, tube.radius_m, strict=True)
+        ]
+        found = near.distance_m[rows(near, k // N_LINK, PATCH_LINKS[k % N_LINK], "artery")]
+        if min(distances) < 0.03:
+            assert found.min() == pytest.approx(min(distances), abs=1e-9)
+        else:
+            assert len(found) == 0
+
+
+@settings(deadline=None, max_examples=40)
+@given(both_arms, st.integers(0, 5))
+def test_points_normal_and_distance_agree(joints, seed):
+    near = MODEL.near(joints, TOOLS, surroundings(duct=bent_tube(seed)), within_m=0.05)
+    apart = near.on_instrument_m - near.on_obstacle_m
+    np.testing.assert_allclose(apart, near.distance_m[:, None] * near.normal, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(near.normal, axis=1), 1.0, atol=1e-6)
+    links = link_cores(joints, TOOLS, T_WORLD_RCM)
+    on_own_surface = links.to_points_m(near.on_instrument_m)
+    own = N_LINK * near.arm + near.link
+    np.testing.assert_allclose(on_own_surface[own, np.arange(len(own))], 0.0, atol=1e-8)
+
+
+def test_nothing_near_is_no_rows():
+    near = MODEL.near(HOME, TOOLS, surroundings(), within_m=0.001)
+    assert near.distance_m.shape == (0,)
+    assert near.normal.shape == near.on_instrument_m.shape == near.on_obstacle_m.shape == (0, 3)
+    assert near.obstacle.shape == near.arm.shape == near.link.shape == near.other_link.shape == (0,)
+
+
+def test_no_surface_is_built_after_the_start(monkeypatch):
+    liver = plane(tip_m(RIGHT_ARM), EYE[2])
+    one = model(liver)
+    monkeypatch.setattr(collision, "SurfaceModel", None)
+    near = one.near(HOME, TOOLS, surroundings(moved_m=(0.0, 0.0, -0.003)))
+    assert "liver" in near.obstacle
+
+
+def test_a_moved_liver_is_nearer_by_as_much():
+    one = model(plane(tip_m(RIGHT_ARM) - 0.008 * EYE[2], EYE[2]))
+    far = one.near(HOME, TOOLS, surroundings(), within_m=0.02)
+    close = one.near(HOME, TOOLS, surroundings(moved_m=(0.0, 0.0, 0.002)), within_m=0.02)
+    for link in ("finger_plus", "finger_minus"):
+        k, j = (rows(near, RIGHT_ARM, link, "liver")[0] for near in (far, close))
+        assert far.distance_m[k] - close.distance_m[j] == pytest.approx(0.002, abs=1e-9)
+
+
+def test_a_keep_out_that_holds_the_tool_at_reset_is_left_by_the_shortest_way():
+    depth = 0.012
+    normal = unit(np.array([0.2, -0.5, 1.0]))
+    one = model(plane(tip_m(RIGHT_ARM) + depth * normal, normal))
+    near = one.near(CLOSED, TOOLS, surroundings())
+    for link in ("finger_plus", "finger_minus"):
+        (k,) = rows(near, RIGHT_ARM, link, "liver")
+        assert near.distance_m[k] < -depth
+        np.testing.assert_allclose(near.normal[k], normal, atol=1e-6)
+        deepest = near.on_instrument_m[k] - tip_m(RIGHT_ARM)
+        assert deepest @ normal - depth == pytest.approx(near.distance_m[k], abs=1e-9)
+
+
+def test_a_tube_that_holds_the_tool_at_reset_is_left_by_the_shortest_way():
+    middle, radius = tip_m(RIGHT_ARM) - 0.002 * EYE[0], 0.01
+    ends = np.stack([middle - 0.05 * EYE[2], middle + 0.05 * EYE[2]])
+    near = MODEL.near(CLOSED, TOOLS, surroundings(artery=chain(ends, radius)))
+    k = rows(near, RIGHT_ARM, "finger_plus", "artery")[0]
+    assert near.distance_m[k] < -0.5 * radius
+    for share, is_out in ((1.001, True), (0.999, False)):
+        ends_away = ends + share * near.distance_m[k] * near.normal[k]  # the tube moves instead
+        away = MODEL.near(CLOSED, TOOLS, surroundings(artery=chain(ends_away, radius)))
+        left = away.distance_m[rows(away, RIGHT_ARM, "finger_plus", "artery")[0]]
+        assert (left > 0.0) == is_out
+        assert abs(left) < 1e-4
+
+
+def test_arms_that_cross_are_one_pair_of_links_each():
+    joints = HOME.copy()
+    joints[:, 2] = 0.16  # both shafts point at the field's centre and reach beyond it
+    near = MODEL.near(joints, TOOLS, surroundings())
+    crossing = near.obstacle == "right arm"
+    assert (near.arm[crossing] == LEFT_ARM).all()
+    assert (near.other_link[~crossing] == -1).all()
+    shafts = crossing & (near.link == 0) & (near.other_link == 0)
+    assert near.distance_m[shafts] == pytest.approx(-2 * SHAFT_RADIUS_M, abs=1e-6)
+    pairs = list(zip(near.link[crossing], near.other_link[crossing], strict=True))
+    assert len(pairs) == len(set(pairs))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(-0.7, 0.7), st.floats(-0.7, 0.7), st.floats(0.03, 0.2))
+def test_a_shaft_in_its_own_port_is_clear_of_the_wall(yaw, pitch, insertion):
+    joints = HOME.copy()
+    joints[RIGHT_ARM, :3] = yaw, pitch, insertion
+    near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.02)
+    shaft = rows(near, RIGHT_ARM, "shaft", "port wall")
+    assert (near.distance_m[shaft] > 0.0).all()
+
+
+def test_a_finger_bent_back_meets_the_wall():
+    joints = HOME.copy()
+    joints[RIGHT_ARM, :6] = 0.0, 0.9, INSERTION_AT_RCM_M + 0.04, 0.0, 0.0, 0.0
+    least = []
+    for pitch in (-1.2, 1.2):
+        joints[RIGHT_ARM, 4] = pitch
+        for yaw in (-1.2, 1.2):
+            joints[RIGHT_ARM, 5] = yaw
+            near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.05)
+            k = rows(near, RIGHT_ARM, "finger_plus", "port wall")
+            least.append(near.distance_m[k].min(initial=np.inf))
+    assert min(least) < 0.02
+
+
+def test_one_arm_does_not_pass_the_wall_beside_its_hole():
+    wall_point = T_WORLD_RCM[:, :3, 3].mean(axis=0)  # between the ports
+    tube = chain([wall_point, wall_point + 1e-4], 1e-4)
+    near = MODEL.near(HOME, TOOLS, surroundings(artery=tube), within_m=0.02)
+    assert len(rows(near, RIGHT_ARM, "shaft", "artery")) == 0  # no link is there

@@ -1,0 +1,94 @@
+"""A fast motion jumps over nothing, and a free one is found free."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.kinematics import inverse_kinematics
+from controller.safety.free_motion import free_motion
+from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS, chain, model, surroundings
+from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.psm import forward_kinematics
+
+MODEL = model()
+ARTERY_RADIUS_M = 0.00075
+small = st.floats(-0.5, 0.5)
+
+
+def sideways(by_m):
+    """Joints of a motion of the right tool, as it stands, to its own side; the jaw closed."""
+    start = HOME.copy()
+    start[RIGHT_ARM, 6] = 0.0
+    T = forward_kinematics(start[RIGHT_ARM, :6], TOOLS[RIGHT_ARM])
+    middle = (T_WORLD_RCM[RIGHT_ARM] @ T)[:3, 3]
+    ends = []
+    for share in (-0.5, 0.5):
+        target = T.copy()
+        target[:3, 3] += share * by_m * T[:3, 1]
+        joints = start.copy()
+        joints[RIGHT_ARM, :6] = inverse_kinematics(target, TOOLS[RIGHT_ARM], start[RIGHT_ARM, :6])
+        ends.append(joints)
+    axes = T_WORLD_RCM[RIGHT_ARM, :3, :3] @ T[:3, :3]
+    return *ends, middle, axes
+
+
+@pytest.mark.parametrize("by_m", [0.01, 0.03, 0.06])
+def test_a_finger_that_jumps_through_an_artery_in_one_step_is_caught(by_m):
+    start, end, tip, axes = sideways(by_m)
+    through = tip - 0.005 * axes[:, 2]  # 5 mm behind the tip
+    artery = chain([through - 0.02 * axes[:, 0], through + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    around = surroundings(artery=artery)
+    for joints in (start, end):  # neither end touches
+        near = MODEL.near(joints, TOOLS, around, within_m=0.0)
+        assert len(near.distance_m) == 0
+    found = free_motion(MODEL, start, end, TOOLS, around)
+    # the jaws, two fingers thick, meet the artery's wall before the middle
+    half_width = 2 * TOOLS[RIGHT_ARM].finger_half_thickness_m + ARTERY_RADIUS_M
+    expected = 0.5 - half_width / by_m
+    assert found.free_share == pytest.approx(expected, abs=0.03)
+    on_the_way = start + found.free_share * (end - start)
+    touching = MODEL.near(on_the_way, TOOLS, around, within_m=1e-3).distance_m.min()
+    assert 0.0 <= touching < 5e-5
+
+
+def test_an_artery_out_of_the_way_leaves_the_motion_free():
+    start, end, tip, axes = sideways(0.03)
+    ahead = tip + 0.004 * axes[:, 2]
+    artery = chain([ahead - 0.02 * axes[:, 0], ahead + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    found = free_motion(MODEL, start, end, TOOLS, surroundings(artery=artery))
+    assert found.free_share == 1.0
+    assert 0.0 < min(found.clearance_m.values()) < 0.0045
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.tuples(*[small] * 12), st.integers(0, 1000))
+def test_the_free_share_of_any_motion_is_free(change, seed):
+    rng = np.random.default_rng(seed)
+    artery = chain(0.01 * rng.normal(size=(6, 3)), ARTERY_RADIUS_M)
+    around, start = surroundings(artery=artery), HOME.copy()
+    end = start + np.array(change).reshape(2, 6) @ np.eye(6, 7) * [1, 1, 0.1, 1, 1, 1, 1]
+    found = free_motion(MODEL, start, end, TOOLS, around)
+    for share in np.linspace(0.0, found.free_share, 12):
+        near = MODEL.near(start + share * (end - start), TOOLS, around, within_m=0.0)
+        assert len(near.distance_m) == 0 or found.free_share == 0.0
+
+
+def test_a_margin_stops_the_motion_earlier():
+    start, end, tip, axes = sideways(0.03)
+    artery = chain([tip - 0.02 * axes[:, 0], tip + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    shares = [
+        free_motion(MODEL, start, end, TOOLS, surroundings(artery=artery), margin_m=m).free_share
+        for m in (0.0, 0.001, 0.003)
+    ]
+    assert shares[0] > shares[1] > shares[2] > 0.0
+
+
+def test_a_pair_that_touches_at_the_start_has_no_free_share_unless_it_rests():
+    start, end, tip, axes = sideways(0.03)
+    at_start = tip - 0.015 * axes[:, 1]
+    artery = chain([at_start - 0.02 * axes[:, 0], at_start + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    around = surroundings(artery=artery)
+    assert free_motion(MODEL, start, end, TOOLS, around).free_share == 0.0
+    rests = free_motion(MODEL, start, start, TOOLS, around)
+    assert rests.free_share == 1.0
