@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controller.safety.chain_search import ChainSearch
 from controller.safety.gap import MM, Core, Gap, gap
-from controller.safety.link_cores import N_LINK, LinkCores, link_cores
+from controller.safety.link_cores import N_LINK, SHAFT, LinkCores, link_cores
 from controller.safety.rigid_surface import SurfaceModel
 from controller.safety.surroundings import (
     LIVER,
@@ -27,6 +27,7 @@ from tissue_sim.sweep import Indices
 ACTIVATION_M = 0.010
 OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
 NO_LINK = -1
+_SHAFTS = [SHAFT, N_LINK + SHAFT]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +79,9 @@ class CollisionModel:
     ) -> NearPairs:
         """Every pair nearer than `within_m`, at joints (2, 7).
 
-        Of one link and one surface, one pair; of one link and one chain, its two nearest capsules.
+        Of one link and one surface, one pair; of one link and one chain, each capsule that may be
+        the nearest. A shaft and the port wall are no pair: it goes through its hole, and inside a
+        convex wall it is as far as its wrist is, which is checked.
         """
         links = link_cores(joints, instruments, self._T_world_rcm)
         cores = links.cores()
@@ -94,7 +97,9 @@ class CollisionModel:
     ) -> Iterator[_Near]:
         for name, surface in self._surfaces.items():
             surface.move(moved_m[name])
-            for k in np.flatnonzero(surface.at_least_m(links) < within_m).tolist():
+            near = surface.at_least_m(links) < within_m
+            near[_SHAFTS] &= name != PORT_WALL
+            for k in np.flatnonzero(near).tolist():
                 yield _Near(link=k, obstacle=name, gap=surface.gap(cores[k]), radius_m=0.0)
 
 

@@ -25,6 +25,9 @@ N_LINK = len(PATCH_LINKS)
 _INSERTION, _SHAFT_FRAME, _WRIST_FRAME = (
     JOINT_NAMES.index(name) for name in ("insertion", "roll", "wrist_pitch")
 )
+_SIDES = np.array(list(FINGER_SIDES.values()))
+_NO_MOTION = np.tile(np.eye(4), (2, 8, 1, 1))
+_SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])  # round a plate
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -55,9 +58,8 @@ class LinkCores:
 
     def cores(self) -> list[Core]:
         """For FCL."""
-        x, z = np.moveaxis(self.R_world_core[..., ::2] * self.half_size_m[:, None], -1, 0)
-        c = self.centre_m
-        corners_mm = MM * np.stack([c - x - z, c + x - z, c + x + z, c - x + z], axis=1)
+        edges = MM * self.R_world_core[..., ::2] * self.half_size_m[:, None]
+        corners_mm = MM * self.centre_m[:, None] + _SIGNS @ edges.transpose(0, 2, 1)
         flat = self.half_size_m[:, 0] > 0.0
         return [
             Core(corners if plate else corners[[0, 2]])
@@ -70,17 +72,16 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
 
     Fingers that press on each other (a jaw below 0) are closed.
     """
-    figures = [_figures(instrument) for instrument in instruments]
-    T_core, half_size, radius = (np.stack(f) for f in list(zip(*figures, strict=True))[1:])
+    origins, T_core, half_size, radius = _figures(tuple(instruments))
+    T_core, half_size = T_core.copy(), half_size.copy()
     half_size[:, SHAFT, 1] = 0.5 * np.maximum(joints[:, _INSERTION] - INSERTION_AT_RCM_M, 0.0)
     T_core[:, SHAFT, 2, 3] = -half_size[:, SHAFT, 1]
-    T = _link_frames(joints, np.stack([f[0] for f in figures]), T_world_rcm) @ T_core
-    T = T.reshape(-1, 4, 4)
+    T = (_link_frames(joints, origins, T_world_rcm) @ T_core).reshape(-1, 4, 4)
     return LinkCores(
         centre_m=T[:, :3, 3],
         R_world_core=T[:, :3, :3],
         half_size_m=half_size.reshape(-1, 2),
-        radius_m=radius.ravel(),
+        radius_m=radius,
     )
 
 
@@ -118,13 +119,13 @@ def _motions(joints: Array) -> Array:
 
     The fingers' axis is x.
     """
-    motions = np.tile(np.eye(4), (2, 8, 1, 1))
+    motions = _NO_MOTION.copy()
     c, s = np.cos(joints), np.sin(joints)
     motions[:, :6, 0, 0] = motions[:, :6, 1, 1] = c[:, :6]
     motions[:, :6, 1, 0], motions[:, :6, 0, 1] = s[:, :6], -s[:, :6]
-    motions[:, _INSERTION] = np.eye(4)
+    motions[:, _INSERTION] = _NO_MOTION[:, _INSERTION]
     motions[:, _INSERTION, 2, 3] = joints[:, _INSERTION]
-    half_jaw = 0.5 * np.maximum(joints[:, 6:], 0.0) * list(FINGER_SIDES.values())
+    half_jaw = 0.5 * np.maximum(joints[:, 6:], 0.0) * _SIDES
     motions[:, 6:, 1, 1] = motions[:, 6:, 2, 2] = np.cos(half_jaw)
     motions[:, 6:, 2, 1] = np.sin(half_jaw)
     motions[:, 6:, 1, 2] = -motions[:, 6:, 2, 1]
@@ -132,11 +133,18 @@ def _motions(joints: Array) -> Array:
 
 
 @cache
-def _figures(instrument: Instrument) -> tuple[Array, Array, Array, Array]:
-    """Of one arm: origins of six joints and two fingers in their parents' frames (8, 4, 4).
+def _figures(instruments: tuple[Instrument, ...]) -> tuple[Array, Array, Array, Array]:
+    """Of both arms, each in its parent's frame: origins of six joints and two fingers (2, 8, 4, 4).
 
-    And `T_link_core` (4, 4, 4), half sizes (4, 2) and radii (4,); the shaft as yet of no length.
+    And `T_link_core` (2, 4, 4, 4), half sizes (2, 4, 2), the shaft as yet of no length, and radii
+    (8,).
     """
+    arms = [_figures_of_arm(instrument) for instrument in instruments]
+    origins, T_core, half_size, radius = (np.stack(part) for part in zip(*arms, strict=True))
+    return origins, T_core, half_size, radius.ravel()
+
+
+def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array, Array]:
     origins = [dh_transform(row) for row in dh_table(instrument)]
     patches = link_patches(instrument)
     a, b, w = patches.a_link_m.copy(), patches.b_link_m, patches.w_link_m

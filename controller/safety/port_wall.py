@@ -20,8 +20,7 @@ PORT_HOLE_M = 0.015  # least radius, assumed: cannula, and the wall's give about
 def port_wall(ports_world_m: Array) -> RigidSurface:
     """The wall about two ports (2, 3); the field's centre, the world's origin, is inside.
 
-    The holes are so wide that a shaft in its own port is clear of the wall until it is tilted
-    almost flat against it; no other exemption is needed.
+    The wall is convex, and its holes so wide that a wrist can be drawn back into its port.
     """
     middle = ports_world_m.mean(axis=0)
     half_gap = ports_world_m[1] - middle

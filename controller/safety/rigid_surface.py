@@ -45,8 +45,8 @@ class SurfaceModel:
         self._axes = np.linalg.qr(np.column_stack([unit(area.sum(axis=0)), np.eye(3)]))[0].T
         self._axes[0] *= np.sign(self._axes[0] @ area.sum(axis=0))
         along = points @ self._axes.T
-        self._low, self._high = along.min(axis=0), along.max(axis=0)
-        self._low[0] = -np.inf  # everything behind it
+        low, high = along.min(axis=0), along.max(axis=0)
+        self._middle, self._half = 0.5 * (high + low), 0.5 * (high - low)
         self.move(np.zeros(3))
 
     def move(self, moved_m: Array) -> None:
@@ -56,12 +56,11 @@ class SurfaceModel:
 
     def at_least_m(self, links: LinkCores) -> Array:
         """(8,) lower bound of the distance: to a box about the surface, open behind."""
-        x, z = links.R_world_core[..., 0], links.R_world_core[..., 2]
-        half = links.half_size_m[:, :1] * np.abs(x @ self._axes.T)
-        half += links.half_size_m[:, 1:] * np.abs(z @ self._axes.T)
-        centre = (links.centre_m - self._moved_m) @ self._axes.T
-        outside = np.maximum(centre - half - self._high, self._low - centre - half)
-        return outside.max(axis=1) - links.radius_m
+        half = np.abs(self._axes @ links.R_world_core[..., ::2]) @ links.half_size_m[..., None]
+        off_middle = (links.centre_m - self._moved_m) @ self._axes.T - self._middle
+        beyond = np.abs(off_middle) - self._half - half[..., 0]
+        beyond[:, 0] = off_middle[:, 0] - half[:, 0, 0] - self._half[0]
+        return beyond.max(axis=1) - links.radius_m
 
     def gap(self, core: Core) -> Gap:
         """Between a core and the surface; as deep as the core's deepest point when not outside."""

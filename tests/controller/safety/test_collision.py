@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from controller.safety import collision
 from controller.safety.gap import MM, Core, gap
 from controller.safety.link_cores import N_LINK, link_cores
+from controller.safety.port_wall import port_wall
 from tests.controller.safety.field import (
     EYE,
     HOME,
@@ -21,7 +22,7 @@ from tests.controller.safety.field import (
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import unit
 from tissue_sim.instruments import PATCH_LINKS, SHAFT_RADIUS_M
-from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics
+from tissue_sim.psm import forward_kinematics
 
 MODEL = model()
 CLOSED = np.where(np.arange(7) == 6, 0.0, HOME)  # the jaws
@@ -141,32 +142,46 @@ def test_arms_that_cross_are_one_pair_of_links_each():
     assert len(pairs) == len(set(pairs))
 
 
-@settings(deadline=None, max_examples=40)
-@given(st.floats(-0.7, 0.7), st.floats(-0.7, 0.7), st.floats(0.03, 0.2))
-def test_a_shaft_in_its_own_port_is_clear_of_the_wall(yaw, pitch, insertion):
-    joints = HOME.copy()
+@settings(deadline=None, max_examples=60)
+@given(st.floats(-1.5, 1.5), st.floats(-0.9, 0.9), st.floats(0.04, 0.2))
+def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch, insertion):
+    """Why no shaft is checked against the wall: its wrist stands for it."""
+    joints = CLOSED.copy()
     joints[RIGHT_ARM, :3] = yaw, pitch, insertion
+    near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.3)
+    assert len(rows(near, RIGHT_ARM, "shaft", "port wall")) == 0
+    wrist = near.distance_m[rows(near, RIGHT_ARM, "wrist", "port wall")].min()
+    if wrist > 0.001:
+        centre, radius = dome()
+        core = link_cores(joints, TOOLS, T_WORLD_RCM).cores()[N_LINK]
+        beyond_hole = core.samples_mm(1.0)[20:] / MM
+        room = radius - np.linalg.norm(beyond_hole - centre, axis=1)
+        assert (room > 0.0).all()
+
+
+def dome():
+    """The wall's sphere, from four of its points."""
+    points = port_wall(T_WORLD_RCM[:, :3, 3]).points_m
+    system = np.column_stack([2 * points, np.ones(len(points))])
+    *centre, rest = np.linalg.lstsq(system, (points**2).sum(axis=1))[0]
+    return np.array(centre), np.sqrt(rest + np.square(centre).sum())
+
+
+@pytest.mark.parametrize("insertion", [0.03, 0.05, 0.09])
+def test_a_tool_in_its_own_port_is_clear_of_the_wall(insertion):
+    joints = CLOSED.copy()
+    joints[RIGHT_ARM, 2] = insertion
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.02)
-    shaft = rows(near, RIGHT_ARM, "shaft", "port wall")
-    assert (near.distance_m[shaft] > 0.0).all()
+    assert (near.distance_m[near.obstacle == "port wall"] > 0.0).all()
 
 
-def test_a_finger_bent_back_meets_the_wall():
-    joints = HOME.copy()
-    joints[RIGHT_ARM, :6] = 0.0, 0.9, INSERTION_AT_RCM_M + 0.04, 0.0, 0.0, 0.0
-    least = []
-    for pitch in (-1.2, 1.2):
-        joints[RIGHT_ARM, 4] = pitch
-        for yaw in (-1.2, 1.2):
-            joints[RIGHT_ARM, 5] = yaw
-            near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.05)
-            k = rows(near, RIGHT_ARM, "finger_plus", "port wall")
-            least.append(near.distance_m[k].min(initial=np.inf))
-    assert min(least) < 0.02
-
-
-def test_one_arm_does_not_pass_the_wall_beside_its_hole():
-    wall_point = T_WORLD_RCM[:, :3, 3].mean(axis=0)  # between the ports
-    tube = chain([wall_point, wall_point + 1e-4], 1e-4)
-    near = MODEL.near(HOME, TOOLS, surroundings(artery=tube), within_m=0.02)
-    assert len(rows(near, RIGHT_ARM, "shaft", "artery")) == 0  # no link is there
+def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
+    """Turned to the other port's side, it pierces the wall; turned to the field, it does not."""
+    least = {}
+    for yaw in (-1.4, 0.0, 1.4):
+        joints = CLOSED.copy()
+        joints[RIGHT_ARM, :3] = yaw, 0.0, 0.12
+        near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.05)
+        least[yaw] = near.distance_m[near.obstacle == "port wall"].min(initial=np.inf)
+    assert least[0.0] > 0.03
+    assert min(least.values()) < -0.005
