@@ -15,7 +15,6 @@ from tissue_sim.frames import pose
 from tissue_sim.organ import Organ
 from tissue_sim.shapes import drop, joined, pipe, sheet
 from tissue_sim.surroundings import (
-    CAVITY_RADIUS_M,
     COMMON_DUCT_RADIUS_M,
     FAT_BEHIND_M,
     GRID_M,
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
 LOBULE_M = 0.010  # a lobule of fat
 FAT_TILE_M = 0.055
+CAVITY_RADIUS_M = 0.28
 
 
 class DrawnSurroundings:

@@ -15,7 +15,6 @@ from tissue_sim.organ import Organ
 FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
 LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
 COMMON_DUCT_RADIUS_M = 0.0032
-CAVITY_RADIUS_M = 0.28
 GRID_M = 0.006  # spacing of surfaces' points
 
 

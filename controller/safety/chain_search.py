@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.safety.gap import MM, Core, Gap, gap
 from controller.safety.link_cores import LinkCores
@@ -34,17 +33,29 @@ class ChainSearch:
 
         No capsule that is left out is nearer than one of the same chain that is given.
         """
-        for link, capsule in np.argwhere(self._may_be_nearest(links, within_m)).tolist():
-            yield link, self._chain[capsule], capsule, gap(cores[link], self._core(capsule))
+        radii_mm = MM * (links.radius_m[:, None] + self.radius_m)
+        nearest_mm: dict[tuple[int, int], float] = {}
+        for link, capsule, bound_mm in self._candidates(links, within_m):
+            pair = link, int(self._chain[capsule])
+            if bound_mm < nearest_mm.get(pair, np.inf):
+                found = gap(cores[link], self._core(capsule))
+                distance_mm = found.distance_mm - radii_mm[link, capsule]
+                nearest_mm[pair] = min(distance_mm, nearest_mm.get(pair, np.inf))
+                yield *pair, capsule, found
 
-    def _may_be_nearest(self, links: LinkCores, within_m: float) -> NDArray[np.bool_]:
-        """(8, n) near, and not farther for sure than the nearest of the same chain.
+    def _candidates(self, links: LinkCores, within_m: float) -> Iterator[tuple[int, int, float]]:
+        """Link, capsule and a lower bound of their distance (mm), the least bound first.
 
         A capsule is nearer than its middle, by half its length at most.
         """
         middle = links.to_points_m(self._centre_m) - self.radius_m
         least = np.minimum.reduceat(middle, self._first[:-1], axis=1)
-        return middle - self._half_m < np.minimum(least, within_m)[:, self._chain]
+        bound = middle - self._half_m
+        link, capsule = np.nonzero(bound < np.minimum(least, within_m)[:, self._chain])
+        bound_mm = MM * bound[link, capsule]
+        order = np.argsort(bound_mm, kind="stable")
+        columns = (column[order].tolist() for column in (link, capsule, bound_mm))
+        return zip(*columns, strict=True)
 
     def _core(self, capsule: int) -> Core:
         if capsule not in self._cores:

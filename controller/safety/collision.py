@@ -79,9 +79,9 @@ class CollisionModel:
     ) -> NearPairs:
         """Every pair nearer than `within_m`, at joints (2, 7).
 
-        Of one link and one surface, one pair; of one link and one chain, each capsule that may be
-        the nearest. A shaft and the port wall are no pair: it goes through its hole, and inside a
-        convex wall it is as far as its wrist is, which is checked.
+        Of one link and one surface, one pair; of one link and one chain, the nearest capsule and
+        those that had to be looked at to know it. A shaft and the port wall are no pair: it goes
+        through its hole, and is inside the flat wall as far as its wrist, which is checked.
         """
         links = link_cores(joints, instruments, self._T_world_rcm)
         cores = links.cores()

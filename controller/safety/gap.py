@@ -9,7 +9,7 @@ touch", but the rounding radii carry the depth until then.
 from __future__ import annotations
 
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import fcl
 import numpy as np
@@ -70,22 +70,23 @@ class Core:
         return self.centre_mm + shares @ edges
 
 
-def nearest_points(a: fcl.CollisionObject, b: fcl.CollisionObject) -> fcl.DistanceResult:
-    """FCL's answer for two meshes, in mm and the world frame.
+def nearest_points(
+    a: fcl.CollisionObject, b: fcl.CollisionObject
+) -> tuple[float, Array, Array, int]:
+    """Of two meshes, by FCL: distance, point of a, point of b (mm, world), triangle of b.
 
-    `min_distance` is 0 when they touch; `nearest_points` are of a and b, `b1`, `b2` the triangles.
+    The distance is 0 when they touch, and the points mean nothing then.
     """
     result = fcl.DistanceResult()
-    fcl.distance(a, b, _REQUEST, result)
-    return result
+    distance_mm = fcl.distance(a, b, _REQUEST, result)
+    on_a, on_b = result.nearest_points
+    return distance_mm, cast(Array, on_a), cast(Array, on_b), result.b2
 
 
 def gap(a: Core, b: Core) -> Gap:
     """Between two cores."""
-    result = nearest_points(a.body, b.body)
-    if result.min_distance > TOUCHING_MM:
-        return Gap(result.min_distance, *result.nearest_points)
-    return overlap(a, b)
+    distance_mm, on_a, on_b, _ = nearest_points(a.body, b.body)
+    return Gap(distance_mm, on_a, on_b) if distance_mm > TOUCHING_MM else overlap(a, b)
 
 
 def overlap(a: Core, b: Core) -> Gap:

@@ -64,22 +64,20 @@ class SurfaceModel:
 
     def gap(self, core: Core) -> Gap:
         """Between a core and the surface; as deep as the core's deepest point when not outside."""
-        result = nearest_points(core.body, self._body)
-        on_core, on_surface = result.nearest_points
-        if result.min_distance > TOUCHING_MM and self._is_outside(on_core - on_surface, result.b2):
-            return Gap(result.min_distance, on_core, on_surface)
+        distance_mm, on_core, on_surface, triangle = nearest_points(core.body, self._body)
+        if distance_mm > TOUCHING_MM and self._is_outside(on_core - on_surface, triangle):
+            return Gap(distance_mm, on_core, on_surface)
         points = core.samples_mm(MM * SAMPLE_M)
         return min((self._gap_of_point(point) for point in points), key=lambda g: g.distance_mm)
 
     def _gap_of_point(self, point_mm: Array) -> Gap:
         """Of a point, which is outside or behind; on the surface it counts as behind."""
-        result = nearest_points(Core(np.stack([point_mm, point_mm])).body, self._body)
-        if result.min_distance <= TOUCHING_MM:
-            out = TOUCHING_MM * self._normals[result.b2]
-            return Gap(-TOUCHING_MM, point_mm, point_mm + out)
-        _, on_surface = result.nearest_points
-        outside = self._is_outside(point_mm - on_surface, result.b2)
-        return Gap(result.min_distance * (1 if outside else -1), point_mm, on_surface)
+        point = Core(np.stack([point_mm, point_mm]))
+        distance_mm, _, on_surface, triangle = nearest_points(point.body, self._body)
+        if distance_mm <= TOUCHING_MM:
+            return Gap(-TOUCHING_MM, point_mm, point_mm + TOUCHING_MM * self._normals[triangle])
+        outside = self._is_outside(point_mm - on_surface, triangle)
+        return Gap(distance_mm if outside else -distance_mm, point_mm, on_surface)
 
     def _is_outside(self, away: Array, triangle: int) -> bool:
         return bool(away @ self._normals[triangle] > BEHIND * np.sqrt(away @ away))

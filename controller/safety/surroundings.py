@@ -57,7 +57,8 @@ class Surroundings:
         moved_m: surface name -> (3,) how far it stands from where it was registered. The liver
             moves with the body, the port wall stays with the ports.
         chains: name -> what is round and soft: the common bile duct, the organ's tubes ("duct",
-            "artery", and "second artery" where there is one) and the gallbladder.
+            "artery", and "second artery" where there is one; as wide as at rest) and the
+            gallbladder, as wide as its rings are now.
     """
 
     moved_m: dict[str, Array]
@@ -69,7 +70,7 @@ def registered(world: World) -> RigidSurroundings:
     organ, anatomy = world.organ, world.anatomy
     liver = sheet(liver_points(organ, anatomy, relief_rng(anatomy)), GRID_M)
     return RigidSurroundings(
-        liver=RigidSurface(points_m=liver.points, triangles=liver.triangles),
+        liver=RigidSurface(points_m=liver.points.astype(float), triangles=liver.triangles),
         port_wall=port_wall(world.arms.T_world_rcm[:, :3, 3]),
         common_duct_m=common_duct_line(organ, anatomy),
     )
@@ -78,35 +79,34 @@ def registered(world: World) -> RigidSurroundings:
 def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
     """Where everything is now. Privileged: a tracker without error."""
     positions, offset = world.tissue.positions(), world.body.offset_m
-    common_duct = rigid.common_duct_m + offset
+    common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
     chains = {
-        COMMON_DUCT: CapsuleChain(
-            start_m=common_duct[:-1],
-            end_m=common_duct[1:],
-            radius_m=np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M),
-        ),
-        GALLBLADDER: chain_of(positions, world.organ.sac_rings, world.organ.sac_rings),
+        COMMON_DUCT: chain_through(common_duct, COMMON_DUCT_RADIUS_M),
+        GALLBLADDER: chain_through(positions[sac[:, 0]], _mean_radius_m(positions, sac)),
     }
     for tube in world.organ.tubes:
         outside = slice(world.organ.neck_ring[tube] + 1)
-        below, above = world.tubes.below[tube][outside], world.tubes.above[tube][outside]
-        chains[tube] = chain_of(positions, below, above)
+        below, above = world.tubes.below[tube][outside, 0], world.tubes.above[tube][outside, 0]
+        radius_m = world.tubes.radius_m(tube)
+        chains[tube] = chain_through(positions[below], radius_m, positions[above])
     return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, chains=chains)
 
 
-def chain_of(positions: NDArray[np.floating], below: Indices, above: Indices) -> CapsuleChain:
-    """A capsule from ring to ring, as wide as the two rings are now on average.
+def chain_through(
+    points_m: NDArray[np.floating],
+    radius_m: float | Array,
+    upper_m: NDArray[np.floating] | None = None,
+) -> CapsuleChain:
+    """A capsule from each point (n, 3) to the next; its radius is the mean of its ends' (n,).
 
-    Args:
-        positions: (n_vertex, 3), world frame, m.
-        below: (n_ring, 1 + 2 sectors) centre, inner and outer vertices of each ring, as the part
-            of the tube below it has them.
-        above: the same as the part above has them; another where the ring is severed.
+    Where a tube is severed, `upper_m` (n, 3) holds the place of the point as the part above has
+    it: a capsule goes from there to the next point.
     """
-    radius = _mean_radius_m(positions, below)
+    start = points_m if upper_m is None else upper_m
+    radius = np.broadcast_to(radius_m, len(points_m))
     return CapsuleChain(
-        start_m=positions[above[:-1, 0]].astype(float),
-        end_m=positions[below[1:, 0]].astype(float),
+        start_m=start[:-1].astype(float),
+        end_m=points_m[1:].astype(float),
         radius_m=0.5 * (radius[:-1] + radius[1:]),
     )
 

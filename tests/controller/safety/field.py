@@ -5,7 +5,7 @@ import numpy as np
 from controller.safety.collision import CollisionModel
 from controller.safety.port_wall import port_wall
 from controller.safety.rigid_surface import RigidSurface
-from controller.safety.surroundings import CapsuleChain, RigidSurroundings, Surroundings
+from controller.safety.surroundings import RigidSurroundings, Surroundings, chain_through
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.instruments import INSTRUMENTS
 
@@ -43,10 +43,7 @@ def model(liver=None):
 
 def chain(points, radius_m):
     """A chain of capsules through points (n, 3)."""
-    points = np.asarray(points, float)
-    return CapsuleChain(
-        start_m=points[:-1], end_m=points[1:], radius_m=np.full(len(points) - 1, radius_m)
-    )
+    return chain_through(np.asarray(points, float), radius_m)
 
 
 def surroundings(moved_m=(0.0, 0.0, 0.0), **chains):

@@ -37,7 +37,7 @@ def test_the_wall_goes_round_both_ports_and_faces_the_field(world):
     corners = wall.points_m[wall.triangles]
     apart = np.linalg.norm(corners.reshape(-1, 1, 3) - ports, axis=-1)
     assert (apart.min(axis=0) > 0.015).all()  # a hole
-    assert (apart.min(axis=0) < 0.015 + 2 * 0.004).all()  # no wider than two cells more
+    assert (apart.min(axis=0) < 0.015 + 2 * 0.006).all()  # no wider than two cells more
     a, b, c = np.moveaxis(corners, 1, 0)
     inward = -corners.mean(axis=1)  # towards the field's centre
     assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), inward) > 0).all()
@@ -52,7 +52,7 @@ def test_tubes_start_at_the_common_duct_and_are_as_wide_as_the_anatomy_says(worl
         ("duct", anatomy.duct_diameter_m),
         ("artery", anatomy.arteries["artery"].diameter_m),
     ):
-        assert 2 * np.median(now.chains[tube].radius_m) == pytest.approx(diameter, rel=0.05)
+        assert 2 * np.median(now.chains[tube].radius_m) == pytest.approx(diameter, rel=1e-6)
 
 
 def test_a_severed_tube_is_two_chains_that_part(world):
