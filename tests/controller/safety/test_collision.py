@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from controller.safety import collision
 from controller.safety.gap import MM, Core, gap
 from controller.safety.link_cores import N_LINK, link_cores
+from controller.safety.rigid_surface import SurfaceModel
 from tests.controller.safety.field import (
     EYE,
     HOME,
@@ -175,3 +176,31 @@ def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
         least[yaw] = near.distance_m[near.obstacle == "port wall"].min(initial=np.inf)
     assert least[0.0] > 0.03
     assert min(least.values()) < -0.005
+
+
+@settings(deadline=None, max_examples=40)
+@given(both_arms)
+def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
+    near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.03)
+    links = link_cores(joints, TOOLS, T_WORLD_RCM)
+    cores, expected = links.cores(), {}
+    for k, other in np.ndindex(N_LINK, N_LINK):
+        apart = gap(cores[k], cores[N_LINK + other]).distance_mm / MM
+        distance = apart - links.radius_m[k] - links.radius_m[N_LINK + other]
+        if distance < 0.03:
+            expected[k, other] = distance
+    at = near.obstacle == "right arm"
+    pairs = zip(near.link[at].tolist(), near.other_link[at].tolist(), strict=True)
+    assert dict(zip(pairs, near.distance_m[at], strict=True)) == pytest.approx(expected)
+
+
+@settings(deadline=None, max_examples=40)
+@given(both_arms, st.tuples(small, small, small).map(np.array))
+def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
+    surface = SurfaceModel(plane(np.zeros(3), np.array([0.1, 0.3, 1.0]), half_size=0.02))
+    surface.move(0.1 * moved)
+    links = link_cores(joints, TOOLS, T_WORLD_RCM)
+    distance = np.array([surface.gap(core).distance_mm / MM for core in links.cores()])
+    outside = distance > 0.0  # far behind and beside it, a core is not near it
+    bound = surface.at_least_m(links)
+    assert (bound <= distance - links.radius_m + 1e-9)[outside].all()
