@@ -46,6 +46,19 @@ def link_poses(instrument: Instrument) -> ca.Function:
 
 
 @cache
+def patch_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
+    """Joints of n arms (7 * n,) to the poses of all `PATCH_LINKS`, each in its RCM frame (4, 16 n).
+
+    Side by side, arm after arm.
+    """
+    joints = ca.SX.sym("joints", 7, len(instruments))
+    arms = zip(ca.horzsplit(joints), instruments, strict=True)
+    links = [_links(q, instrument) for q, instrument in arms]
+    poses = [of_arm[name] for of_arm in links for name in PATCH_LINKS]
+    return _function("patch_poses", ca.vec(joints), ca.horzcat(*poses))
+
+
+@cache
 def link_twists(instrument: Instrument) -> ca.Function:
     """Joints (7,) to (7, 4 * 12): for each of `PATCH_LINKS` and joint, dT/dq T^-1 without last row.
 

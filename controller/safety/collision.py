@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.chain_search import ChainSearch
-from controller.safety.gap import MM, Core, Gap, gap
+from controller.safety.chain_gaps import chain_gaps
+from controller.safety.core_gaps import CORE_GAP, NO_LINK, CoreGaps
+from controller.safety.gap import MM, Gap, gap
 from controller.safety.link_cores import N_LINK, SHAFT, LinkCores, link_cores
 from controller.safety.rigid_surface import SurfaceModel
+from controller.safety.slabs import Slabs, half_a_sphere, joined
 from controller.safety.surroundings import (
     LIVER,
     PORT_WALL,
-    CapsuleChain,
     RigidSurroundings,
     Surroundings,
 )
@@ -26,7 +26,7 @@ from tissue_sim.sweep import Indices
 
 ACTIVATION_M = 0.010
 OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
-NO_LINK = -1
+N_DIRECTION = 32
 _SHAFTS = [SHAFT, N_LINK + SHAFT]
 
 
@@ -46,6 +46,7 @@ class NearPairs:
         other_link: (n,) of the right arm where that is the obstacle, -1 elsewhere. Such a pair
             is there once, with the left arm as the instrument.
         obstacle: (n,) "liver", "port wall", "right arm", or the name of a chain.
+        within_m: the activation distance.
     """
 
     distance_m: Array
@@ -56,6 +57,7 @@ class NearPairs:
     link: Indices
     other_link: Indices
     obstacle: NDArray[np.str_]
+    within_m: float
 
 
 class CollisionModel:
@@ -68,6 +70,9 @@ class CollisionModel:
             LIVER: SurfaceModel(rigid.liver),
             PORT_WALL: SurfaceModel(rigid.port_wall),
         }
+        surfaces = self._surfaces.values()
+        self._directions = np.stack([*half_a_sphere(N_DIRECTION), *(s.outward for s in surfaces)])
+        self._slabs = joined([s.slabs(self._directions) for s in surfaces])
 
     def near(
         self,
@@ -80,74 +85,69 @@ class CollisionModel:
         """Every pair nearer than `within_m`, at joints (2, 7).
 
         Of one link and one surface, one pair; of one link and one chain, the nearest capsule and
-        those that had to be looked at to know it. A shaft and the port wall are no pair: it goes
-        through its hole, and is inside the flat wall as far as its wrist, which is checked.
+        those alongside, at most `ALONGSIDE_M` farther. A shaft and the port wall are no pair: it
+        goes through its hole, and is inside the flat wall as far as its wrist, which is checked.
         """
         links = link_cores(joints, instruments, self._T_world_rcm)
-        cores = links.cores()
-        found = [
-            *self._near_surfaces(links, cores, surroundings.moved_m, within_m),
-            *_near_chains(links, cores, surroundings.chains, within_m),
-            *_between_arms(links, cores, within_m),
+        chains = surroundings.chains
+        names = [*chains, *self._surfaces, OTHER_ARM]
+        slabs = links.slabs(self._directions)
+        by_fcl = [
+            *self._surface_gaps(links, slabs, surroundings, within_m),
+            *_gaps_between_arms(links, slabs, len(names) - 1, within_m),
         ]
-        return _near_pairs(found, links.radius_m, within_m)
+        by_form = chain_gaps(links, list(chains.values()), within_m)
+        gaps = np.empty(len(by_fcl) + len(by_form), CORE_GAP)
+        gaps[: len(by_fcl)], gaps[len(by_fcl) :] = by_fcl, by_form
+        return _near_pairs(gaps, links.radius_m, names, within_m)
 
-    def _near_surfaces(
-        self, links: LinkCores, cores: list[Core], moved_m: Mapping[str, Array], within_m: float
-    ) -> Iterator[_Near]:
-        for name, surface in self._surfaces.items():
-            surface.move(moved_m[name])
-            near = surface.at_least_m(links) < within_m
-            near[_SHAFTS] &= name != PORT_WALL
-            for k in np.flatnonzero(near).tolist():
-                yield _Near(link=k, obstacle=name, gap=surface.gap(cores[k]), radius_m=0.0)
-
-
-class _Near(NamedTuple):
-    """A link (0 to 7), what it is near, the gap between their cores, and the other's radius."""
-
-    link: int
-    obstacle: str
-    gap: Gap
-    radius_m: float
-    other_link: int = NO_LINK
+    def _surface_gaps(
+        self, links: LinkCores, slabs: Slabs, surroundings: Surroundings, within_m: float
+    ) -> Iterator[tuple]:
+        moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
+        surfaces = self._slabs.moved(moved_m @ self._directions.T)
+        near = slabs.at_least_m(surfaces) < within_m
+        for k, (name, surface) in enumerate(self._surfaces.items()):
+            surface.move(moved_m[k])
+            near[_SHAFTS, k] &= name != PORT_WALL
+            for link in np.flatnonzero(near[:, k]).tolist():
+                yield _row(link, len(surroundings.chains) + k, surface.gap(links.core(link)))
 
 
-def _near_chains(
-    links: LinkCores, cores: list[Core], chains: Mapping[str, CapsuleChain], within_m: float
-) -> Iterator[_Near]:
-    search, names = ChainSearch(chains), list(chains)
-    for link, chain, capsule, between in search.near(links, cores, within_m):
-        yield _Near(link, names[chain], between, search.radius_m[capsule])
+def _gaps_between_arms(
+    links: LinkCores, slabs: Slabs, obstacle: int, within_m: float
+) -> Iterator[tuple]:
+    near = slabs[:N_LINK].at_least_m(slabs[N_LINK:]) < within_m
+    for k, other in np.argwhere(near).tolist():
+        between = gap(links.core(k), links.core(N_LINK + other))
+        yield _row(k, obstacle, between, other, links.radius_m[N_LINK + other])
 
 
-def _between_arms(links: LinkCores, cores: list[Core], within_m: float) -> Iterator[_Near]:
-    extent = np.hypot(*links.half_size_m.T) + links.radius_m
-    apart = links.to_points_m(links.centre_m) - extent
-    bound = np.maximum(apart, apart.T)[:N_LINK, N_LINK:]
-    for k, other in np.argwhere(bound < within_m).tolist():
-        between = gap(cores[k], cores[N_LINK + other])
-        yield _Near(k, OTHER_ARM, between, links.radius_m[N_LINK + other], other)
+def _row(
+    link: int, obstacle: int, gap: Gap, other_link: int = NO_LINK, radius_m: float = 0.0
+) -> tuple:
+    """Of `CORE_GAP`."""
+    return link, obstacle, other_link, gap.distance_mm / MM, gap.a_mm / MM, gap.b_mm / MM, radius_m
 
 
-def _near_pairs(found: list[_Near], radius_m: Array, within_m: float) -> NearPairs:
+def _near_pairs(gaps: CoreGaps, radius_m: Array, names: list[str], within_m: float) -> NearPairs:
     """The rows with the radii put on; `radius_m` (8,) of the links."""
-    gaps = [near.gap for near in found]
-    cores_apart = np.array([[g.distance_mm] for g in gaps]).reshape(-1, 1) / MM
-    on_a = np.array([g.a_mm for g in gaps]).reshape(-1, 3) / MM
-    on_b = np.array([g.b_mm for g in gaps]).reshape(-1, 3) / MM
-    link = np.array([near.link for near in found], np.int32)
-    radius, radius_other = radius_m[link, None], np.array([n.radius_m for n in found])[:, None]
-    normal = (on_a - on_b) / cores_apart
-    distance = (cores_apart - radius - radius_other)[:, 0]
+    radii = radius_m[gaps["link"]], gaps["other_radius_m"]
+    distance = gaps["apart_m"] - radii[0] - radii[1]
     kept = distance < within_m
+    rows = gaps[kept]
+    radius, radius_other = (r[kept, None] for r in radii)
+    on_link, on_other = rows["on_link_m"], rows["on_other_m"]
+    normal = (on_link - on_other) / rows["apart_m"][:, None]
+    arm, link = np.divmod(rows["link"], N_LINK)
     return NearPairs(
         distance_m=distance[kept],
-        on_instrument_m=(on_a - radius * normal)[kept],
-        on_obstacle_m=(on_b + radius_other * normal)[kept],
-        normal=normal[kept],
-        arm=link[kept] // N_LINK,
-        link=link[kept] % N_LINK,
-        other_link=np.array([near.other_link for near in found], np.int32)[kept],
-        obstacle=np.array([near.obstacle for near in found], str)[kept],
+        on_instrument_m=on_link - radius * normal,
+        on_obstacle_m=on_other + radius_other * normal,
+        normal=normal,
+        arm=arm,
+        link=link,
+        other_link=rows["other_link"],
+        obstacle=np.array(names)[rows["obstacle"]],
+        within_m=within_m,
     )

@@ -30,7 +30,8 @@ class FreeMotion:
         share: pair -> how much of the motion it is sure to stay outside of the margin, 0 to 1.
             0 for a pair that is within the margin at the start: whether such a motion leads out
             is for its normal to say. Below 1 also where the steps did not suffice to prove more.
-        clearance_m: pair -> the smallest distance met on the way, signed, up to where it is sure.
+        clearance_m: pair -> the smallest distance, signed, where it was looked at: at the start,
+            and on the way as often as the proof needed it.
     """
 
     share: dict[Pair, float]
@@ -50,18 +51,24 @@ def free_motion(
     surroundings: Surroundings,
     *,
     margin_m: float = 0.0,
+    near: NearPairs | None = None,
 ) -> FreeMotion:
-    """Along the straight line between joints (2, 7), the surroundings at rest."""
+    """Along the straight line between joints (2, 7), the surroundings at rest.
+
+    `near`: what the model has at the start in these surroundings, if known already. Where it
+    suffices to prove a small motion free, no more is looked for.
+    """
     travel = travel_m(start, end, instruments)
     farthest_m = travel[:N_LINK].max() + travel[N_LINK:].max()
     stopped: dict[Pair, float] = {}
     clearance_m: dict[Pair, float] = {}
-    sure, last = 0.0, False
+    sure = 0.0
     for _ in range(MOST_STEPS):
-        joints = start + sure * (end - start)
         within_m = margin_m + REACHED_M + (1.0 - sure) * farthest_m
-        near = model.near(joints, instruments, surroundings, within_m=within_m)
-        step, last = 1.0, sure >= 1.0
+        if near is None or near.within_m < within_m:
+            joints = start + sure * (end - start)
+            near = model.near(joints, instruments, surroundings, within_m=within_m)
+        step = 1.0 - sure
         for pair, distance_m in _nearest(near).items():
             speed_m, room_m = _speed_m(pair, travel), distance_m - margin_m
             if speed_m == 0.0 or pair in stopped:
@@ -71,12 +78,11 @@ def free_motion(
                 stopped[pair] = sure
             else:
                 step = min(step, room_m / speed_m)
-        if last:
+        sure, near = min(sure + step, 1.0), None
+        if sure == 1.0:
             break
-        sure = min(sure + step, 1.0)
-    proven = 1.0 if last else sure
     return FreeMotion(
-        share={pair: stopped.get(pair, proven) for pair in clearance_m}, clearance_m=clearance_m
+        share={pair: stopped.get(pair, sure) for pair in clearance_m}, clearance_m=clearance_m
     )
 
 

@@ -14,20 +14,18 @@ from functools import cache
 import numpy as np
 
 from controller.safety.gap import MM, Core
+from controller.safety.slabs import Slabs
+from controller.symbolic import evaluate, patch_poses
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
-from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES, T_YAW_TOOL_AXES, dh_table, dh_transform
-from tissue_sim.urdf import FINGER_SIDES
+from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
 
 SHAFT, WRIST = PATCH_LINKS.index("shaft"), PATCH_LINKS.index("wrist")
 FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
 N_LINK = len(PATCH_LINKS)
-_INSERTION, _SHAFT_FRAME, _WRIST_FRAME = (
-    JOINT_NAMES.index(name) for name in ("insertion", "roll", "wrist_pitch")
-)
-_SIDES = np.array(list(FINGER_SIDES.values()))
-_NO_MOTION = np.tile(np.eye(4), (2, 8, 1, 1))
-_SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])  # round a plate
+_INSERTION = JOINT_NAMES.index("insertion")
+_ROUND_A_PLATE = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)])
+_ALONG_A_LINE = np.array([(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)])
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -35,12 +33,12 @@ _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 class LinkCores:
     """Both instruments: a row a link, left arm first, each arm in the order of `PATCH_LINKS`.
 
-    A core is {centre + x s x_core + z t z_core, s, t in [-1, 1]} with the half sizes x, z.
+    A core is a box without height: {centre + R_world_core p, |p| <= half size}.
 
     Attributes:
         centre_m: (8, 3), world frame.
         R_world_core: (8, 3, 3).
-        half_size_m: (8, 2) along x_core and z_core; x is 0 for shaft and wrist.
+        half_size_m: (8, 3) x is 0 for shaft and wrist, y for all.
         radius_m: (8,).
     """
 
@@ -49,22 +47,17 @@ class LinkCores:
     half_size_m: Array
     radius_m: Array
 
-    def to_points_m(self, points_m: Array) -> Array:
-        """(8, n) distances of the surfaces to points (n, 3), world frame; below 0 inside."""
-        local = (points_m - self.centre_m[:, None]) @ self.R_world_core
-        reach = self.half_size_m[:, None]
-        local[..., ::2] -= np.clip(local[..., ::2], -reach, reach)
-        return np.sqrt(np.einsum("lni,lni->ln", local, local)) - self.radius_m[:, None]
+    def slabs(self, directions: Array) -> Slabs:
+        """Of the links, radii put on, along (k, 3) unit vectors of the world frame."""
+        reach = np.abs(directions @ self.R_world_core) @ self.half_size_m[..., None]
+        middle, half = self.centre_m @ directions.T, reach[..., 0] + self.radius_m[:, None]
+        return Slabs(low_m=middle - half, high_m=middle + half)
 
-    def cores(self) -> list[Core]:
+    def core(self, link: int) -> Core:
         """For FCL."""
-        edges = MM * self.R_world_core[..., ::2] * self.half_size_m[:, None]
-        corners_mm = MM * self.centre_m[:, None] + _SIGNS @ edges.transpose(0, 2, 1)
-        flat = self.half_size_m[:, 0] > 0.0
-        return [
-            Core(corners if plate else corners[[0, 2]])
-            for corners, plate in zip(corners_mm, flat.tolist(), strict=True)
-        ]
+        edges = MM * self.half_size_m[link] * self.R_world_core[link]
+        signs = _ROUND_A_PLATE if self.half_size_m[link, 0] > 0.0 else _ALONG_A_LINE
+        return Core(MM * self.centre_m[link] + signs @ edges.T)
 
 
 def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> LinkCores:
@@ -72,15 +65,18 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
 
     Fingers that press on each other (a jaw below 0) are closed.
     """
-    origins, T_core, half_size, radius = _figures(tuple(instruments))
-    T_core, half_size = T_core.copy(), half_size.copy()
-    half_size[:, SHAFT, 1] = 0.5 * np.maximum(joints[:, _INSERTION] - INSERTION_AT_RCM_M, 0.0)
-    T_core[:, SHAFT, 2, 3] = -half_size[:, SHAFT, 1]
-    T = (_link_frames(joints, origins, T_world_rcm) @ T_core).reshape(-1, 4, 4)
+    T_core, half_size, radius = _figures(tuple(instruments))
+    T_core, half_size, closed = T_core.copy(), half_size.copy(), joints.copy()
+    half_size[:, SHAFT, 2] = 0.5 * np.maximum(joints[:, _INSERTION] - INSERTION_AT_RCM_M, 0.0)
+    T_core[:, SHAFT, 2, 3] = -half_size[:, SHAFT, 2]
+    closed[:, 6] = np.maximum(joints[:, 6], 0.0)
+    columns = evaluate(patch_poses(tuple(instruments)), closed.ravel())
+    T_rcm_link = columns.reshape(-1, N_LINK, 4, 4).transpose(0, 1, 3, 2)
+    T = (T_world_rcm[:, None] @ T_rcm_link @ T_core).reshape(-1, 4, 4)
     return LinkCores(
         centre_m=T[:, :3, 3],
         R_world_core=T[:, :3, :3],
-        half_size_m=half_size.reshape(-1, 2),
+        half_size_m=half_size.reshape(-1, 3),
         radius_m=radius,
     )
 
@@ -100,52 +96,18 @@ def travel_m(start: Array, end: Array, instruments: Sequence[Instrument]) -> Arr
     return np.concatenate([_levers_m(q, r, i) @ np.abs(r - q) for q, r, i in arms])
 
 
-def _link_frames(joints: Array, origins: Array, T_world_rcm: Array) -> Array:
-    """(2, 4, 4, 4) `T_world_link` of both arms in the order of `PATCH_LINKS`.
-
-    Each joint's frame is its origin times its motion, as `tissue_sim.urdf` has it.
-    """
-    chain, T = origins @ _motions(joints), T_world_rcm
-    frames = []
-    for k in range(chain.shape[1] - len(FINGERS)):
-        T = T @ chain[:, k]
-        frames.append(T)
-    links = [frames[_SHAFT_FRAME], frames[_WRIST_FRAME]]
-    return np.stack([*links, *(T @ chain[:, -2 + k] for k in range(2))], axis=1)
-
-
-def _motions(joints: Array) -> Array:
-    """(2, 8, 4, 4): turns about z of the six joints, or slides along it, and both fingers' turns.
-
-    The fingers' axis is x.
-    """
-    motions = _NO_MOTION.copy()
-    c, s = np.cos(joints), np.sin(joints)
-    motions[:, :6, 0, 0] = motions[:, :6, 1, 1] = c[:, :6]
-    motions[:, :6, 1, 0], motions[:, :6, 0, 1] = s[:, :6], -s[:, :6]
-    motions[:, _INSERTION] = _NO_MOTION[:, _INSERTION]
-    motions[:, _INSERTION, 2, 3] = joints[:, _INSERTION]
-    half_jaw = 0.5 * np.maximum(joints[:, 6:], 0.0) * _SIDES
-    motions[:, 6:, 1, 1] = motions[:, 6:, 2, 2] = np.cos(half_jaw)
-    motions[:, 6:, 2, 1] = np.sin(half_jaw)
-    motions[:, 6:, 1, 2] = -motions[:, 6:, 2, 1]
-    return motions
-
-
 @cache
-def _figures(instruments: tuple[Instrument, ...]) -> tuple[Array, Array, Array, Array]:
-    """Of both arms, each in its parent's frame: origins of six joints and two fingers (2, 8, 4, 4).
+def _figures(instruments: tuple[Instrument, ...]) -> tuple[Array, Array, Array]:
+    """Of both arms: `T_link_core` (2, 4, 4, 4), half sizes (2, 4, 3), and radii (8,).
 
-    And `T_link_core` (2, 4, 4, 4), half sizes (2, 4, 2), the shaft as yet of no length, and radii
-    (8,).
+    The shaft is as yet of no length.
     """
     arms = [_figures_of_arm(instrument) for instrument in instruments]
-    origins, T_core, half_size, radius = (np.stack(part) for part in zip(*arms, strict=True))
-    return origins, T_core, half_size, radius.ravel()
+    T_core, half_size, radius = (np.stack(part) for part in zip(*arms, strict=True))
+    return T_core, half_size, radius.ravel()
 
 
-def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array, Array]:
-    origins = [dh_transform(row) for row in dh_table(instrument)]
+def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array]:
     patches = link_patches(instrument)
     a, b, w = patches.a_link_m.copy(), patches.b_link_m, patches.w_link_m
     a[SHAFT] = b[SHAFT]
@@ -153,9 +115,9 @@ def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array, Array]
     T = np.tile(np.eye(4), (N_LINK, 1, 1))
     T[WRIST, :3, :3] = _Z_ALONG_X
     T[:, :3, 3] = 0.5 * (a + b)
-    half_size = np.stack([np.abs(w[:, 0]), 0.5 * np.linalg.norm(b - a, axis=1)], axis=1)
-    origins = np.stack([*origins, T_YAW_TOOL_AXES, T_YAW_TOOL_AXES])
-    return origins, T, half_size, patches.radius_m
+    half_size = np.zeros((N_LINK, 3))
+    half_size[:, 0], half_size[:, 2] = np.abs(w[:, 0]), 0.5 * np.linalg.norm(b - a, axis=1)
+    return T, half_size, patches.radius_m
 
 
 def _levers_m(start: Array, end: Array, instrument: Instrument) -> Array:

@@ -45,7 +45,13 @@ def _free_share(
     if beyond_m > TOUCHING_M and (near.distance_m > speed + TOUCHING_M)[outside].all():
         return 1.0
     free = free_motion(
-        model, situation.start, end, situation.instruments, surroundings, margin_m=TOUCHING_M
+        model,
+        situation.start,
+        end,
+        situation.instruments,
+        surroundings,
+        margin_m=TOUCHING_M,
+        near=near,
     )
     shares = [
         share

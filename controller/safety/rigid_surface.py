@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.gap import MM, TOUCHING_MM, Core, Gap, nearest_points
-from controller.safety.link_cores import LinkCores
+from controller.safety.slabs import Slabs
 from tissue_sim.frames import Array, unit
 
 BEHIND = -0.7  # cosine to the normal: nearest points of a smooth surface have 1 or -1
@@ -41,26 +41,20 @@ class SurfaceModel:
         self._body = fcl.CollisionObject(bvh, fcl.Transform())
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         area = np.cross(b - a, c - a)
-        self._normals = unit(area)
-        self._axes = np.linalg.qr(np.column_stack([unit(area.sum(axis=0)), np.eye(3)]))[0].T
-        self._axes[0] *= np.sign(self._axes[0] @ area.sum(axis=0))
-        along = points @ self._axes.T
-        low, high = along.min(axis=0), along.max(axis=0)
-        self._middle, self._half = 0.5 * (high + low), 0.5 * (high - low)
+        self._normals, self._points_m = unit(area), points
+        self.outward = unit(area.sum(axis=0))
         self.move(np.zeros(3))
 
     def move(self, moved_m: Array) -> None:
         """Put it this far (3,) from where its points have it, world frame."""
-        self._moved_m = moved_m
         self._body.setTranslation(MM * moved_m)
 
-    def at_least_m(self, links: LinkCores) -> Array:
-        """(8,) lower bound of the distance: to a box about the surface, open behind."""
-        half = np.abs(self._axes @ links.R_world_core[..., ::2]) @ links.half_size_m[..., None]
-        off_middle = (links.centre_m - self._moved_m) @ self._axes.T - self._middle
-        beyond = np.abs(off_middle) - self._half - half[..., 0]
-        beyond[:, 0] = off_middle[:, 0] - half[:, 0, 0] - self._half[0]
-        return beyond.max(axis=1) - links.radius_m
+    def slabs(self, directions: Array) -> Slabs:
+        """(1, k) of where its points have it, and of all that is straight behind that."""
+        along, faces = self._points_m @ directions.T, directions @ self.outward
+        low, high = along.min(axis=0), along.max(axis=0)
+        low[faces > 0.0], high[faces < 0.0] = -np.inf, np.inf
+        return Slabs(low_m=low[None], high_m=high[None])
 
     def gap(self, core: Core) -> Gap:
         """Between a core and the surface; as deep as the core's deepest point when not outside."""

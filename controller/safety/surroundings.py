@@ -81,9 +81,12 @@ def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
     """Where everything is now. Privileged: a tracker without error."""
     positions, offset = world.tissue.positions(), world.body.offset_m
     common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
+    sac_radius_m = _mean_radius_m(positions, sac)
     chains = {
         COMMON_DUCT: chain_through(common_duct, COMMON_DUCT_RADIUS_M),
-        GALLBLADDER: chain_through(positions[sac[:, 0]], _mean_radius_m(positions, sac)),
+        GALLBLADDER: chain_through(
+            positions[sac[:, 0]], 0.5 * (sac_radius_m[:-1] + sac_radius_m[1:])
+        ),
     }
     for tube in world.organ.tubes:
         outside = slice(world.organ.neck_ring[tube] + 1)
@@ -98,17 +101,16 @@ def chain_through(
     radius_m: float | Array,
     upper_m: NDArray[np.floating] | None = None,
 ) -> CapsuleChain:
-    """A capsule from each point (n, 3) to the next; its radius is the mean of its ends' (n,).
+    """A capsule from each point (n, 3) to the next, as wide as given, alike or each (n - 1,).
 
     Where a tube is severed, `upper_m` (n, 3) holds the place of the point as the part above has
     it: a capsule goes from there to the next point.
     """
     start = points_m if upper_m is None else upper_m
-    radius = np.broadcast_to(radius_m, len(points_m))
     return CapsuleChain(
         start_m=start[:-1].astype(float),
         end_m=points_m[1:].astype(float),
-        radius_m=0.5 * (radius[:-1] + radius[1:]),
+        radius_m=np.full(len(points_m) - 1, radius_m),
     )
 
 

@@ -50,3 +50,11 @@ def surroundings(moved_m=(0.0, 0.0, 0.0), **chains):
     chains = chains or {"artery": chain([[1.0, 0.0, 0.0], [1.0, 0.0, 0.1]], 0.001)}
     moved = {"liver": np.array(moved_m), "port wall": np.zeros(3)}
     return Surroundings(moved_m=moved, chains=chains)
+
+
+def to_points_m(links, points_m):
+    """(8, n) distances of the links' surfaces to points (n, 3), world frame; below 0 inside."""
+    local = (points_m - links.centre_m[:, None]) @ links.R_world_core
+    reach = links.half_size_m[:, None]
+    away = local - np.clip(local, -reach, reach)
+    return np.linalg.norm(away, axis=-1) - links.radius_m[:, None]

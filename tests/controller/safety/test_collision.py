@@ -6,9 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.safety import collision
+from controller.safety.chain_gaps import ALONGSIDE_M
 from controller.safety.gap import MM, Core, gap
 from controller.safety.link_cores import N_LINK, link_cores
 from controller.safety.rigid_surface import SurfaceModel
+from controller.safety.slabs import half_a_sphere
 from tests.controller.safety.field import (
     EYE,
     HOME,
@@ -18,6 +20,7 @@ from tests.controller.safety.field import (
     model,
     plane,
     surroundings,
+    to_points_m,
 )
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import unit
@@ -53,7 +56,8 @@ def test_the_nearest_capsule_of_a_chain_is_found_for_every_link(joints, seed):
     tube = bent_tube(seed)
     near = MODEL.near(joints, TOOLS, surroundings(artery=tube), within_m=0.03)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
-    for k, core in enumerate(links.cores()):
+    for k in range(2 * N_LINK):
+        core = links.core(k)
         distances = [
             gap(core, Core(MM * np.stack([a, b]))).distance_mm / MM - links.radius_m[k] - radius
             for a, b, radius in zip(tube.start_m, tube.end_m, tube.radius_m, strict=True)
@@ -73,7 +77,7 @@ def test_points_normal_and_distance_agree(joints, seed):
     np.testing.assert_allclose(apart, near.distance_m[:, None] * near.normal, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(near.normal, axis=1), 1.0, atol=1e-6)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
-    on_own_surface = links.to_points_m(near.on_instrument_m)
+    on_own_surface = to_points_m(links, near.on_instrument_m)
     own = N_LINK * near.arm + near.link
     np.testing.assert_allclose(on_own_surface[own, np.arange(len(own))], 0.0, atol=1e-8)
 
@@ -151,7 +155,7 @@ def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.3)
     assert len(rows(near, RIGHT_ARM, "shaft", "port wall")) == 0
     (wrist,) = near.distance_m[rows(near, RIGHT_ARM, "wrist", "port wall")]
-    shaft = link_cores(joints, TOOLS, T_WORLD_RCM).cores()[N_LINK].corners_mm / MM
+    shaft = link_cores(joints, TOOLS, T_WORLD_RCM).core(N_LINK).corners_mm / MM
     ports = T_WORLD_RCM[:, :3, 3]
     outward = unit(ports.mean(axis=0))  # of a wall through both ports, square to it
     above = (shaft - ports[RIGHT_ARM]) @ outward
@@ -183,7 +187,7 @@ def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
 def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.03)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
-    cores, expected = links.cores(), {}
+    cores, expected = [links.core(k) for k in range(2 * N_LINK)], {}
     for k, other in np.ndindex(N_LINK, N_LINK):
         apart = gap(cores[k], cores[N_LINK + other]).distance_mm / MM
         distance = apart - links.radius_m[k] - links.radius_m[N_LINK + other]
@@ -200,7 +204,25 @@ def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
     surface = SurfaceModel(plane(np.zeros(3), np.array([0.1, 0.3, 1.0]), half_size=0.02))
     surface.move(0.1 * moved)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
-    distance = np.array([surface.gap(core).distance_mm / MM for core in links.cores()])
+    distance = np.array([surface.gap(links.core(k)).distance_mm / MM for k in range(2 * N_LINK)])
     outside = distance > 0.0  # far behind and beside it, a core is not near it
-    bound = surface.at_least_m(links)
+    directions = np.stack([*half_a_sphere(32), surface.outward])
+    there = surface.slabs(directions).moved(0.1 * directions @ moved)
+    bound = links.slabs(directions).at_least_m(there)[:, 0]
     assert (bound <= distance - links.radius_m + 1e-9)[outside].all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(both_arms, st.integers(0, 5))
+def test_of_a_chain_the_nearest_and_those_alongside_are_given_once(joints, seed):
+    tube = bent_tube(seed)
+    near = MODEL.near(joints, TOOLS, surroundings(artery=tube), within_m=0.03)
+    links = link_cores(joints, TOOLS, T_WORLD_RCM)
+    for k in range(2 * N_LINK):
+        found = near.distance_m[rows(near, k // N_LINK, PATCH_LINKS[k % N_LINK], "artery")]
+        ends = zip(tube.start_m, tube.end_m, strict=True)
+        apart = [gap(links.core(k), Core(MM * np.stack(e))).distance_mm / MM for e in ends]
+        distances = np.array(apart) - links.radius_m[k] - tube.radius_m
+        limit = min(distances.min() + ALONGSIDE_M, 0.03)
+        expected = np.sort(distances[distances < limit])
+        np.testing.assert_allclose(np.sort(found), expected, atol=1e-9)

@@ -92,3 +92,24 @@ def test_a_pair_that_touches_at_the_start_has_no_free_share_unless_it_rests():
     assert free_motion(MODEL, start, end, TOOLS, around).free_share == 0.0
     rests = free_motion(MODEL, start, start, TOOLS, around)
     assert rests.free_share == 1.0
+
+
+def test_a_small_free_motion_is_proven_from_what_is_near_already():
+    start, _, tip, axes = sideways(0.03)
+    aside = tip + 0.006 * axes[:, 1]
+    around = surroundings(artery=chain([aside, aside + 0.02 * axes[:, 0]], ARTERY_RADIUS_M))
+    near = MODEL.near(start, TOOLS, around, within_m=0.05)
+    end = start + 1e-3
+    assert free_motion(None, start, end, TOOLS, around, near=near).free_share == 1.0
+
+
+@pytest.mark.parametrize("within_m", [0.0, 0.002, 0.1])
+def test_what_is_near_already_changes_no_share(within_m):
+    start, end, tip, axes = sideways(0.03)
+    artery = chain([tip - 0.02 * axes[:, 0], tip + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    around = surroundings(artery=artery)
+    near = MODEL.near(start, TOOLS, around, within_m=within_m)
+    given_near = free_motion(MODEL, start, end, TOOLS, around, near=near)
+    alone = free_motion(MODEL, start, end, TOOLS, around)
+    assert 0.0 < alone.free_share < 1.0
+    assert given_near.free_share == pytest.approx(alone.free_share, abs=1e-3)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.safety.link_cores import N_LINK, SHAFT, link_cores, travel_m
-from tests.controller.safety.field import T_WORLD_RCM, TOOLS
+from tests.controller.safety.field import T_WORLD_RCM, TOOLS, to_points_m
 from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.psm import INSERTION_AT_RCM_M, joint_limits
@@ -25,7 +25,7 @@ def within_limits(share, tools=TOOLS):
 def corners_m(links):
     """(8, 4, 3), world frame."""
     signs = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
-    reach = signs[:, None] * links.half_size_m  # (4, 8, 2)
+    reach = signs[:, None] * links.half_size_m[:, ::2]  # (4, 8, 2)
     axes = links.R_world_core[..., ::2]  # (8, 3, xz)
     return links.centre_m[:, None] + np.einsum("lij,klj->lki", axes, reach)
 
@@ -44,7 +44,7 @@ def test_cores_lie_where_the_simulator_has_its_touching_surfaces(arms, tool):
         joints[:, 6] = np.abs(joints[:, 6])
         arms.set_joints(joints)
         shapes, links = arms.contact_shapes(), link_cores(joints, arms.mounted, arms.T_world_rcm)
-        far_end = links.centre_m + links.half_size_m[:, 1:] * links.R_world_core[..., 2]
+        far_end = links.centre_m + links.half_size_m[:, 2:] * links.R_world_core[..., 2]
         np.testing.assert_allclose(far_end, shapes.b_world_m, atol=1e-6)  # its joints are float32
         across = links.half_size_m[:, :1] * links.R_world_core[..., 0]
         np.testing.assert_allclose(np.abs(across), np.abs(shapes.w_world_m), atol=1e-6)
@@ -55,7 +55,7 @@ def test_cores_lie_where_the_simulator_has_its_touching_surfaces(arms, tool):
 def assert_holds_all_of(links, shapes):
     """The touching surfaces are part of the cores; the shaft's as far as it is in the body."""
     points = np.concatenate([shapes.a_world_m + shapes.w_world_m, shapes.b_world_m])
-    apart = links.to_points_m(points) + links.radius_m[:, None]
+    apart = to_points_m(links, points) + links.radius_m[:, None]
     for link in range(2 * N_LINK):
         checked = [link + 2 * N_LINK] if link % N_LINK == SHAFT else [link, link + 2 * N_LINK]
         assert apart[link, checked].max() < 1e-6
@@ -73,7 +73,7 @@ def test_shaft_reaches_from_the_port_to_the_wrist(share):
 
 def test_no_shaft_is_left_inside_when_the_wrist_is_in_the_port():
     joints = np.zeros((2, 7))
-    assert (link_cores(joints, TOOLS, T_WORLD_RCM).half_size_m[[0, 4], 1] == 0.0).all()
+    assert (link_cores(joints, TOOLS, T_WORLD_RCM).half_size_m[[0, 4], 2] == 0.0).all()
 
 
 @given(shares, shares, st.sampled_from(["clip_applier", "scissors"]))
