@@ -16,6 +16,7 @@ from tissue_sim.psm import JOINT_NAMES
 N_MOTION = 14  # both arms' joints, jaws included
 ARMS = ("left", "right")
 JOINTS = tuple(f"{arm} {name}" for arm in ARMS for name in (*JOINT_NAMES, "jaw"))
+EACH_JOINT = np.eye(N_MOTION)
 TOLERANCE = 1e-9  # rad or m: a command this close to a bound keeps it
 
 
@@ -58,7 +59,7 @@ class Limit(Protocol):
 
 def on_joints(lower: Array, upper: Array) -> Bounds:
     """Bounds (14,) on the joints' own motion."""
-    return between(np.eye(N_MOTION), lower, upper, JOINTS)
+    return between(EACH_JOINT, lower, upper, JOINTS)
 
 
 def at_least(rows: Array, lower: Array, what: Sequence[str]) -> Bounds:

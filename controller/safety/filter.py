@@ -16,7 +16,6 @@ from controller.safety.bounds import N_MOTION, TOLERANCE, Bounds, Limit
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
-from controller.safety.limits.keep_out import kept_out
 from controller.safety.nearest_motion import NearestMotion, tool_weight
 from controller.safety.situation import Situation
 from controller.safety.watch import Watch
@@ -129,4 +128,4 @@ def _entry(
 
 
 def _clearance_m(situation: Situation) -> float:
-    return float(situation.near.distance_m[kept_out(situation)].min(initial=np.inf))
+    return float(situation.near.distance_m[situation.kept_out].min(initial=np.inf))

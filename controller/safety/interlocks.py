@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.safety.bounds import JOINTS, N_MOTION, NO_BOUNDS, Bounds, Limit, at_least
+from controller.safety.bounds import (
+    EACH_JOINT,
+    JOINTS,
+    NO_BOUNDS,
+    Bounds,
+    Limit,
+    at_least,
+)
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
 from controller.safety.situation import Situation
 from controller.safety.surroundings import COMMON_DUCT
@@ -64,4 +71,4 @@ INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearCo
 
 def _no_closing(because_of: list[str]) -> Bounds:
     what = f"{JOINTS[_RIGHT_JAW]} on {', '.join(because_of)}"
-    return at_least(np.eye(N_MOTION)[[_RIGHT_JAW]], np.zeros(1), [what])
+    return at_least(EACH_JOINT[[_RIGHT_JAW]], np.zeros(1), [what])

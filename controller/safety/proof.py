@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from controller.safety.collision import ACTIVATION_M, NO_LINK, CollisionModel, NearPairs
+from controller.safety.exemption import must_not_meet
 from controller.safety.free_motion import free_motion
-from controller.safety.limits.keep_out import kept_out, must_not_meet
 from controller.safety.link_cores import N_LINK, travel_m
 from controller.safety.situation import Situation
 from controller.safety.surroundings import Surroundings
@@ -22,7 +22,7 @@ def safe_share(
 ) -> float:
     """How much of a motion (14,) surely meets nothing, and and goes no deeper than it is."""
     share = _free_share(model, surroundings, situation, motion)
-    inside = kept_out(situation) & (situation.near.distance_m < TOUCHING_M)
+    inside = situation.kept_out & (situation.near.distance_m < TOUCHING_M)
     if not inside.any():
         return share
     for _ in range(HALVINGS):
@@ -35,7 +35,7 @@ def safe_share(
 def _free_share(
     model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
 ) -> float:
-    near, barred = situation.near, kept_out(situation)
+    near, barred = situation.near, situation.kept_out
     end = situation.start + motion.reshape(2, 7)
     travel = travel_m(situation.start, end, situation.instruments)
     other = np.where(near.other_link == NO_LINK, 0.0, travel[N_LINK + near.other_link])

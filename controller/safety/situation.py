@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.safety.collision import NearPairs
+from controller.safety.exemption import kept_out
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
@@ -35,7 +37,7 @@ class Situation:
         shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
         instruction: that is carried out.
         worked_on: the structure ("duct", "artery") that it names; "" when none.
-        between_jaws: structures between the right tool's open jaws.
+        between_jaws: structures between the right tool's jaws; empty unless these are to close.
         held_by_clips: structure -> how many clips on it hold the test pull.
     """
 
@@ -60,6 +62,11 @@ class Situation:
     def motion(self) -> Array:
         """(14,) asked for."""
         return (self.asked - self.start).ravel()
+
+    @cached_property
+    def kept_out(self) -> NDArray[np.bool_]:
+        """(n,) which near pairs must not meet."""
+        return kept_out(self.near, self.worked_on)
 
     @cached_property
     def tip_jacobian(self) -> Array:

@@ -41,8 +41,8 @@ class Watch:
         world, instruments = self._world, self._world.arms.mounted
         self._surroundings = surroundings_of(world, self._rigid)
         near = self._model.near(start, instruments, self._surroundings)
-        T_world_tool = world.arms.T_world_tool()
-        between = between_jaws(world.tubes, T_world_tool[RIGHT_ARM], instruments[RIGHT_ARM].name)
+        closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
+        between = self._between_jaws() if closes else frozenset[str]()
         return Situation(
             step_s=world.config.control_step_s,
             instruments=instruments,
@@ -91,6 +91,11 @@ class Watch:
         instrument = self._world.arms.mounted[arm]
         J = point_jacobians(start[arm], instrument, links, transform(T, points_m))
         return np.einsum("ni,nij->nj", directions @ T[:3, :3].T, J)
+
+    def _between_jaws(self) -> frozenset[str]:
+        arms = self._world.arms
+        tool = arms.mounted[RIGHT_ARM].name
+        return between_jaws(self._world.tubes, arms.T_world_tool()[RIGHT_ARM], tool)
 
     def _shaft_offset_m(self) -> Array:
         """(2,) of the shafts as they are now."""

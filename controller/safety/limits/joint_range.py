@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class JointRange:
         return on_joints(np.minimum(lower - start, 0.0), np.maximum(upper - start, 0.0))
 
 
+@cache
 def _range(instrument: Instrument) -> Array:
     """(7, 2), the jaw last."""
     return np.vstack([joint_limits(instrument), instrument.jaw_range_rad])

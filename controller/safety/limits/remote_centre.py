@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.safety.bounds import JOINTS, N_MOTION, Bounds, at_least, on_joints
+from controller.safety.bounds import EACH_JOINT, JOINTS, Bounds, at_least, on_joints
 from controller.safety.situation import Situation
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
 
@@ -29,4 +29,4 @@ class RemoteCentre:
         inserted = situation.start.ravel()[_INSERTIONS]
         least = np.minimum(INSERTION_AT_RCM_M + INSIDE_M - inserted, 0.0)
         what = [JOINTS[k] for k in _INSERTIONS]
-        return at_least(np.eye(N_MOTION)[_INSERTIONS], least, what)
+        return at_least(EACH_JOINT[_INSERTIONS], least, what)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
 from controller.safety.bounds import ARMS, Bounds, between, of_arm
 from controller.safety.situation import Situation
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import Array
 
 TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
 ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 % at most
@@ -40,9 +41,13 @@ def tip_box(situation: Situation, most_m: Array) -> Bounds:
 
 
 def _along_and_aside(direction: Array) -> Array:
-    """(3, 3) rows: a unit vector along the direction, and two square to it."""
-    length = float(np.linalg.norm(direction))
-    along = direction / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-    axis: Array = np.eye(3)[np.argmin(np.abs(along))]
-    aside = unit(np.cross(along, axis))
-    return np.stack([along, aside, np.cross(along, aside)])
+    """(3, 3) orthonormal rows: along the direction, or against it, and two square to it.
+
+    A Householder reflection that takes the first axis to the direction.
+    """
+    length = sqrt(direction @ direction)
+    if length == 0.0:
+        return np.eye(3)
+    mirror = direction / length
+    mirror[0] += 1.0 if mirror[0] >= 0.0 else -1.0
+    return np.eye(3) - np.outer(mirror, mirror) * (2.0 / (mirror @ mirror))

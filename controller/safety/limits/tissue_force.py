@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.safety.bounds import ARMS, N_MOTION, Bounds, approach_share, at_least, of_arm
+from controller.safety.bounds import (
+    ARMS,
+    EACH_JOINT,
+    N_MOTION,
+    Bounds,
+    approach_share,
+    at_least,
+    of_arm,
+)
 from controller.safety.situation import Situation
 from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
 
@@ -34,7 +42,7 @@ class TissueForce:
                 least.append(_give(SHARE * TRACTION_MOST_N - size, share) / STIFFNESS_N_M)
                 what.append(f"{ARMS[arm]} tip")
         if situation.pinch_n > FELT_N:
-            rows.append(np.eye(N_MOTION)[_LEFT_JAW])
+            rows.append(EACH_JOINT[_LEFT_JAW])
             least.append(_give(SHARE * PINCH_MOST_N - situation.pinch_n, share) / PINCH_N_RAD)
             what.append("left jaw")
         return at_least(np.array(rows).reshape(-1, N_MOTION), np.array(least), what)
