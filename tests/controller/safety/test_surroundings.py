@@ -8,6 +8,7 @@ from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
 from tissue_sim.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.parting import part_ring
+from tissue_sim.surroundings import COMMON_DUCT_RADIUS_M
 from tissue_sim.world import World
 
 
@@ -43,11 +44,12 @@ def test_the_wall_goes_round_both_ports_and_faces_the_field(world):
     assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), inward) > 0).all()
 
 
-def test_tubes_start_at_the_common_duct_and_are_as_wide_as_the_anatomy_says(world):
+def test_the_duct_starts_at_the_common_ducts_wall_and_tubes_are_as_wide_as_the_anatomy_says(world):
     now, anatomy = surroundings_of(world, registered(world)), world.anatomy
     common = now.chains["common bile duct"]
     start = now.chains["duct"].start_m[0]
-    assert np.linalg.norm(common.start_m - start, axis=1).min() < 1e-6
+    to_line = np.linalg.norm(common.start_m - start, axis=1).min()
+    assert to_line == pytest.approx(COMMON_DUCT_RADIUS_M, rel=1e-3)
     for tube, diameter in (
         ("duct", anatomy.duct_diameter_m),
         ("artery", anatomy.arteries["artery"].diameter_m),
