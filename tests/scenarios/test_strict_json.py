@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.results import SafetyResult
+from scenarios.results import SafetyResult, Summary
 from scenarios.strict_json import dumps, plain
 
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
@@ -39,7 +39,14 @@ def test_what_json_has_no_number_for_becomes_null(value):
 def test_numpy_dataclasses_and_paths_have_a_form():
     assert plain(np.arange(4).reshape(2, 2)) == [[0, 1], [2, 3]]
     assert plain(np.bool_(True)) is True
-    assert plain(SafetyResult(interventions=2)) == {"interventions": 2, "min_clearance_m": None}
+    summary = Summary(episodes=2, passed=0, errors=2, pass_rate=None, wilson_95=(0.0, 1.0))
+    assert plain(summary) == {
+        "episodes": 2,
+        "passed": 0,
+        "errors": 2,
+        "pass_rate": None,
+        "wilson_95": [0.0, 1.0],
+    }
     assert plain(Path("a/b")) == "a/b"
 
 
