@@ -115,6 +115,29 @@ class Parallel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Safety:
+    """Whether the safety filter withstands attacks, 20 on each patient, and how fast it is."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the first anatomy and its attacks; then one up."""
+    episodes: Annotated[int, at_least(1)] = 50
+    """Patients."""
+    workers: Annotated[int, at_least(1)] = 1
+    """Processes for the attacks; times are taken in one, before."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 1 if the filter let something pass."""
+        from scenarios.bench_safety import broken_lines, depth_tables, run_trials, time_table
+
+        with Console(stderr=True).status("measuring: safety filter"):
+            times = time_table(self.seed)
+        trials = run_trials(self.seed, self.episodes, self.workers)
+        broken = broken_lines(trials)
+        _show([*depth_tables(trials), *broken, times])
+        return 1 if broken else 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -123,6 +146,7 @@ class Bench:
         | Annotated[Accuracy, subcommand("accuracy")]
         | Annotated[Robustness, subcommand("robustness")]
         | Annotated[Parallel, subcommand("parallel")]
+        | Annotated[Safety, subcommand("safety")]
     ]
 
     def execute(self) -> int:
