@@ -25,6 +25,7 @@ from tissue_sim.psm import JOINT_NAMES
 from tissue_sim.world import World
 
 INSERTION = JOINT_NAMES.index("insertion")
+FAR = 1e3  # rad or m: numbers that are no joints, and would swamp the quadratic program
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +70,9 @@ class SafetyFilter:
         """
         if asked.shape != (2, 7):
             raise ValueError(f"safety filter: joints must be (2, 7), got {asked.shape}")
-        if not np.isfinite(asked).all():
+        if not (np.abs(asked) < FAR).all():  # NaN is not less
             self.restart()
-            entry = Entry(time_s=time_s, limits=("command: not finite",), held=True)
+            entry = Entry(time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True)
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
         situation = self._watch.see(start, self._rate, asked, instruction)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}

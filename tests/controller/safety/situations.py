@@ -1,0 +1,60 @@
+"""Situations to bound, put together by hand; no simulator."""
+
+import numpy as np
+
+from controller.links import tool_jacobian
+from controller.safety.bounds import N_MOTION
+from controller.safety.collision import NO_LINK, NearPairs
+from controller.safety.situation import Situation
+from planner.instruction import TASKS, Instruction
+from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
+from tissue_sim.instruments import PATCH_LINKS
+
+STEP_S = 1.0 / 30.0
+GRAB = Instruction(task=TASKS[0])
+
+
+def pairs(*rows):
+    """Near pairs, each as (distance_m, arm, link, obstacle)."""
+    distance, arm, link, obstacle = zip(*rows, strict=True) if rows else ((), (), (), ())
+    n = len(rows)
+    return NearPairs(
+        distance_m=np.array(distance, float),
+        on_instrument_m=np.zeros((n, 3)),
+        on_obstacle_m=np.zeros((n, 3)),
+        normal=np.tile([0.0, 0.0, 1.0], (n, 1)),
+        arm=np.array(arm, np.int32),
+        link=np.array([PATCH_LINKS.index(name) for name in link], np.int32),
+        other_link=np.full(n, NO_LINK, np.int32),
+        obstacle=np.array(obstacle, str),
+    )
+
+
+def situation(asked=HOME, start=HOME, near=(), **changes):
+    """At rest at home, nothing near, nothing felt, unless it is said otherwise."""
+    near = pairs(*near)
+    usual = {
+        "step_s": STEP_S,
+        "instruments": TOOLS,
+        "start": start,
+        "rate": np.zeros((2, 7)),
+        "asked": asked,
+        "R_world_rcm": T_WORLD_RCM[:, :3, :3],
+        "near": near,
+        "parting": np.eye(N_MOTION)[: len(near.arm)],  # each moves with a joint of its own
+        "tool_force_n": np.zeros((2, 3)),
+        "pinch_n": 0.0,
+        "shaft_offset_m": np.zeros(2),
+        "instruction": GRAB,
+        "worked_on": "",
+        "between_jaws": frozenset(),
+        "held_by_clips": {},
+    }
+    given = usual | changes
+    jacobians = [tool_jacobian(q[:6], i) for q, i in zip(start, given["instruments"], strict=True)]
+    return Situation(**given, tool_jacobian=np.stack(jacobians))
+
+
+def keeps(bounds, motion):
+    """Whether a motion (14,) breaks no row."""
+    return (bounds.excess(motion) <= 1e-12).all()

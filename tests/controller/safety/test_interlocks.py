@@ -1,0 +1,89 @@
+"""The interlocks, as rules that can be read."""
+
+import numpy as np
+import pytest
+
+from controller.safety.bounds import N_MOTION
+from controller.safety.interlocks import (
+    NEAR_COMMON_DUCT_M,
+    SLOW_M_S,
+    ClipsBeforeCut,
+    OnlyWhatIsMeant,
+    SlowNearCommonDuct,
+)
+from planner.instruction import TASKS, Instruction
+from tests.controller.safety.field import HOME, TOOLS
+from tests.controller.safety.situations import STEP_S, keeps, situation
+from tissue_sim.instruments import INSTRUMENTS
+
+CLOSES, OPENS = -0.1 * np.eye(N_MOTION)[13], 0.1 * np.eye(N_MOTION)[13]
+SCISSORS = (TOOLS[0], INSTRUMENTS["scissors"])
+
+
+def instruction(kind):
+    return Instruction(task=next(task for task in TASKS if task.kind == kind))
+
+
+def cutting(tubes, held):
+    return ClipsBeforeCut().bounds(
+        situation(instruments=SCISSORS, between_jaws=frozenset(tubes), held_by_clips=held)
+    )
+
+
+@pytest.mark.parametrize("clips", [0, 1, 2])
+def test_no_cut_before_three_clips_hold(clips):
+    bounds = cutting(["duct"], {"duct": clips})
+    assert not keeps(bounds, CLOSES)
+    assert keeps(bounds, OPENS)
+
+
+def test_three_clips_on_every_tube_between_the_blades_allow_the_cut():
+    assert keeps(cutting(["duct"], {"duct": 3}), CLOSES)
+    assert not keeps(cutting(["duct", "artery"], {"duct": 3, "artery": 2}), CLOSES)
+    assert not keeps(cutting(["gallbladder"], {}), CLOSES)
+    assert keeps(cutting([], {"duct": 0}), CLOSES)
+
+
+def test_an_applier_needs_no_clips():
+    seen = situation(between_jaws=frozenset({"duct"}), held_by_clips={"duct": 0})
+    assert keeps(ClipsBeforeCut().bounds(seen), CLOSES)
+
+
+@pytest.mark.parametrize("kind", ["clip", "cut"])
+@pytest.mark.parametrize(
+    ("between", "allowed"),
+    [(["duct"], True), (["artery"], False), (["duct", "gallbladder"], False), ([], True)],
+)
+def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, allowed):
+    seen = situation(
+        instruction=instruction(kind), worked_on="duct", between_jaws=frozenset(between)
+    )
+    bounds = OnlyWhatIsMeant().bounds(seen)
+    assert keeps(bounds, CLOSES) == allowed
+    assert keeps(bounds, OPENS)
+
+
+def test_on_the_way_back_jaws_close_on_nothing():
+    seen = situation(
+        instruction=instruction("go_back"), worked_on="duct", between_jaws=frozenset({"duct"})
+    )
+    assert not keeps(OnlyWhatIsMeant().bounds(seen), CLOSES)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "distance_m", "slow"),
+    [
+        ("common bile duct", NEAR_COMMON_DUCT_M - 1e-4, True),
+        ("common bile duct", NEAR_COMMON_DUCT_M + 1e-4, False),
+        ("liver", 0.001, False),
+    ],
+)
+def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m, slow):
+    asked = HOME.copy()
+    asked[:, 2] += 2.0 * SLOW_M_S * STEP_S
+    seen = situation(asked=asked, near=[(distance_m, 0, "finger_plus", obstacle)])
+    bounds = SlowNearCommonDuct().bounds(seen)
+    left, right = (np.where(np.arange(N_MOTION) // 7 == arm, seen.motion, 0.0) for arm in (0, 1))
+    assert keeps(bounds, left) != slow
+    assert keeps(bounds, 0.49 * left)
+    assert keeps(bounds, right)

@@ -1,0 +1,221 @@
+"""Laws of each limit: what it lets pass, what not, and that the step's length does not matter."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.safety.bounds import N_MOTION
+from controller.safety.interlocks import INTERLOCKS
+from controller.safety.limits import LIMITS
+from controller.safety.limits.acceleration import RISE_S, Acceleration
+from controller.safety.limits.joint_range import JointRange
+from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
+from controller.safety.limits.keep_out import (
+    LEAVE_M_S,
+    MARGIN_M,
+    TIME_CONSTANT_S,
+    KeepOut,
+    must_not_meet,
+)
+from controller.safety.limits.remote_centre import INSIDE_M, MOST_OFFSET_M, RemoteCentre
+from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
+from controller.safety.limits.tissue_force import SHARE, TissueForce
+from tests.controller.safety.field import HOME, TOOLS
+from tests.controller.safety.situations import STEP_S, keeps, situation
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.instruments import PATCH_LINKS
+from tissue_sim.psm import INSERTION_AT_RCM_M, joint_limits
+from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
+
+RANGES = np.stack([np.vstack([joint_limits(i), i.jaw_range_rad]) for i in TOOLS])
+INSERTION, LEFT_JAW = 2, 6
+seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+
+
+def joint(row, change):
+    """A motion of one joint."""
+    return change * np.eye(N_MOTION)[row]
+
+
+def within(rng, bounds):
+    """A motion (14,) that keeps bounds on joints."""
+    return rng.uniform(bounds.lower, bounds.upper)
+
+
+@given(seeds)
+def test_no_motion_within_the_joint_range_leaves_it(rng):
+    start = rng.uniform(RANGES[..., 0], RANGES[..., 1])
+    end = start + within(rng, JointRange().bounds(situation(start=start))).reshape(2, 7)
+    assert (end >= RANGES[..., 0] - 1e-12).all()
+    assert (end <= RANGES[..., 1] + 1e-12).all()
+    whole = JointRange().bounds(situation(start=start))
+    np.testing.assert_allclose(start.ravel() + whole.upper, RANGES[..., 1].ravel())
+
+
+def test_a_joint_beyond_its_range_may_stay_or_come_back():
+    start = HOME.copy()
+    start[RIGHT_ARM, 6] = 1.0  # a clip applier opens to 0.785 rad
+    bounds = JointRange().bounds(situation(start=start))
+    assert keeps(bounds, joint(13, 0.0))
+    assert keeps(bounds, joint(13, -0.3))
+    assert not keeps(bounds, joint(13, 1e-6))
+
+
+def test_joints_are_as_fast_as_they_may_be_whatever_the_step():
+    for step_s in (STEP_S, 0.5 * STEP_S):
+        bounds = JointSpeed().bounds(situation(step_s=step_s))
+        np.testing.assert_allclose(bounds.upper / step_s, np.tile(JOINT_SPEED, 2))
+        np.testing.assert_allclose(bounds.lower, -bounds.upper)
+
+
+@pytest.mark.parametrize("step_s", [STEP_S, 0.5 * STEP_S, RISE_S / 100])
+def test_a_joint_gains_speed_by_time_and_not_by_steps(step_s):
+    rate = np.zeros((2, 7))
+    for _ in range(round(RISE_S / step_s)):
+        bounds = Acceleration().bounds(situation(step_s=step_s, rate=rate))
+        rate = (bounds.upper / step_s).reshape(2, 7)
+    gained_s = round(RISE_S / step_s) * step_s
+    np.testing.assert_allclose(rate, np.tile(JOINT_SPEED, (2, 1)) * gained_s / RISE_S)
+
+
+@given(seeds)
+def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
+    rate = rng.uniform(-1, 1, (2, 7)) * JOINT_SPEED
+    bounds = Acceleration().bounds(situation(rate=rate))
+    for share in (0.0, 0.5, 1.0):
+        assert keeps(bounds, share * STEP_S * rate.ravel())
+    reversal = -STEP_S * rate.ravel() - np.sign(rate.ravel()) * STEP_S * np.tile(JOINT_SPEED, 2)
+    assert (bounds.excess(reversal) > 0).all()
+
+
+@settings(deadline=None)
+@given(seeds)
+def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go(rng):
+    asked = HOME + 0.1 * rng.normal(size=(2, 7))
+    seen = situation(asked=asked)
+    bounds = TipSpeed().bounds(seen)
+    lengths = np.linalg.norm(np.einsum("aij,aj->ai", seen.tip_jacobian, asked - HOME), axis=1)
+    share = TIP_SPEED_M_S * STEP_S / lengths.max()
+    assert keeps(bounds, share * (1 - 1e-9) * seen.motion)
+    assert not keeps(bounds, share * (1 + 1e-6) * seen.motion)
+    any_motion = rng.normal(size=N_MOTION)
+    room = bounds.upper / np.abs(bounds.rows @ any_motion)
+    kept = (room.min() * any_motion).reshape(2, 7)
+    moved_m = np.linalg.norm(np.einsum("aij,aj->ai", seen.tip_jacobian, kept), axis=1)
+    assert moved_m.max() <= 1.01 * TIP_SPEED_M_S * STEP_S
+
+
+def test_an_arm_whose_shaft_is_beside_its_remote_centre_holds_and_the_other_does_not():
+    offset_m = np.array([0.0, MOST_OFFSET_M + 1e-6])
+    bounds = RemoteCentre().bounds(situation(shaft_offset_m=offset_m))
+    assert keeps(bounds, joint(0, 0.1))
+    for row in range(7, N_MOTION):
+        assert not keeps(bounds, joint(row, 1e-6))
+        assert not keeps(bounds, joint(row, -1e-6))
+
+
+def test_the_wrist_stays_inside_the_body_and_may_come_in():
+    least_m = INSERTION_AT_RCM_M + INSIDE_M
+    for inserted_m, out_m in ((0.09, 0.09 - least_m), (least_m, 0.0), (0.02, 0.0)):
+        start = HOME.copy()
+        start[:, INSERTION] = inserted_m
+        bounds = RemoteCentre().bounds(situation(start=start))
+        assert keeps(bounds, joint(INSERTION, -out_m))
+        assert not keeps(bounds, joint(INSERTION, -out_m - 1e-6))
+        assert keeps(bounds, joint(INSERTION, 0.01))
+
+
+@given(st.floats(1e-5, 0.009), st.sampled_from([1, 2, 4]))
+def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, parts):
+    """However often it is asked: exp(-t / tau)."""
+    left_m = room_m
+    for _ in range(30 * parts):
+        near = [(MARGIN_M + left_m, RIGHT_ARM, "wrist", "liver")]
+        left_m += KeepOut().bounds(situation(near=near, step_s=STEP_S / parts)).lower[0]
+    assert left_m == pytest.approx(room_m * np.exp(-1.0 / TIME_CONSTANT_S), rel=1e-6)
+
+
+@pytest.mark.parametrize("distance_m", [0.4 * MARGIN_M, -0.003])
+def test_out_of_what_is_firm_it_goes_and_of_a_tube_no_deeper(distance_m):
+    firm, tube = (
+        KeepOut().bounds(situation(near=[(distance_m, RIGHT_ARM, "wrist", name)]))
+        for name in ("common bile duct", "artery")
+    )
+    assert 0.0 < firm.lower[0] <= STEP_S * LEAVE_M_S
+    assert firm.gives.all()
+    assert tube.lower[0] == 0.0
+    assert not tube.gives.any()
+
+
+def test_only_what_works_on_a_tube_may_touch_it():
+    shaft, wrist, *fingers = range(len(PATCH_LINKS))
+    for finger in fingers:
+        assert not must_not_meet(RIGHT_ARM, finger, "duct", "duct")
+        assert must_not_meet(RIGHT_ARM, finger, "artery", "duct")
+        assert must_not_meet(RIGHT_ARM, finger, "duct", "")
+        assert not must_not_meet(LEFT_ARM, finger, "artery", "")  # they hang on what it holds
+        for arm in (LEFT_ARM, RIGHT_ARM):
+            assert not must_not_meet(arm, finger, "gallbladder", "")
+            for firm in ("liver", "common bile duct", "port wall", "right arm"):
+                assert must_not_meet(arm, finger, firm, "duct")
+    for link in (shaft, wrist):
+        assert must_not_meet(LEFT_ARM, link, "duct", "duct")
+        assert must_not_meet(RIGHT_ARM, link, "duct", "duct")
+
+
+def test_what_may_be_touched_has_no_bounds():
+    near = [(0.001, RIGHT_ARM, "finger_plus", "duct"), (0.001, LEFT_ARM, "wrist", "gallbladder")]
+    assert len(KeepOut().bounds(situation(near=near, worked_on="duct")).lower) == 0
+    assert len(KeepOut().bounds(situation(near=near, worked_on="artery")).lower) == 1
+
+
+@given(seeds)
+def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
+    force = rng.normal(size=3)
+    force *= SHARE * TRACTION_MOST_N / np.linalg.norm(force)
+    seen = situation(tool_force_n=np.stack([np.zeros(3), force]))
+    bounds = TissueForce().bounds(seen)
+    motion = rng.normal(size=N_MOTION)
+    along = force @ seen.tip_jacobian[RIGHT_ARM] @ motion[7:]
+    assert keeps(bounds, motion * np.sign(along))
+    assert not keeps(bounds, -motion * np.sign(along))
+
+
+def test_less_force_leaves_more_room_and_none_leaves_all():
+    room = []
+    for share in (0.1, 0.5, 0.9, 1.5):
+        force = np.array([[0.0, 0.0, share * SHARE * TRACTION_MOST_N], [0.0, 0.0, 0.0]])
+        room.append(-TissueForce().bounds(situation(tool_force_n=force)).lower[0])
+    assert room[0] > room[1] > room[2] > room[3] == 0.0
+    assert len(TissueForce().bounds(situation()).lower) == 0
+
+
+def test_the_grasper_pinches_no_harder_and_may_open():
+    bounds = TissueForce().bounds(situation(pinch_n=SHARE * PINCH_MOST_N))
+    assert keeps(bounds, joint(LEFT_JAW, 0.1))
+    assert not keeps(bounds, joint(LEFT_JAW, -1e-6))
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds)
+def test_holding_still_keeps_every_bound_that_does_not_give(rng):
+    obstacles = ["liver", "duct", "artery", "common bile duct", "port wall"]
+    near = [
+        (rng.uniform(-0.004, 0.01), rng.integers(2), rng.choice(PATCH_LINKS), rng.choice(obstacles))
+        for _ in range(8)
+    ]
+    scissors = rng.random() < 0.5
+    seen = situation(
+        start=HOME + rng.normal(size=(2, 7)) * [1, 1, 0.03, 3, 1, 1, 1],
+        asked=HOME + rng.normal(size=(2, 7)),
+        rate=rng.normal(size=(2, 7)) * JOINT_SPEED,
+        near=near,
+        tool_force_n=3.0 * rng.normal(size=(2, 3)),
+        pinch_n=rng.uniform(0.0, 2 * PINCH_MOST_N),
+        shaft_offset_m=rng.uniform(0.0, 2 * MOST_OFFSET_M, 2),
+        between_jaws=frozenset({"duct", "artery"}) if scissors else frozenset(),
+    )
+    for rule in (*LIMITS, *INTERLOCKS):
+        bounds = rule.bounds(seen)
+        assert (bounds.excess(np.zeros(N_MOTION))[~bounds.gives] <= 0.0).all(), rule.name

@@ -1,0 +1,99 @@
+"""The program's answer keeps every bound, and nothing that does is nearer."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.safety.bounds import N_MOTION, at_least, between
+from controller.safety.nearest_motion import CAPACITY, NearestMotion, tool_weight
+from tests.controller.safety.situations import situation
+
+WEIGHT = tool_weight(situation().tool_jacobian)
+SIZE = np.tile([0.05, 0.05, 0.005, 0.1, 0.1, 0.1, 0.1], 2)  # of a step
+NEAREST = NearestMotion()
+CLOSE = 1e-7  # rad or m
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_bounds(rng, rows):
+    """Rows (rows, 14) that standing still keeps, some of them just."""
+    room = rng.uniform(0.0, 0.02, (2, rows)) * (rng.random((2, rows)) < 0.8)
+    return between(rng.normal(size=(rows, N_MOTION)) / SIZE * 0.05, -room[0], room[1], [""] * rows)
+
+
+def cost(motion, asked):
+    return (motion - asked) @ WEIGHT @ (motion - asked)
+
+
+def most_of(direction, bounds):
+    """As much of a direction as the bounds allow."""
+    along = bounds.rows @ direction
+    room = np.where(along > 0, bounds.upper, -bounds.lower)
+    return direction * (room / np.abs(along)).min()
+
+
+@settings(deadline=None, max_examples=100)
+@given(seeds, st.integers(1, 60))
+def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
+    rng = np.random.default_rng(seed)
+    asked, bounds = SIZE * rng.normal(size=N_MOTION), random_bounds(rng, rows)
+    found = NEAREST(asked, WEIGHT, [bounds])
+    assert found is not None
+    assert (bounds.excess(found) < CLOSE).all()
+    least = cost(found, asked)
+    for _ in range(20):
+        other = most_of(SIZE * rng.normal(size=N_MOTION), bounds)
+        for share in (1.0, 0.1, 0.001):  # straight there, from the answer
+            assert cost(found + share * (other - found), asked) >= least - 1e-6 * (1.0 + least)
+
+
+def test_what_keeps_the_bounds_is_its_own_answer():
+    asked = 0.5 * SIZE
+    found = NEAREST(asked, WEIGHT, [between(np.eye(N_MOTION), -SIZE, SIZE, [""] * N_MOTION)])
+    np.testing.assert_allclose(found, asked, atol=CLOSE)
+
+
+def test_bounds_that_no_motion_keeps_have_no_answer():
+    row = np.eye(N_MOTION)[:1]
+    upwards, downwards = (
+        at_least(row, np.array([0.01]), [""]),
+        at_least(-row, np.array([0.01]), [""]),
+    )
+    assert NEAREST(np.zeros(N_MOTION), WEIGHT, [upwards, downwards]) is None
+
+
+def test_a_row_that_gives_is_kept_where_it_can_be_and_never_breaks_one_that_does_not():
+    row = np.eye(N_MOTION)[2:3]
+    out = replace(at_least(row, np.array([0.002]), [""]), gives=np.array([True]))
+    found = NEAREST(np.zeros(N_MOTION), WEIGHT, [out])
+    assert found is not None
+    assert found[2] == pytest.approx(0.002, rel=0.02)
+    stops = between(row, np.array([-0.001]), np.array([0.0005]), [""])
+    found = NEAREST(np.zeros(N_MOTION), WEIGHT, [out, stops])
+    assert found is not None
+    assert found[2] == pytest.approx(0.0005, abs=CLOSE)
+
+
+def test_more_bounds_than_there_is_room_for_are_refused():
+    rng = np.random.default_rng(0)
+    with pytest.raises(ValueError, match=f"{CAPACITY + 1} bounds at once; room for {CAPACITY}"):
+        NEAREST(np.zeros(N_MOTION), WEIGHT, [random_bounds(rng, CAPACITY + 1)])
+
+
+def answers(seed):
+    rng, nearest = np.random.default_rng(seed), NearestMotion()
+    return [
+        nearest(SIZE * rng.normal(size=N_MOTION), WEIGHT, [random_bounds(rng, 30)])
+        for _ in range(100)
+    ]
+
+
+def test_solvers_in_threads_do_not_disturb_each_other():
+    with ThreadPoolExecutor(4) as threads:
+        np.testing.assert_array_equal(
+            list(threads.map(answers, range(4))), [answers(seed) for seed in range(4)]
+        )
