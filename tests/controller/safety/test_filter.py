@@ -1,0 +1,249 @@
+"""Laws of the whole filter, on one patient whose tissue lies still."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.kinematics import inverse_kinematics
+from controller.safety.collision import CollisionModel
+from controller.safety.filter import FAR, SafetyFilter
+from controller.safety.limits.joint_speed import JOINT_SPEED
+from controller.safety.proof import DEEPER_M
+from controller.safety.surroundings import registered, surroundings_of
+from planner.instruction import TASKS, Instruction
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM
+from tissue_sim.frames import inverse_pose, unit
+from tissue_sim.psm import forward_kinematics
+from tissue_sim.world import World
+
+SEED = 10_000
+HOME = np.tile(HOME_JOINTS, (2, 1))
+GRAB = Instruction(task=TASKS[0])
+ROUNDING = 1e-9
+seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+
+
+def untouched():
+    world = World()
+    world.reset(anatomy_from_seed(SEED))
+    return world
+
+
+@pytest.fixture(scope="module")
+def shared():
+    world = untouched()
+    return world, world.state()
+
+
+@pytest.fixture
+def world(shared):
+    world, state = shared
+    world.restore(state)
+    return world
+
+
+@pytest.fixture
+def field(world):
+    return Field(world)
+
+
+class Field:
+    """How near a patient's keep-outs the arms are."""
+
+    def __init__(self, world):
+        self.world, rigid = world, registered(world)
+        self.around = surroundings_of(world, rigid)
+        self.model = CollisionModel(rigid, world.arms.T_world_rcm)
+
+    def distance_m(self, joints, obstacle):
+        """Of the right arm; 0.05 when it is farther."""
+        near = self.model.near(joints, self.world.arms.mounted, self.around, within_m=0.05)
+        chosen = (near.obstacle == obstacle) & (near.arm == RIGHT_ARM)
+        return near.distance_m[chosen].min(initial=0.05)
+
+    def on_the_way_m(self, start, end, obstacle):
+        shares = np.linspace(0.0, 1.0, 60)
+        return min(self.distance_m(start + s * (end - start), obstacle) for s in shares)
+
+
+def right_tool_at(world, tip_m, start=HOME):
+    """`start`, the right arm's tip put to a place, turned as it is at home."""
+    T = forward_kinematics(HOME_JOINTS[:6], world.arms.mounted[RIGHT_ARM])
+    T[:3, 3] = (inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ np.append(tip_m, 1.0))[:3]
+    joints = start.copy()
+    joints[RIGHT_ARM, :6] = inverse_kinematics(
+        T, world.arms.mounted[RIGHT_ARM], start[RIGHT_ARM, :6]
+    )
+    return joints
+
+
+def middle_of(world, tube):
+    """The middle of a tube's free part, and which way it runs."""
+    line = world.tubes.centres(tube)[: world.organ.neck_ring[tube]]
+    k = len(line) // 2
+    return line[k], unit(line[k + 1] - line[k - 1])
+
+
+@settings(deadline=None, max_examples=30)
+@given(rng=seeds)
+def test_a_safe_command_passes_as_it_is(shared, rng):
+    world, state = shared
+    world.restore(state)
+    safety, step_s = SafetyFilter(world), world.config.control_step_s
+    start = HOME
+    for _ in range(5):
+        asked = start + 0.1 * step_s * JOINT_SPEED * rng.uniform(-1, 1, (2, 7))
+        allowed = safety.allow(start, asked, GRAB, 0.0)
+        assert allowed.entry is None
+        np.testing.assert_array_equal(allowed.joints, asked)
+        start = asked
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 2 * FAR, 1e300])
+def test_what_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, number):
+    asked = HOME.copy()
+    asked[0, 3] = number
+    allowed = SafetyFilter(world).allow(HOME, asked, GRAB, 1.5)
+    np.testing.assert_array_equal(allowed.joints, HOME)
+    assert allowed.entry is not None
+    assert allowed.entry.held
+    assert allowed.entry.time_s == 1.5
+    assert "not finite" in allowed.entry.limits[0]
+
+
+def test_an_absurd_but_finite_command_is_a_small_motion_like_any(world):
+    step_s = world.config.control_step_s
+    for number in (-0.99 * FAR, 0.99 * FAR):
+        safety, joints = SafetyFilter(world), HOME
+        for _ in range(10):
+            allowed = safety.allow(joints, np.full((2, 7), number), GRAB, 0.0)
+            most = step_s * JOINT_SPEED + ROUNDING
+            assert (np.abs(allowed.joints - joints) <= most).all()
+            joints = allowed.joints
+        np.testing.assert_array_less(world.arms.limits[..., 0] - ROUNDING, joints)
+        np.testing.assert_array_less(joints, world.arms.limits[..., 1] + ROUNDING)
+
+
+@pytest.mark.parametrize("shape", [(14,), (2, 6), (1, 2, 7)])
+def test_another_shape_is_one_error_that_says_so(world, shape):
+    with pytest.raises(ValueError, match=r"joints must be \(2, 7\), got"):
+        SafetyFilter(world).allow(HOME, np.zeros(shape), GRAB, 0.0)
+
+
+def test_a_jump_across_the_artery_stops_before_it_also_without_limits(world, field):
+    middle, along = middle_of(world, "artery")
+    across = unit(np.cross(along, world.arms.T_world_tool()[RIGHT_ARM, :3, 2]))
+    depth = 0.004 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2]
+    start, asked = (right_tool_at(world, middle + depth + s * across) for s in (0.025, -0.025))
+    for joints in (start, asked):
+        assert field.distance_m(joints, "artery") > 0.001
+    assert field.on_the_way_m(start, asked, "artery") < -0.0005
+    safety = SafetyFilter(world, limits=(), interlocks=())
+    allowed = safety.allow(start, asked, GRAB, 0.0)
+    assert allowed.entry is not None
+    assert allowed.entry.limits == ("keep-out: on the way",)
+    assert field.on_the_way_m(start, allowed.joints, "artery") > 0.0
+    assert np.abs(allowed.joints - start).max() > 0.01  # up to the artery it may go
+
+
+@pytest.mark.parametrize("deeper_m", [0.0, 0.003])
+@pytest.mark.parametrize("obstacle", ["liver", "common bile duct"])
+def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, obstacle, deeper_m):
+    start, into = inside(world, field, obstacle)
+    world.arms.set_joints(start)
+    safety, joints = SafetyFilter(world), start
+    distance_m = [field.distance_m(start, obstacle)]
+    tips = [tip_m(world, start)]
+    for _ in range(60):
+        asked = right_tool_at(world, tip_m(world, joints) + deeper_m * into, joints)
+        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+        distance_m.append(field.distance_m(joints, obstacle))
+        tips.append(tip_m(world, joints))
+    assert distance_m[0] < -0.001
+    assert min(np.diff(distance_m)[np.array(distance_m[:-1]) < 0.0]) > -DEEPER_M
+    assert distance_m[-1] > 0.0
+    if not deeper_m:
+        moved_m = np.linalg.norm(tips[3] - tips[0])
+        assert distance_m[3] - distance_m[0] > 0.7 * moved_m
+
+
+def inside(world, field, obstacle):
+    """Joints that have the right tool a little in something, and the way further in."""
+    points = {
+        "liver": registered(world).liver.points_m,
+        "common bile duct": field.around.chains["common bile duct"].start_m,
+    }[obstacle]
+    home = tip_m(world, HOME)
+    target = points[np.argmin(np.linalg.norm(points - home, axis=1))]
+    into = unit(target - home)
+    for reach_m in np.arange(0.0, 0.1, 0.0005):
+        joints = right_tool_at(world, home + reach_m * into)
+        if field.distance_m(joints, obstacle) < -0.001:
+            return joints, into
+    raise AssertionError(obstacle)
+
+
+def tip_m(world, joints):
+    T = forward_kinematics(joints[RIGHT_ARM, :6], world.arms.mounted[RIGHT_ARM])
+    return (world.arms.T_world_rcm[RIGHT_ARM] @ T)[:3, 3]
+
+
+@pytest.fixture
+def blades_round_the_duct(world):
+    """Joints with the open scissors about the bare duct, and the task to cut it."""
+    world.equip("scissors")
+    middle, _ = middle_of(world, "duct")
+    start = right_tool_at(world, middle + 0.004 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2])
+    world.arms.set_joints(start)
+    task = next(
+        t for t in TASKS if t.kind == "cut" and t.tube and world.anatomy.structure(t.tube) == "duct"
+    )
+    asked = start.copy()
+    asked[RIGHT_ARM, 6] -= 0.02
+    return start, asked, task
+
+
+def test_scissors_do_not_close_on_a_bare_duct(world, blades_round_the_duct):
+    start, asked, task = blades_round_the_duct
+    allowed = SafetyFilter(world).allow(start, asked, Instruction(task=task), 0.0)
+    assert allowed.entry is not None
+    assert "three clips before a cut: right jaw on duct" in allowed.entry.limits
+    assert allowed.joints[RIGHT_ARM, 6] >= start[RIGHT_ARM, 6] - ROUNDING
+
+
+def test_a_person_may_have_them_close_and_it_is_in_the_ledger(world, blades_round_the_duct):
+    start, asked, task = blades_round_the_duct
+    lock = "three clips before a cut"
+    person = Instruction(task=task, source="human", overrides=frozenset({lock}))
+    allowed = SafetyFilter(world).allow(start, asked, person, 0.0)
+    np.testing.assert_array_equal(allowed.joints, asked)
+    assert allowed.entry is not None
+    assert allowed.entry.overridden == (f"{lock}: right jaw on duct",)
+    assert allowed.entry.limits == ()
+
+
+def test_nobody_else_sets_interlocks_aside():
+    with pytest.raises(ValueError, match="only a person may set interlocks aside"):
+        Instruction(task=TASKS[0], overrides=frozenset({"only what is meant"}))
+
+
+def test_filters_in_threads_do_not_disturb_each_other():
+    worlds = [untouched(), untouched()]
+    alone = [wander(world) for world in worlds]
+    with ThreadPoolExecutor(2) as threads:
+        np.testing.assert_array_equal(list(threads.map(wander, worlds)), alone)
+
+
+def wander(world):
+    """(40, 2, 7) joints allowed where haste is asked for."""
+    safety, joints, path = SafetyFilter(world), HOME, []
+    rng = np.random.default_rng(SEED)
+    for _ in range(40):
+        asked = joints + 0.1 * JOINT_SPEED * rng.normal(size=(2, 7))
+        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+        path.append(joints)
+    return np.stack(path)
