@@ -25,7 +25,7 @@ IN_WORLD = 2  # attacks in which tissue and arms move as the world has them
 STEPS = 40
 LOOKS = 4  # in each step at the way that is commanded, as often as the world moves the drives
 CLEAR_M = 0.001  # from every keep-out at the start, at least
-TRIES = 1000
+TRIES = 10_000
 
 
 @dataclass(kw_only=True)
@@ -101,20 +101,13 @@ class Attacked:
             without, filtered = (self._run(k, kind, in_world, f) for f in (False, True))
             yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
 
-    def ask_at_random(self, rng: np.random.Generator, least_pairs: int) -> int:
-        """Has the filter answer one wish among this many near pairs or more; how many there are.
-
-        The arms are teleported there, at rest.
-        """
+    def ask_at_random(self, rng: np.random.Generator, least_pairs: int) -> None:
+        """Has the filter answer one wish, at rest among this many near pairs or more."""
         self._begin(rng)
-        start, n = self._clear_start(rng), 0
-        while n < least_pairs:
-            start = self._clear_start(rng)
-            n = sum(1 for _ in self._depths(start, ACTIVATION_M))
+        start = self._clear_start(rng, least_pairs)
         kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
         asked = ATTACKS[kind](self._field(), start, rng)(start)
         self._filter.allow(start, asked, self._instruction, 0.0)
-        return n
 
     def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> Run:
         rng = np.random.default_rng([self._seed, number])
@@ -171,10 +164,12 @@ class Attacked:
             if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, worked_on):
                 yield obstacle, -float(near.distance_m[k])
 
-    def _clear_start(self, rng: np.random.Generator) -> Array:
+    def _clear_start(self, rng: np.random.Generator, least_pairs: int = 0) -> Array:
+        """Joints (2, 7) out of every keep-out and near to this many or more; the arms go there."""
         for _ in range(TRIES):
             joints = random_start(rng)
-            if not any(True for _ in self._depths(joints, CLEAR_M)):
+            depths_m = [depth_m for _, depth_m in self._depths(joints, ACTIVATION_M)]
+            if len(depths_m) >= least_pairs and max(depths_m, default=-np.inf) < -CLEAR_M:
                 self._world.arms.set_joints(joints)
                 return joints
         raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES}")

@@ -28,7 +28,7 @@ from tissue_sim.frames import Array
 ALLOWED_M = 1e-4
 ROUNDING = 1e-9  # rad or m
 LEAST_PAIRS = 20
-CALLS = 300
+CALLS = 200
 QUERIES = "distance queries"
 
 

@@ -72,7 +72,9 @@ class SafetyFilter:
             raise ValueError(f"safety filter: joints must be (2, 7), got {asked.shape}")
         if not (np.abs(asked) < FAR).all():  # NaN is not less
             self.restart()
-            entry = Entry(time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True)
+            entry = Entry(
+                time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
+            )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
         situation = self._watch.see(start, self._rate, asked, instruction)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}

@@ -103,6 +103,20 @@ def test_a_safe_command_passes_as_it_is(shared, rng):
         start = asked
 
 
+def test_haste_is_gained_step_by_step_and_anew_after_a_restart(world):
+    safety, joints = SafetyFilter(world), HOME
+    moved = []
+    for k in range(6):
+        if k == 4:
+            safety.restart()
+        asked = joints + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+        allowed = safety.allow(joints, asked, GRAB, 0.0).joints
+        moved.append(allowed[0, 3] - joints[0, 3])
+        joints = allowed
+    most = JOINT_SPEED[3] * world.config.control_step_s
+    np.testing.assert_allclose(moved, np.array([2, 3, 3, 3, 2, 3]) / 3 * most, rtol=1e-6)
+
+
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 2 * FAR, 1e300])
 def test_what_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, number):
     asked = HOME.copy()
