@@ -185,6 +185,16 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
         assert distance_m[3] - distance_m[0] > 0.7 * moved_m
 
 
+def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field):
+    start, into = inside(world, field, "liver")
+    world.arms.set_joints(start)
+    safety = SafetyFilter(world, limits=(), interlocks=())
+    deeper, out = (right_tool_at(world, tip_m(world, start) + d * into) for d in (0.003, -0.003))
+    held = safety.allow(start, deeper, GRAB, 0.0)
+    assert field.distance_m(held.joints, "liver") > field.distance_m(start, "liver") - DEEPER_M
+    np.testing.assert_array_equal(safety.allow(start, out, GRAB, 0.0).joints, out)
+
+
 def inside(world, field, obstacle):
     """Joints that have the right tool a little in something, and the way further in."""
     points = {
