@@ -4,7 +4,7 @@ import numpy as np
 
 from controller.links import tool_jacobian
 from controller.safety.bounds import N_MOTION
-from controller.safety.collision import NO_LINK, NearPairs
+from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
@@ -27,6 +27,7 @@ def pairs(*rows):
         link=np.array([PATCH_LINKS.index(name) for name in link], np.int32),
         other_link=np.full(n, NO_LINK, np.int32),
         obstacle=np.array(obstacle, str),
+        within_m=ACTIVATION_M,
     )
 
 
