@@ -10,7 +10,7 @@ import numpy as np
 from controller.safety.collision import ACTIVATION_M, CollisionModel
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
-from controller.safety.limits.keep_out import must_not_meet
+from controller.safety.exemption import must_not_meet
 from controller.safety.surroundings import registered, surroundings_of
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
