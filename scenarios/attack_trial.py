@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from controller.safety.collision import ACTIVATION_M, CollisionModel
+from controller.safety.exemption import must_not_meet
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
-from controller.safety.exemption import must_not_meet
 from controller.safety.surroundings import registered, surroundings_of
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction

@@ -86,7 +86,7 @@ class CollisionModel:
 
         Of one link and one surface, one pair; of one link and one chain, the nearest capsule and
         those alongside, at most `ALONGSIDE_M` farther. A shaft and the port wall are no pair: it
-        goes through its hole, and is inside the flat wall as far as its wrist, which is checked.
+        goes through it, and is inside the flat wall as far as its wrist, which is checked.
         """
         links = link_cores(joints, instruments, self._T_world_rcm)
         chains = surroundings.chains

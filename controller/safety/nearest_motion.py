@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.bounds import N_MOTION, Bounds
+from controller.safety.bounds import EACH_JOINT, N_MOTION, NO_BOUNDS, Bounds
 from tissue_sim.frames import Array
 
 TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
 JOINT_SHARE = 1e-3  # weight of the joints' own change, which no tip shows
 UNIT = np.tile([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01], 2)  # makes motions of about 1
 GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
-CAPACITY = 128  # rows
+CAPACITY = 128  # rows beside those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
@@ -26,17 +26,20 @@ class NearestMotion:
     def __init__(self) -> None:
         dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(CAPACITY, _N)}
         self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
-        self._names = [self._solver.name_in(k) for k in range(self._solver.n_in())]
 
     def __call__(self, motion: Array, weight: Array, bounds: Iterable[Bounds]) -> Array | None:
-        """The motion (14,) nearest to one asked for; None when there is none.
+        """The motion (14,) nearest to one asked for; None when there is none, or no room.
 
         Args:
             motion: (14,) asked for.
             weight: (14, 14) of squared changes, positive definite.
             bounds: to keep.
         """
-        rows, lower, upper, gives = _stacked(bounds)
+        bounds = tuple(bounds)
+        least, most = _box(bounds)
+        rows, lower, upper, gives = _stacked([b for b in bounds if b.rows is not EACH_JOINT])
+        if len(rows) > CAPACITY or (least > most).any():
+            return None
         scale = np.linalg.norm(rows * UNIT, axis=1)
         scale[scale == 0.0] = 1.0
         a, low, high = np.zeros((CAPACITY, _N)), np.full(CAPACITY, -_FAR), np.full(CAPACITY, _FAR)
@@ -48,11 +51,13 @@ class NearestMotion:
         h[:N_MOTION, :N_MOTION] = UNIT[:, None] * weight * UNIT
         g[:N_MOTION] = -h[:N_MOTION, :N_MOTION] @ (motion / UNIT)
         h[N_MOTION, N_MOTION], g[N_MOTION] = GIVING_PRICE, 0.0
-        found = self._solve({"h": h, "g": g, "a": a, "lba": low, "uba": high})
+        found = self._solve(
+            {"h": h, "g": g, "a": a, "lba": low, "uba": high, "lbx": least, "ubx": most}
+        )
         return None if found is None else found[:N_MOTION] * UNIT
 
     def _solve(self, values: dict[str, Array]) -> Array | None:
-        result = self._solver(**values, lbx=-ca.inf, ubx=ca.inf)
+        result = self._solver(**values)
         if not self._solver.stats()["success"]:
             return None
         return np.array(result["x"]).ravel()
@@ -70,10 +75,18 @@ def tool_weight(jacobians: Array) -> Array:
     return weight
 
 
-def _stacked(bounds: Iterable[Bounds]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    bounds = tuple(bounds)
+def _box(bounds: Sequence[Bounds]) -> tuple[Array, Array]:
+    """(15,) the least and the most that all bounds on joints leave, in units of the program."""
+    least, most = np.full(_N, -_FAR), np.full(_N, _FAR)
+    for bound in bounds:
+        if bound.rows is EACH_JOINT:
+            least[:N_MOTION] = np.maximum(least[:N_MOTION], bound.lower / UNIT)
+            most[:N_MOTION] = np.minimum(most[:N_MOTION], bound.upper / UNIT)
+    return least, most
+
+
+def _stacked(bounds: Sequence[Bounds]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    bounds = (NO_BOUNDS, *bounds)
     rows = np.concatenate([b.rows for b in bounds])
-    if len(rows) > CAPACITY:
-        raise ValueError(f"safety filter: {len(rows)} bounds at once; room for {CAPACITY}")
     lower, upper = (np.concatenate([getattr(b, end) for b in bounds]) for end in ("lower", "upper"))
     return rows, lower, upper, np.concatenate([b.gives for b in bounds])

@@ -6,13 +6,14 @@ import numpy as np
 
 from controller.safety.collision import ACTIVATION_M, NO_LINK, CollisionModel, NearPairs
 from controller.safety.exemption import must_not_meet
-from controller.safety.free_motion import free_motion
+from controller.safety.free_motion import REACHED_M, free_motion
 from controller.safety.link_cores import N_LINK, travel_m
 from controller.safety.situation import Situation
 from controller.safety.surroundings import Surroundings
 from tissue_sim.frames import Array
 
-TOUCHING_M = 1e-4  # nearer than this counts as in
+MARGIN_M = 1e-4  # a motion that is outside stops this far off
+TOUCHING_M = MARGIN_M + REACHED_M  # and counts as in then: every pair is one or the other
 DEEPER_M = 1e-5  # more than this is deeper
 HALVINGS = 4
 
@@ -50,7 +51,7 @@ def _free_share(
         end,
         situation.instruments,
         surroundings,
-        margin_m=TOUCHING_M,
+        margin_m=MARGIN_M,
         near=near,
     )
     shares = [

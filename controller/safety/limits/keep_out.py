@@ -34,9 +34,12 @@ class KeepOut:
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
         firm = np.array([name in FIRM for name in near.obstacle[barred].tolist()], bool)
-        out = np.where(firm, out, np.minimum(out, 0.0))
         rows, what = situation.parting[barred], names(situation, barred)
-        return replace(at_least(rows, out, what), gives=out > 0.0)
+        leaves = firm & (out > 0.0)
+        lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
+        what += [what[k] for k in np.flatnonzero(leaves).tolist()]
+        gives = np.arange(len(lower)) >= len(out)
+        return replace(at_least(np.concatenate([rows, rows[leaves]]), lower, what), gives=gives)
 
 
 def names(situation: Situation, chosen: NDArray[np.bool_]) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.safety.bounds import N_MOTION, at_least, between
+from controller.safety.bounds import N_MOTION, at_least, between, on_joints
 from controller.safety.nearest_motion import CAPACITY, NearestMotion, tool_weight
 from tests.controller.safety.situations import situation
 
@@ -78,10 +78,18 @@ def test_a_row_that_gives_is_kept_where_it_can_be_and_never_breaks_one_that_does
     assert found[2] == pytest.approx(0.0005, abs=CLOSE)
 
 
-def test_more_bounds_than_there_is_room_for_are_refused():
-    rng = np.random.default_rng(0)
-    with pytest.raises(ValueError, match=f"{CAPACITY + 1} bounds at once; room for {CAPACITY}"):
-        NEAREST(np.zeros(N_MOTION), WEIGHT, [random_bounds(rng, CAPACITY + 1)])
+def test_more_bounds_than_there_is_room_for_have_no_answer():
+    rng, asked = np.random.default_rng(0), np.zeros(N_MOTION)
+    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITY)]) is not None
+    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITY + 1)]) is None
+
+
+def test_bounds_on_joints_are_kept_together():
+    asked = np.full(N_MOTION, 1.0)
+    boxes = [on_joints(-SIZE, SIZE), on_joints(np.full(N_MOTION, -1.0), 0.5 * SIZE)]
+    found = NEAREST(asked, np.eye(N_MOTION), boxes)
+    np.testing.assert_allclose(found, 0.5 * SIZE, atol=CLOSE)
+    assert NEAREST(asked, WEIGHT, [on_joints(SIZE, SIZE), on_joints(-SIZE, -SIZE)]) is None
 
 
 def answers(seed):
