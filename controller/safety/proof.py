@@ -70,7 +70,7 @@ def _goes_deeper(
     end = situation.start + motion.reshape(2, 7)
     now = model.near(end, situation.instruments, surroundings, within_m=TOUCHING_M)
     after = _depths(now, situation.worked_on)
-    return any(after.get(pair, 0.0) > depth + DEEPER_M for pair, depth in before.items())
+    return any(after.get(pair, -TOUCHING_M) > depth + DEEPER_M for pair, depth in before.items())
 
 
 def _depths(near: NearPairs, worked_on: str) -> dict[tuple[int, int, str], float]:

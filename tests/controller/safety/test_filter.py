@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from controller.kinematics import inverse_kinematics
 from controller.safety.collision import CollisionModel
@@ -177,7 +178,7 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
         joints = safety.allow(joints, asked, GRAB, 0.0).joints
         distance_m.append(field.distance_m(joints, obstacle))
         tips.append(tip_m(world, joints))
-    assert distance_m[0] < -0.001
+    assert distance_m[0] == pytest.approx(-0.001, abs=1e-5)
     assert min(np.diff(distance_m)[np.array(distance_m[:-1]) < 0.0]) > -DEEPER_M
     assert distance_m[-1] > 0.0
     if not deeper_m:
@@ -185,18 +186,22 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
         assert distance_m[3] - distance_m[0] > 0.7 * moved_m
 
 
-def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field):
-    start, into = inside(world, field, "liver")
+@pytest.mark.parametrize("depth_m", [0.001, 0.0, -0.00009, -0.000105, -0.0002])
+def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field, depth_m):
+    """Nor in, wherever it stopped before it."""
+    start, into = inside(world, field, "liver", depth_m)
     world.arms.set_joints(start)
     safety = SafetyFilter(world, limits=(), interlocks=())
     deeper, out = (right_tool_at(world, tip_m(world, start) + d * into) for d in (0.003, -0.003))
     held = safety.allow(start, deeper, GRAB, 0.0)
-    assert field.distance_m(held.joints, "liver") > field.distance_m(start, "liver") - DEEPER_M
-    np.testing.assert_array_equal(safety.allow(start, out, GRAB, 0.0).joints, out)
+    allowed_m = min(field.distance_m(start, "liver"), 0.0) - DEEPER_M
+    assert field.on_the_way_m(start, held.joints, "liver") > allowed_m
+    left = safety.allow(start, out, GRAB, 0.0)
+    assert field.distance_m(left.joints, "liver") > field.distance_m(start, "liver") + 0.001
 
 
-def inside(world, field, obstacle):
-    """Joints that have the right tool a little in something, and the way further in."""
+def inside(world, field, obstacle, depth_m=0.001):
+    """Joints that have the right tool this deep in something, and the way further in."""
     points = {
         "liver": registered(world).liver.points_m,
         "common bile duct": field.around.chains["common bile duct"].start_m,
@@ -204,11 +209,14 @@ def inside(world, field, obstacle):
     home = tip_m(world, HOME)
     target = points[np.argmin(np.linalg.norm(points - home, axis=1))]
     into = unit(target - home)
-    for reach_m in np.arange(0.0, 0.1, 0.0005):
+
+    def outside_m(reach_m):
         joints = right_tool_at(world, home + reach_m * into)
-        if field.distance_m(joints, obstacle) < -0.001:
-            return joints, into
-    raise AssertionError(obstacle)
+        return field.distance_m(joints, obstacle) + depth_m
+
+    far_m = next(m for m in np.arange(0.0, 0.1, 0.001) if outside_m(m) < 0.0)
+    reach_m = brentq(outside_m, far_m - 0.001, far_m, xtol=1e-6)
+    return right_tool_at(world, home + reach_m * into), into
 
 
 def tip_m(world, joints):
