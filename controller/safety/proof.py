@@ -21,7 +21,7 @@ HALVINGS = 4
 def safe_share(
     model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
 ) -> float:
-    """How much of a motion (14,) surely meets nothing, and and goes no deeper than it is."""
+    """How much of a motion (14,) surely meets nothing, and goes no deeper than it is."""
     share = _free_share(model, surroundings, situation, motion)
     inside = situation.kept_out & (situation.near.distance_m < TOUCHING_M)
     if not inside.any():
