@@ -35,7 +35,7 @@ class Bounds:
     rows: Array
     lower: Array
     upper: Array
-    what: tuple[str, ...]
+    what: Sequence[str]
     gives: NDArray[np.bool_]
 
     def excess(self, motion: Array) -> Array:
@@ -70,7 +70,7 @@ def at_least(rows: Array, lower: Array, what: Sequence[str]) -> Bounds:
 def between(rows: Array, lower: Array, upper: Array, what: Sequence[str]) -> Bounds:
     """Bounds (n,) on rows (n, 14) of the motion, none of which gives."""
     hard = np.zeros(len(lower), bool)
-    return Bounds(rows=rows, lower=lower, upper=upper, what=tuple(what), gives=hard)
+    return Bounds(rows=rows, lower=lower, upper=upper, what=what, gives=hard)
 
 
 NO_BOUNDS = at_least(np.zeros((0, N_MOTION)), np.zeros(0), ())

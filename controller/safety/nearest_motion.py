@@ -15,7 +15,7 @@ TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in
 JOINT_SHARE = 1e-3  # weight of the joints' own change, which no tip shows
 UNIT = np.tile([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01], 2)  # makes motions of about 1
 GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
-CAPACITY = 128  # rows beside those on single joints
+CAPACITIES = (24, 48, 128)  # rows beside those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
@@ -24,8 +24,7 @@ class NearestMotion:
     """One solver, for one thread."""
 
     def __init__(self) -> None:
-        dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(CAPACITY, _N)}
-        self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
+        self._programs = [_Program(rows) for rows in CAPACITIES]
 
     def __call__(self, motion: Array, weight: Array, bounds: Iterable[Bounds]) -> Array | None:
         """The motion (14,) nearest to one asked for; None when there is none, or no room.
@@ -38,12 +37,14 @@ class NearestMotion:
         bounds = tuple(bounds)
         least, most = _box(bounds)
         rows, lower, upper, gives = _stacked([b for b in bounds if b.rows is not EACH_JOINT])
-        if len(rows) > CAPACITY or (least > most).any():
+        n = len(rows)
+        program = next((p for p in self._programs if n <= p.capacity), None)
+        if program is None or (least > most).any():
             return None
         scale = np.linalg.norm(rows * UNIT, axis=1)
         scale[scale == 0.0] = 1.0
-        a, low, high = np.zeros((CAPACITY, _N)), np.full(CAPACITY, -_FAR), np.full(CAPACITY, _FAR)
-        n = len(rows)
+        a = np.zeros((program.capacity, _N), order="F")
+        low, high = np.full(program.capacity, -_FAR), np.full(program.capacity, _FAR)
         a[:n, :N_MOTION] = rows * UNIT / scale[:, None]
         a[:n, N_MOTION] = gives * 1e-3 / scale
         low[:n], high[:n] = np.clip(lower / scale, -_FAR, _FAR), np.clip(upper / scale, -_FAR, _FAR)
@@ -51,16 +52,30 @@ class NearestMotion:
         h[:N_MOTION, :N_MOTION] = UNIT[:, None] * weight * UNIT
         g[:N_MOTION] = -h[:N_MOTION, :N_MOTION] @ (motion / UNIT)
         h[N_MOTION, N_MOTION], g[N_MOTION] = GIVING_PRICE, 0.0
-        found = self._solve(
-            {"h": h, "g": g, "a": a, "lba": low, "uba": high, "lbx": least, "ubx": most}
-        )
+        found = program.solve(h=h, g=g, a=a, lba=low, uba=high, lbx=least, ubx=most)
         return None if found is None else found[:N_MOTION] * UNIT
 
-    def _solve(self, values: dict[str, Array]) -> Array | None:
-        result = self._solver(**values)
-        if not self._solver.stats()["success"]:
-            return None
-        return np.array(result["x"]).ravel()
+
+class _Program:
+    """DAQP for programs of up to a number of rows, through buffers: half of the time of a call."""
+
+    def __init__(self, capacity: int) -> None:
+        self.capacity = capacity
+        dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(capacity, _N)}
+        solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
+        self._inputs = {solver.name_in(k): k for k in range(solver.n_in())}
+        self._buffer, self._run = solver.buffer()
+        self._x = np.empty(_N)
+        self._solver = solver
+
+    def solve(self, **values: Array) -> Array | None:
+        """The solution (15,); None when there is none. Matrices are column by column."""
+        flat = {name: value.ravel(order="F") for name, value in values.items()}  # alive till run
+        for name, value in flat.items():
+            self._buffer.set_arg(self._inputs[name], value.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
+        self._run()
+        return self._x.copy() if self._buffer.stats()["success"] else None
 
 
 def tool_weight(jacobians: Array) -> Array:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.bounds import ARMS, Bounds, approach_share, at_least
+from controller.safety.collision import NearPairs
 from controller.safety.exemption import FIRM
 from controller.safety.situation import Situation
 from tissue_sim.instruments import PATCH_LINKS
@@ -34,16 +37,23 @@ class KeepOut:
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
         firm = np.array([name in FIRM for name in near.obstacle[barred].tolist()], bool)
-        rows, what = situation.parting[barred], names(situation, barred)
-        leaves = firm & (out > 0.0)
+        rows, leaves = situation.parting[barred], firm & (out > 0.0)
         lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
-        what += [what[k] for k in np.flatnonzero(leaves).tolist()]
+        pairs = np.flatnonzero(barred)
+        what = PairNames(near, np.concatenate([pairs, pairs[leaves]]))
         gives = np.arange(len(lower)) >= len(out)
         return replace(at_least(np.concatenate([rows, rows[leaves]]), lower, what), gives=gives)
 
 
-def names(situation: Situation, chosen: NDArray[np.bool_]) -> list[str]:
-    """A name for each chosen near pair."""
-    near = situation.near
-    rows = zip(near.arm[chosen], near.link[chosen], near.obstacle[chosen], strict=True)
-    return [f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}" for arm, link, obstacle in rows]
+class PairNames(Sequence[str]):
+    """Names of near pairs, made when they are asked for."""
+
+    def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
+        self._near, self._pairs = near, pairs
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def __getitem__(self, row: Any) -> Any:
+        k, near = self._pairs[row], self._near
+        return f"{ARMS[near.arm[k]]} {PATCH_LINKS[near.link[k]]} to {near.obstacle[k]}"

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.safety.bounds import N_MOTION, at_least, between, on_joints
-from controller.safety.nearest_motion import CAPACITY, NearestMotion, tool_weight
+from controller.safety.nearest_motion import CAPACITIES, NearestMotion, tool_weight
 from tests.controller.safety.situations import situation
 
 WEIGHT = tool_weight(situation().tool_jacobian)
@@ -80,8 +80,8 @@ def test_a_row_that_gives_is_kept_where_it_can_be_and_never_breaks_one_that_does
 
 def test_more_bounds_than_there_is_room_for_have_no_answer():
     rng, asked = np.random.default_rng(0), np.zeros(N_MOTION)
-    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITY)]) is not None
-    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITY + 1)]) is None
+    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1])]) is not None
+    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1] + 1)]) is None
 
 
 def test_bounds_on_joints_are_kept_together():
