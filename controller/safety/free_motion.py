@@ -52,18 +52,20 @@ def free_motion(
     *,
     margin_m: float = 0.0,
     near: NearPairs | None = None,
+    most_steps: int = MOST_STEPS,
 ) -> FreeMotion:
     """Along the straight line between joints (2, 7), the surroundings at rest.
 
     `near`: what the model has at the start in these surroundings, if known already. Where it
-    suffices to prove a small motion free, no more is looked for.
+    suffices to prove a small motion free, no more is looked for. After `most_steps` looks the rest
+    of the motion counts as not free.
     """
     travel = travel_m(start, end, instruments)
     farthest_m = travel[:N_LINK].max() + travel[N_LINK:].max()
     stopped: dict[Pair, float] = {}
     clearance_m: dict[Pair, float] = {}
     sure = 0.0
-    for _ in range(MOST_STEPS):
+    for _ in range(most_steps):
         within_m = margin_m + REACHED_M + (1.0 - sure) * farthest_m
         if near is None or near.within_m < within_m:
             joints = start + sure * (end - start)

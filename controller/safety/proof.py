@@ -16,6 +16,7 @@ MARGIN_M = 1e-4  # a motion that is outside stops this far off
 TOUCHING_M = MARGIN_M + REACHED_M  # and counts as in then: every pair is one or the other
 DEEPER_M = 1e-5  # more than this is deeper
 HALVINGS = 4
+LOOKS = 9  # of half a millisecond each; a motion that would need more is cut to what is sure
 
 
 def safe_share(
@@ -53,6 +54,7 @@ def _free_share(
         surroundings,
         margin_m=MARGIN_M,
         near=near,
+        most_steps=LOOKS,
     )
     shares = [
         share

@@ -7,6 +7,7 @@ in the planes of the faces: the least lies between the bends, or ends, where its
 from __future__ import annotations
 
 from functools import cache
+from threading import get_ident
 from typing import Any
 
 import warp as wp
@@ -103,7 +104,10 @@ class _Workspace:
         )
 
 
-_workspace = cache(_Workspace)
+@cache
+def _workspace(n_segment: int, thread: int) -> _Workspace:
+    """Of each thread its own: another's launch may run while this one's results are read."""
+    return _Workspace(n_segment)
 
 
 def segment_gaps(
@@ -118,7 +122,7 @@ def segment_gaps(
         (8, n) distances, infinite where there is no need; (8, n, 3) nearest points of the cores;
         and of the segments. The next call overwrites them.
     """
-    work = _workspace(len(start_m))
+    work = _workspace(len(start_m), get_ident())
     values = links.centre_m, links.R_world_core, links.half_size_m, start_m, end_m, within_m
     for array, value in zip(work.inputs, values, strict=True):
         array[:] = value
