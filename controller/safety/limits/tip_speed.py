@@ -17,7 +17,10 @@ ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 
 
 @dataclass(frozen=True, kw_only=True)
 class TipSpeed:
-    """Along the motion asked for up to the speed, and hardly any to its sides."""
+    """Along the motion asked for up to the speed, and hardly any to its sides.
+
+    To first order: a step that turns the wrist as fast as it can moves the tip up to 40 % farther.
+    """
 
     name: str = "tip speed"
     most_m_s: float = TIP_SPEED_M_S
