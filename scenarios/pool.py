@@ -109,6 +109,7 @@ def _death(worker: _Worker) -> WorkerDiedError:
 
 def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C reaches the parent only, which passes it on once
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
     with suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
             connection.send(attempt(connection.recv()))
