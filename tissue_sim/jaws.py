@@ -5,7 +5,7 @@ from __future__ import annotations
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 from tissue_sim.frames import Array
-from tissue_sim.tubes import Tubes
+from tissue_sim.tubes import BETWEEN_HALF_GAP_M, Tubes
 
 GALLBLADDER = "gallbladder"
 MOUTHS = {  # how far back from the tip the jaws act, and how wide
@@ -15,9 +15,12 @@ MOUTHS = {  # how far back from the tip the jaws act, and how wide
 
 
 def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]:
-    """Names of the structures that the jaws would meet on, were they to close."""
+    """Names of the structures that the jaws would meet on, were they to close.
+
+    Seen a step ahead: what lies a little farther off may be there by then.
+    """
     reach_m, width_m = MOUTHS[tool]
     found = {t for t in tubes.organ.tubes if tubes.crossing(t, T_world_tool, reach_m)}
-    if tubes.sac_between(T_world_tool, reach_m, width_m):
+    if tubes.sac_between(T_world_tool, reach_m, width_m, BETWEEN_HALF_GAP_M):
         found.add(GALLBLADDER)
     return frozenset(found)

@@ -171,17 +171,24 @@ class Tubes:
             self.organ.tubes, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min()
         )
 
-    def sac_between(self, T_world_tool: Array, reach_m: float, width_m: float) -> bool:
+    def sac_between(
+        self,
+        T_world_tool: Array,
+        reach_m: float,
+        width_m: float,
+        half_gap_m: float = MEETING_HALF_GAP_M,
+    ) -> bool:
         """Whether part of the gallbladder lies where the closing jaws meet.
 
         Args:
             T_world_tool: (4, 4) pose of the tool.
             reach_m: how far back from the tip the jaws act.
             width_m: of the jaws, along x.
+            half_gap_m: how far from the jaws' middle it may lie.
         """
         sac = self.tissue.positions(self.b)[self.organ.sac_rings.ravel()].astype(float)
         x, y, z = transform(inverse_pose(T_world_tool), sac).T
-        across = (np.abs(x) < 0.5 * width_m) & (np.abs(y) < MEETING_HALF_GAP_M)
+        across = (np.abs(x) < 0.5 * width_m) & (np.abs(y) < half_gap_m)
         return bool((across & (-reach_m < z) & (z < 0.0)).any())
 
     def slide_ring(self, tube: str, ring: int, station_m: float) -> None:
