@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from scenarios.memory_growth import environment_resetter, growth_kb_a_reset, world_resetter
-from scenarios.pool import run_side_by_side
 from scenarios.storm_trial import Trial, attempt_trial, lost_trial
+from scenarios.trials import run_all
 
 
 def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
     """Storms on the patients from `seed` on, in order; a bar shows how far they are."""
-    with closing(_trials(range(seed, seed + episodes), workers)) as trials:
-        shown = track(
-            trials, "storms", total=episodes, console=Console(stderr=True), transient=True
-        )
-        return sorted(shown, key=lambda trial: trial.seed)
-
-
-def _trials(seeds: Sequence[int], workers: int) -> Generator[Trial, None, None]:
-    if workers > 1:
-        yield from run_side_by_side(attempt_trial, seeds, workers, lost_trial)
-    else:
-        yield from map(attempt_trial, seeds)
+    seeds = range(seed, seed + episodes)
+    trials = run_all("storms", seeds, workers, attempt_trial, lost_trial)
+    return sorted(trials, key=lambda trial: trial.seed)
 
 
 def trial_table(trials: Sequence[Trial]) -> Table:

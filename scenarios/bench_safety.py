@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from controller.safety.collision import CollisionModel
@@ -21,8 +19,8 @@ from controller.safety.watch import Watch
 from scenarios.attack_trial import Attacked, Pair, Run, Trial, attempt_trial, lost_trial
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
-from scenarios.pool import run_side_by_side
 from scenarios.stopwatch import Stopwatch
+from scenarios.trials import run_all
 from tissue_sim.frames import Array
 
 ALLOWED_M = 1e-4
@@ -34,18 +32,9 @@ QUERIES = "distance queries"
 
 def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
     """Attacks on the patients from `seed` on, in order; a bar shows how far they are."""
-    with closing(_trials(range(seed, seed + episodes), workers)) as trials:
-        shown = track(
-            trials, "attacks", total=episodes, console=Console(stderr=True), transient=True
-        )
-        return sorted(shown, key=lambda trial: trial.seed)
-
-
-def _trials(seeds: Sequence[int], workers: int) -> Generator[Trial, None, None]:
-    if workers > 1:
-        yield from run_side_by_side(attempt_trial, seeds, workers, lost_trial)
-    else:
-        yield from map(attempt_trial, seeds)
+    seeds = range(seed, seed + episodes)
+    trials = run_all("attacks", seeds, workers, attempt_trial, lost_trial)
+    return sorted(trials, key=lambda trial: trial.seed)
 
 
 def depth_tables(trials: Sequence[Trial]) -> list[Table]:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from controller.links import link_poses
 from controller.symbolic import MOVING_LINKS, evaluate, tool_pose
-from tests.controller.joints import within_limits
+from tests.joints import within_limits
 from tissue_sim.frames import pose
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.psm import T_yaw_tool

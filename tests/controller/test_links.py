@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from controller import symbolic
 from controller.links import link_poses, point_jacobians, tool_jacobian
-from tests.controller.joints import (
+from tests.joints import (
     INSERTION,
     inside_the_body,
     instruments,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from controller.kinematics import inverse_kinematics
 from controller.links import tool_jacobian
 from controller.nearest_pose import METRES_PER_RADIAN, solve_inverse
-from tests.controller.joints import (
+from tests.joints import (
     INSERTION,
     inside_the_body,
     instruments,

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from controller.links import link_poses
 from controller.remote_centre import shaft_offset_m
 from controller.symbolic import MOVING_LINKS
-from tests.controller.joints import instruments, unit_interval, with_jaw
+from tests.joints import instruments, unit_interval, with_jaw
 
 SHAFT = MOVING_LINKS.index("shaft")
 ALONG = np.array([0.0, 0.0, -1.0])

@@ -3,19 +3,12 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
+from tests.joints import instruments, unit_interval, within_limits
 from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_frames, joint_limits
 
 SHAFT = 3
-instruments = st.sampled_from(list(INSTRUMENTS.values()))
-unit_interval = st.tuples(*[st.floats(0.0, 1.0)] * 6).map(np.array)
-
-
-def within_limits(fraction, instrument):
-    lower, upper = joint_limits(instrument).T
-    return lower + fraction * (upper - lower)
 
 
 @pytest.mark.parametrize("instrument", INSTRUMENTS.values(), ids=INSTRUMENTS)
