@@ -5,6 +5,7 @@ Nothing is closed on a wrong structure that could not be opened again: no clip i
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import ClassVar
 
@@ -42,7 +43,7 @@ STANDOFF_M = 0.015  # in front of the failing pose: it is reached from there, ti
 Waypoint = tuple[Array, float]  # T_world_tool (4, 4) and jaw opening (rad)
 
 
-class LedAstray(Effect):
+class LedAstray(Effect, ABC):
     """Takes one arm over as it is about to act in a task, moves it smoothly, and gives it back."""
 
     arm: ClassVar[int] = RIGHT_ARM
@@ -62,13 +63,13 @@ class LedAstray(Effect):
         waypoint = next(self._way, None) if self._way else None
         return None if waypoint is None else _action(world, self.arm, *waypoint)
 
+    @abstractmethod
     def goal(self, world: World, task: Task) -> Array:
         """`T_world_tool` where the task is rightly done."""
-        raise NotImplementedError
 
+    @abstractmethod
     def failing(self, world: World, task: Task) -> Waypoint:
         """Where the arm is led to."""
-        raise NotImplementedError
 
     def _about_to_act(self, world: World, task: Task) -> bool:
         tip, goal = commanded_pose(world, self.arm)[:3, 3], self.goal(world, task)[:3, 3]
@@ -127,9 +128,9 @@ class ApplierAstray(LedAstray):
         share = self.magnitude
         return between(self.goal(world, task), T, share), opening + share * (jaw - opening)
 
+    @abstractmethod
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
         """Where a magnitude of 1 leads to."""
-        raise NotImplementedError
 
 
 class WrongTube(ApplierAstray):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from planner.task import Task
@@ -12,7 +14,7 @@ from tissue_sim.world import World
 EARLIEST_S, LATEST_S = 5.0, 60.0
 
 
-class Once(Effect):
+class Once(Effect, ABC):
     """Changes the world when its moment comes, in one control step."""
 
     def drawn_moment(self, rng: np.random.Generator) -> Moment:
@@ -23,6 +25,6 @@ class Once(Effect):
             self.note(world.record.time_s)
             self.change(world)
 
+    @abstractmethod
     def change(self, world: World) -> None:
         """Do it."""
-        raise NotImplementedError
