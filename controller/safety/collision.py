@@ -27,6 +27,7 @@ from tissue_sim.sweep import Indices
 ACTIVATION_M = 0.010
 OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
 N_DIRECTION = 32
+Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link
 _SHAFTS = [SHAFT, N_LINK + SHAFT]
 
 
@@ -59,6 +60,15 @@ class NearPairs:
     obstacle: NDArray[np.str_]
     within_m: float
 
+    def pair(self, row: int) -> Pair:
+        """Who is near to what; the capsules of a chain are one obstacle."""
+        return (
+            int(self.arm[row]),
+            int(self.link[row]),
+            str(self.obstacle[row]),
+            int(self.other_link[row]),
+        )
+
 
 class CollisionModel:
     """Of one patient, for both arms: surfaces are built here, once, and only moved later."""
@@ -74,6 +84,10 @@ class CollisionModel:
         self._directions = np.stack([*half_a_sphere(N_DIRECTION), *(s.outward for s in surfaces)])
         self._slabs = joined([s.slabs(self._directions) for s in surfaces])
 
+    def cores(self, joints: Array, instruments: Sequence[Instrument]) -> LinkCores:
+        """Where the instruments are at joints (2, 7)."""
+        return link_cores(joints, instruments, self._T_world_rcm)
+
     def near(
         self,
         joints: Array,
@@ -88,7 +102,7 @@ class CollisionModel:
         those alongside, at most `ALONGSIDE_M` farther. A shaft and the port wall are no pair: it
         goes through it, and is inside the flat wall as far as its wrist, which is checked.
         """
-        links = link_cores(joints, instruments, self._T_world_rcm)
+        links = self.cores(joints, instruments)
         chains = surroundings.chains
         names = [*chains, *self._surfaces, OTHER_ARM]
         slabs = links.slabs(self._directions)

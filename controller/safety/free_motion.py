@@ -1,112 +1,117 @@
 """How much of a straight joint motion is free: nothing is jumped over, however fast it is.
 
 Conservative advancement (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996):
-step no farther than the distance of now allows, as no point of a link moves faster than a bound
-from the link lengths.
+step no farther than the distances of now allow. Where obstacle and link are convex, a plane between
+them is left on the link's side as long as no corner of the link comes down to it, so that a link
+may slide along what it almost touches; elsewhere no point moves faster than the link lengths allow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.chain_gaps import ALONGSIDE_M
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
-from controller.safety.link_cores import N_LINK, travel_m
-from controller.safety.surroundings import Surroundings
+from controller.safety.link_cores import N_LINK, LinkCores, most_motion_m
+from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
 
-MOST_STEPS = 60
-REACHED_M = 1e-5  # this near to the margin, the margin counts as reached
+MOST_LOOKS = 60
+REACHED_M = 1e-6  # this near to as near as it may come, a pair counts as there
 
-Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link: as in a row of `NearPairs`
-
-
-@dataclass(frozen=True, kw_only=True)
-class FreeMotion:
-    """What stands in the way of a motion; a pair that is missing cannot meet, or does not move.
-
-    Attributes:
-        share: pair -> how much of the motion it is sure to stay outside of the margin, 0 to 1.
-            0 for a pair that is within the margin at the start: whether such a motion leads out
-            is for its normal to say. Below 1 also where the steps did not suffice to prove more.
-        clearance_m: pair -> the smallest distance, signed, where it was looked at: at the start,
-            and on the way as often as the proof needed it.
-    """
-
-    share: dict[Pair, float]
-    clearance_m: dict[Pair, float]
-
-    @property
-    def free_share(self) -> float:
-        """Of the whole motion, all pairs together."""
-        return min(self.share.values(), default=1.0)
+Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
 
 
-def free_motion(
+def anywhere_outside(near: NearPairs) -> Array:
+    """Pairs may come as near as to touch."""
+    return np.zeros(len(near.distance_m))
+
+
+def free_share(
     model: CollisionModel,
     start: Array,
     end: Array,
     instruments: Sequence[Instrument],
     surroundings: Surroundings,
     *,
-    margin_m: float = 0.0,
+    floor_m: Floor = anywhere_outside,
+    highest_m: float = 0.0,
     near: NearPairs | None = None,
-    most_steps: int = MOST_STEPS,
-) -> FreeMotion:
-    """Along the straight line between joints (2, 7), the surroundings at rest.
+    most_looks: int = MOST_LOOKS,
+) -> float:
+    """Of the straight line between joints (2, 7), what surely keeps all pairs apart, 0 to 1.
 
-    `near`: what the model has at the start in these surroundings, if known already. Where it
-    suffices to prove a small motion free, no more is looked for. After `most_steps` looks the rest
-    of the motion counts as not free.
+    The surroundings are at rest. 0 where a pair that moves is nearer than it may be at the start.
+
+    Args:
+        floor_m: how near each pair may come; minus infinity for one that does not matter.
+        highest_m: of the floors.
+        near: what the model has at the start in these surroundings, if known already.
+        most_looks: after as many the rest of the motion counts as not free.
     """
-    travel = travel_m(start, end, instruments)
+    travel, bend = most_motion_m(start, end, instruments)
     farthest_m = travel[:N_LINK].max() + travel[N_LINK:].max()
-    stopped: dict[Pair, float] = {}
-    clearance_m: dict[Pair, float] = {}
-    sure = 0.0
-    for _ in range(most_steps):
-        within_m = margin_m + REACHED_M + (1.0 - sure) * farthest_m
+    sure, last = 0.0, None
+    for _ in range(most_looks):
+        rest, joints = 1.0 - sure, start + sure * (end - start)
+        within_m = highest_m + REACHED_M + rest * farthest_m
         if near is None or near.within_m < within_m:
-            joints = start + sure * (end - start)
             near = model.near(joints, instruments, surroundings, within_m=within_m)
-        step = 1.0 - sure
-        for pair, distance_m in _nearest(near).items():
-            speed_m, room_m = _speed_m(pair, travel), distance_m - margin_m
-            if speed_m == 0.0 or pair in stopped:
-                continue
-            clearance_m[pair] = min(distance_m, clearance_m.get(pair, distance_m))
-            if room_m <= REACHED_M:
-                stopped[pair] = sure
-            else:
-                step = min(step, room_m / speed_m)
-        sure, near = min(sure + step, 1.0), None
-        if sure == 1.0:
-            break
-    return FreeMotion(
-        share={pair: stopped.get(pair, sure) for pair in clearance_m}, clearance_m=clearance_m
-    )
+        speed, room = rest * _of_pairs(near, travel), near.distance_m - floor_m(near)
+        may_meet = (room <= speed) & (speed > 0.0)
+        if not may_meet.any():
+            return 1.0
+        speed, room = speed[may_meet], room[may_meet]
+        if (room <= REACHED_M).any():
+            return sure
+        last = last or model.cores(end, instruments)
+        parting = _parting_m(near, model.cores(joints, instruments), last)[may_meet]
+        above = _above(room, parting, rest * rest * _of_pairs(near, bend)[may_meet])
+        sure += rest * _free_shares(near.obstacle[may_meet], room, speed, above).min()
+        near = None
+    return sure
 
 
-def _nearest(near: NearPairs) -> dict[Pair, float]:
-    """The smallest distance of each pair, over the capsules of a chain."""
-    rows = zip(
-        near.arm.tolist(),
-        near.link.tolist(),
-        near.obstacle.tolist(),
-        near.other_link.tolist(),
-        near.distance_m.tolist(),
-        strict=True,
-    )
-    nearest: dict[Pair, float] = {}
-    for *pair, distance_m in rows:
-        key = (pair[0], pair[1], pair[2], pair[3])
-        nearest[key] = min(distance_m, nearest.get(key, distance_m))
-    return nearest
+def _of_pairs(near: NearPairs, of_links: Array) -> Array:
+    """(n,) sum over both sides of each pair; `of_links` (8,)."""
+    other = np.where(near.other_link == NO_LINK, 0.0, of_links[N_LINK + near.other_link])
+    return of_links[N_LINK * near.arm + near.link] + other
 
 
-def _speed_m(pair: Pair, travel: Array) -> float:
-    """How much nearer the two can come over the whole motion, at most."""
-    arm, link, _, other_link = pair
-    other = travel[N_LINK + other_link] if other_link != NO_LINK else 0.0
-    return float(travel[N_LINK * arm + link] + other)
+def _parting_m(near: NearPairs, first: LinkCores, last: LinkCores) -> Array:
+    """(n,) from first to last, how far each pair's links draw off from the plane between them."""
+    link, n = N_LINK * near.arm + near.link, near.normal
+    parting = last.lowest_m(link, n) - first.lowest_m(link, n)
+    both = near.other_link != NO_LINK
+    if both.any():
+        other, down = N_LINK + near.other_link[both], -n[both]
+        parting[both] += last.lowest_m(other, down) - first.lowest_m(other, down)
+    return parting
+
+
+def _free_shares(obstacle: NDArray[np.str_], room: Array, speed: Array, above: Array) -> Array:
+    """(n,) of the rest of the motion, what each pair keeps to its floor.
+
+    A capsule of a chain hides those that are `ALONGSIDE_M` farther: so far the plane says nothing.
+    """
+    by_speed = room / speed
+    by_plane = np.minimum(above, (room + ALONGSIDE_M) / speed)
+    convex = (obstacle != LIVER) & (obstacle != PORT_WALL)
+    return np.where(convex, np.maximum(by_speed, by_plane), by_speed)
+
+
+def _above(room: Array, parting: Array, bend: Array) -> Array:
+    """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
+
+    A function of t whose second derivative is at most `bend` is nowhere farther below its chord.
+    """
+    slope = parting - 0.5 * bend
+    under_root = slope * slope - 2.0 * bend * room
+    falls = (slope < 0.0) & (under_root >= 0.0)
+    root = np.ones(len(room))
+    root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
+    return np.minimum(root, 1.0)

@@ -19,6 +19,7 @@ from controller.symbolic import evaluate, patch_poses
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
+from tissue_sim.sweep import Indices
 
 SHAFT, WRIST = PATCH_LINKS.index("shaft"), PATCH_LINKS.index("wrist")
 FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
@@ -53,6 +54,12 @@ class LinkCores:
         middle, half = self.centre_m @ directions.T, reach[..., 0] + self.radius_m[:, None]
         return Slabs(low_m=middle - half, high_m=middle + half)
 
+    def lowest_m(self, link: Indices, direction: Array) -> Array:
+        """(n,) of each link (n,), its core's lowest point along a direction (n, 3)."""
+        across = np.abs(np.einsum("ni,nij->nj", direction, self.R_world_core[link]))
+        middle = np.einsum("ni,ni->n", direction, self.centre_m[link])
+        return middle - np.einsum("ni,ni->n", across, self.half_size_m[link])
+
     def core(self, link: int) -> Core:
         """For FCL."""
         edges = MM * self.half_size_m[link] * self.R_world_core[link]
@@ -81,19 +88,32 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
     )
 
 
-def travel_m(start: Array, end: Array, instruments: Sequence[Instrument]) -> Array:
-    """(8,) no point of a core moves farther than this on the straight joint path.
+def most_motion_m(
+    start: Array, end: Array, instruments: Sequence[Instrument]
+) -> tuple[Array, Array]:
+    """How far any point of a core moves on the straight joint path at most, and how it bends.
 
     Args:
         start: (2, 7) joints.
         end: (2, 7) joints.
         instruments: on the left and right arm.
 
-    Each joint moves a point by its own change times the point's distance from its axis, which
-    the link lengths bound; the changes add up at most.
+    Returns:
+        (8,) lengths of the way: each joint moves a point by its own change times the point's
+        distance from its axis, which the link lengths bound; the changes add up at most.
+        (8,) second derivatives by the share of the way: an earlier joint turns what a later one
+        does to a point, which is no more than the later one's change times its distance. A jaw
+        that starts to open, or is closed, on the way strays from its chord as if it bent so much.
     """
-    arms = zip(start, end, instruments, strict=True)
-    return np.concatenate([_levers_m(q, r, i) @ np.abs(r - q) for q, r, i in arms])
+    levers = np.concatenate(
+        [_levers_m(q, r, i) for q, r, i in zip(start, end, instruments, strict=True)]
+    )
+    change = np.repeat(np.abs(end - start), N_LINK, axis=0)
+    twice = 2.0 * np.cumsum(change, axis=1) - change
+    shut_on_the_way = np.minimum(start[:, 6], end[:, 6]) < 0.0
+    twice[:, 6] += 2.0 * np.repeat(shut_on_the_way, N_LINK)
+    travel = levers * change
+    return travel.sum(axis=1), (travel * twice).sum(axis=1)
 
 
 @cache

@@ -2,84 +2,73 @@
 
 from __future__ import annotations
 
-import numpy as np
+from functools import partial
 
-from controller.safety.collision import ACTIVATION_M, NO_LINK, CollisionModel, NearPairs
-from controller.safety.exemption import must_not_meet
-from controller.safety.free_motion import REACHED_M, free_motion
-from controller.safety.link_cores import N_LINK, travel_m
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.collision import CollisionModel, NearPairs, Pair
+from controller.safety.exemption import kept_out
+from controller.safety.free_motion import free_share
 from controller.safety.situation import Situation
-from controller.safety.surroundings import Surroundings
+from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 
 MARGIN_M = 1e-4  # a motion that is outside stops this far off
-TOUCHING_M = MARGIN_M + REACHED_M  # and counts as in then: every pair is one or the other
 DEEPER_M = 1e-5  # more than this is deeper
-HALVINGS = 4
+TOUCHING_M = MARGIN_M + DEEPER_M  # nearer counts as inside, and that is where a motion stops
 LOOKS = 9  # of half a millisecond each; a motion that would need more is cut to what is sure
+HALVINGS = 4
+
+SURFACES = (LIVER, PORT_WALL)
 
 
 def safe_share(
     model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
 ) -> float:
-    """How much of a motion (14,) surely meets nothing, and goes no deeper than it is."""
-    share = _free_share(model, surroundings, situation, motion)
-    inside = situation.kept_out & (situation.near.distance_m < TOUCHING_M)
-    if not inside.any():
-        return share
-    for _ in range(HALVINGS):
-        if not _goes_deeper(model, surroundings, situation, share * motion):
-            return share
-        share *= 0.5
-    return 0.0
+    """How much of a motion (14,) surely meets nothing, and goes no deeper than it is.
 
-
-def _free_share(
-    model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
-) -> float:
-    near, barred = situation.near, situation.kept_out
-    end = situation.start + motion.reshape(2, 7)
-    travel = travel_m(situation.start, end, situation.instruments)
-    other = np.where(near.other_link == NO_LINK, 0.0, travel[N_LINK + near.other_link])
-    speed = travel[N_LINK * near.arm + near.link] + other
-    outside = barred & (near.distance_m >= TOUCHING_M)
-    beyond_m = ACTIVATION_M - 2.0 * travel.max()
-    if beyond_m > TOUCHING_M and (near.distance_m > speed + TOUCHING_M)[outside].all():
-        return 1.0
-    free = free_motion(
+    Of what is in a surface, which need not be convex, only the end is looked at.
+    """
+    start, change = situation.start, motion.reshape(2, 7)
+    inside_m = _inside_m(situation.near, situation.kept_out)
+    share = free_share(
         model,
-        situation.start,
-        end,
+        start,
+        start + change,
         situation.instruments,
         surroundings,
-        margin_m=MARGIN_M,
-        near=near,
-        most_steps=LOOKS,
+        floor_m=partial(_floor_m, situation.worked_on, inside_m),
+        highest_m=MARGIN_M,
+        near=situation.near,
+        most_looks=LOOKS,
     )
-    shares = [
-        share
-        for (arm, link, obstacle, _), share in free.share.items()
-        if must_not_meet(arm, link, obstacle, situation.worked_on) and share > 0.0
-    ]
-    return min(shares, default=1.0)
+    in_surface = {pair: d for pair, d in inside_m.items() if pair[2] in SURFACES}
+    for _ in range(HALVINGS) if in_surface else ():
+        end = start + share * change
+        now = model.near(end, situation.instruments, surroundings, within_m=TOUCHING_M)
+        now_m = _inside_m(now, kept_out(now, situation.worked_on))
+        if all(now_m.get(pair, TOUCHING_M) > d - DEEPER_M for pair, d in in_surface.items()):
+            return share
+        share *= 0.5
+    return 0.0 if in_surface else share
 
 
-def _goes_deeper(
-    model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
-) -> bool:
-    """Whether an instrument that is in something is deeper in it after a motion."""
-    before = _depths(situation.near, situation.worked_on)
-    end = situation.start + motion.reshape(2, 7)
-    now = model.near(end, situation.instruments, surroundings, within_m=TOUCHING_M)
-    after = _depths(now, situation.worked_on)
-    return any(after.get(pair, -TOUCHING_M) > depth + DEEPER_M for pair, depth in before.items())
+def _floor_m(worked_on: str, inside_m: dict[Pair, float], near: NearPairs) -> Array:
+    """(n,) how near each pair may come, in view of how near those were that were inside."""
+    floor = np.where(kept_out(near, worked_on), MARGIN_M, -np.inf)
+    for row in range(len(floor)) if inside_m else ():
+        pair = near.pair(row)
+        if pair in inside_m:
+            floor[row] = -np.inf if pair[2] in SURFACES else inside_m[pair] - DEEPER_M
+    return floor
 
 
-def _depths(near: NearPairs, worked_on: str) -> dict[tuple[int, int, str], float]:
-    """How deep each link is in each obstacle that it must keep out of, m."""
-    rows = zip(near.arm.tolist(), near.link.tolist(), near.obstacle.tolist(), strict=True)
-    depths: dict[tuple[int, int, str], float] = {}
-    for pair, distance_m in zip(rows, near.distance_m.tolist(), strict=True):
-        if distance_m < TOUCHING_M and must_not_meet(*pair, worked_on):
-            depths[pair] = max(-distance_m, depths.get(pair, -TOUCHING_M))
-    return depths
+def _inside_m(near: NearPairs, barred: NDArray[np.bool_]) -> dict[Pair, float]:
+    """The signed distance of each pair that must not meet and does, over a chain's capsules."""
+    met = np.flatnonzero(barred & (near.distance_m < TOUCHING_M)).tolist()
+    inside: dict[Pair, float] = {}
+    for row in met:
+        pair, distance_m = near.pair(row), float(near.distance_m[row])
+        inside[pair] = min(distance_m, inside.get(pair, distance_m))
+    return inside

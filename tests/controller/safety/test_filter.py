@@ -165,6 +165,19 @@ def test_a_jump_across_the_artery_stops_before_it_also_without_limits(world, fie
     assert np.abs(allowed.joints - start).max() > 0.01  # up to the artery it may go
 
 
+@pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])
+def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
+    """Where a tube has come to rest against it, within the margin or deeper."""
+    start, _ = inside(world, field, "artery", -distance_m)
+    world.arms.set_joints(start)
+    back = right_tool_at(
+        world, tip_m(world, start) - 0.008 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2], start
+    )
+    assert field.distance_m(start, "artery") == pytest.approx(distance_m, abs=1e-5)
+    allowed = SafetyFilter(world, limits=()).allow(start, back, GRAB, 0.0)
+    np.testing.assert_array_equal(allowed.joints, back)
+
+
 @pytest.mark.parametrize("deeper_m", [0.0, 0.003])
 @pytest.mark.parametrize("obstacle", ["liver", "common bile duct"])
 def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, obstacle, deeper_m):
@@ -204,7 +217,7 @@ def inside(world, field, obstacle, depth_m=0.001):
     """Joints that have the right tool this deep in something, and the way further in."""
     points = {
         "liver": registered(world).liver.points_m,
-        "common bile duct": field.around.chains["common bile duct"].start_m,
+        **{name: chain.start_m for name, chain in field.around.chains.items()},
     }[obstacle]
     home = tip_m(world, HOME)
     target = points[np.argmin(np.linalg.norm(points - home, axis=1))]

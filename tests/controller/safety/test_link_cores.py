@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.safety.link_cores import N_LINK, SHAFT, link_cores, travel_m
+from controller.safety.link_cores import N_LINK, SHAFT, link_cores, most_motion_m
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS, to_points_m
 from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.instruments import INSTRUMENTS
@@ -77,14 +77,18 @@ def test_no_shaft_is_left_inside_when_the_wrist_is_in_the_port():
 
 
 @given(shares, shares, st.sampled_from(["clip_applier", "scissors"]))
-def test_no_point_moves_farther_than_the_bound(share_start, share_end, right):
+def test_no_point_moves_farther_or_bends_more_than_the_bound(share_start, share_end, right):
     tools = (TOOLS[0], INSTRUMENTS[right])
     start, end = within_limits(share_start, tools), within_limits(share_end, tools)
-    bound = travel_m(start, end, tools)
+    travel, bend = most_motion_m(start, end, tools)
     t = np.linspace(0.0, 1.0, 40)[:, None, None]
     path = [corners_m(link_cores(q, tools, T_WORLD_RCM)) for q in start + t * (end - start)]
     moved = np.linalg.norm(np.diff(path, axis=0), axis=-1).sum(axis=0).max(axis=1)
-    assert (moved <= bound + 1e-12).all()
+    assert (moved <= travel + 1e-12).all()
+    chord = path[0] + t[..., None] * (path[-1] - path[0])
+    beside = np.linalg.norm(path - chord, axis=-1).max(axis=2)
+    share = t[:, 0]
+    assert (beside <= 0.5 * bend * share * (1.0 - share) + 1e-12).all()
 
 
 @pytest.mark.parametrize("joint", range(7))
@@ -95,6 +99,7 @@ def test_one_joint_s_bound_is_not_much_more_than_its_motion(joint):
     end[RIGHT_ARM, joint] += 1e-3
     before, after = (corners_m(link_cores(q, TOOLS, T_WORLD_RCM)) for q in (start, end))
     moved = np.linalg.norm(after - before, axis=-1).max(axis=1)[N_LINK:]
-    bound = travel_m(start, end, TOOLS)
+    bound, bend = most_motion_m(start, end, TOOLS)
+    assert (bend <= 1.01e-3 * bound).all()
     assert (bound[:N_LINK] == 0.0).all()
     assert bound[N_LINK:].max() <= 40.0 * max(moved.max(), 1e-6)
