@@ -21,7 +21,7 @@ from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
 
 MOST_LOOKS = 60
-REACHED_M = 1e-6  # this near to as near as it may come, a pair counts as there
+LITTLE = 1e-3  # of what is left of a motion: not worth another look
 
 Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
 
@@ -45,7 +45,8 @@ def free_share(
 ) -> float:
     """Of the straight line between joints (2, 7), what surely keeps all pairs apart, 0 to 1.
 
-    The surroundings are at rest. 0 where a pair that moves is nearer than it may be at the start.
+    The surroundings are at rest. A pair that is nearer than it may be may draw off, if both sides
+    are convex.
 
     Args:
         floor_m: how near each pair may come; minus infinity for one that does not matter.
@@ -58,21 +59,22 @@ def free_share(
     sure, last = 0.0, None
     for _ in range(most_looks):
         rest, joints = 1.0 - sure, start + sure * (end - start)
-        within_m = highest_m + REACHED_M + rest * farthest_m
+        within_m = highest_m + rest * farthest_m
         if near is None or near.within_m < within_m:
             near = model.near(joints, instruments, surroundings, within_m=within_m)
-        speed, room = rest * _of_pairs(near, travel), near.distance_m - floor_m(near)
+        speed = rest * _of_pairs(near, travel)
+        room = np.maximum(near.distance_m - floor_m(near), 0.0)
         may_meet = (room <= speed) & (speed > 0.0)
         if not may_meet.any():
             return 1.0
         speed, room = speed[may_meet], room[may_meet]
-        if (room <= REACHED_M).any():
-            return sure
         last = last or model.cores(end, instruments)
         parting = _parting_m(near, model.cores(joints, instruments), last)[may_meet]
         above = _above(room, parting, rest * rest * _of_pairs(near, bend)[may_meet])
-        sure += rest * _free_shares(near.obstacle[may_meet], room, speed, above).min()
-        near = None
+        share = float(_free_shares(near.obstacle[may_meet], room, speed, above).min())
+        sure, near = sure + rest * share, None
+        if share < LITTLE:
+            break
     return sure
 
 

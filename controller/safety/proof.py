@@ -14,9 +14,10 @@ from controller.safety.situation import Situation
 from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 
-MARGIN_M = 1e-4  # a motion that is outside stops this far off
+INSIDE_M = 1e-4  # what is nearer than this counts as inside
+MARGIN_M = INSIDE_M + 1e-6  # where a motion from outside stops
 DEEPER_M = 1e-5  # more than this is deeper
-TOUCHING_M = MARGIN_M + DEEPER_M  # nearer counts as inside, and that is where a motion stops
+BESIDE_M = MARGIN_M + DEEPER_M  # what is nearer to a surface than this counts as inside
 LOOKS = 9  # of half a millisecond each; a motion that would need more is cut to what is sure
 HALVINGS = 4
 
@@ -46,9 +47,9 @@ def safe_share(
     in_surface = {pair: d for pair, d in inside_m.items() if pair[2] in SURFACES}
     for _ in range(HALVINGS) if in_surface else ():
         end = start + share * change
-        now = model.near(end, situation.instruments, surroundings, within_m=TOUCHING_M)
+        now = model.near(end, situation.instruments, surroundings, within_m=BESIDE_M)
         now_m = _inside_m(now, kept_out(now, situation.worked_on))
-        if all(now_m.get(pair, TOUCHING_M) > d - DEEPER_M for pair, d in in_surface.items()):
+        if all(now_m.get(pair, BESIDE_M) > d - DEEPER_M for pair, d in in_surface.items()):
             return share
         share *= 0.5
     return 0.0 if in_surface else share
@@ -66,9 +67,11 @@ def _floor_m(worked_on: str, inside_m: dict[Pair, float], near: NearPairs) -> Ar
 
 def _inside_m(near: NearPairs, barred: NDArray[np.bool_]) -> dict[Pair, float]:
     """The signed distance of each pair that must not meet and does, over a chain's capsules."""
-    met = np.flatnonzero(barred & (near.distance_m < TOUCHING_M)).tolist()
+    beside = barred & (near.distance_m < BESIDE_M)
+    if beside.any():
+        beside &= (near.distance_m < INSIDE_M) | np.isin(near.obstacle, SURFACES)
     inside: dict[Pair, float] = {}
-    for row in met:
+    for row in np.flatnonzero(beside).tolist():
         pair, distance_m = near.pair(row), float(near.distance_m[row])
         inside[pair] = min(distance_m, inside.get(pair, distance_m))
     return inside

@@ -91,13 +91,15 @@ def test_a_pair_stops_at_its_floor(floor_m):
     assert floor_m <= near.distance_m.min() < floor_m + 1e-4
 
 
-def test_a_pair_that_touches_at_the_start_has_no_free_share_unless_it_rests():
+def test_what_touches_at_the_start_may_draw_off_or_rest():
     start, end, tip, axes = sideways(0.03)
-    at_start = tip - 0.015 * axes[:, 1]
-    artery = chain([at_start - 0.02 * axes[:, 0], at_start + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
+    beside = tip - 0.017 * axes[:, 1]
+    artery = chain([beside - 0.02 * axes[:, 0], beside + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
     around = surroundings(artery=artery)
-    assert free_share(MODEL, start, end, TOOLS, around) == 0.0
-    assert free_share(MODEL, start, start, TOOLS, around) == 1.0
+    assert MODEL.near(start, TOOLS, around).distance_m.min() < 0.0
+    back = start - (end - start)
+    shares = [free_share(MODEL, start, goal, TOOLS, around) for goal in (end, start, back)]
+    assert shares == [1.0, 1.0, 0.0]
 
 
 def test_a_small_free_motion_is_proven_from_what_is_near_already():
