@@ -9,18 +9,19 @@ may slide along what it almost touches; elsewhere no point moves faster than the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.safety.chain_gaps import ALONGSIDE_M
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.link_cores import N_LINK, LinkCores, most_motion_m
-from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
+from controller.safety.surroundings import Surroundings
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
 
 MOST_LOOKS = 60
+FAR_M = 1.0  # a room that is not used up
 LITTLE = 1e-3  # of what is left of a motion: not worth another look
 
 Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
@@ -63,15 +64,19 @@ def free_share(
         if near is None or near.within_m < within_m:
             near = model.near(joints, instruments, surroundings, within_m=within_m)
         speed = rest * _of_pairs(near, travel)
-        room = np.maximum(near.distance_m - floor_m(near), 0.0)
+        room = np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
         may_meet = (room <= speed) & (speed > 0.0)
         if not may_meet.any():
             return 1.0
-        speed, room = speed[may_meet], room[may_meet]
         last = last or model.cores(end, instruments)
-        parting = _parting_m(near, model.cores(joints, instruments), last)[may_meet]
-        above = _above(room, parting, rest * rest * _of_pairs(near, bend)[may_meet])
-        share = float(_free_shares(near.obstacle[may_meet], room, speed, above).min())
+        way = _Way(
+            room=room,
+            speed=speed,
+            bend=rest * rest * _of_pairs(near, bend),
+            parting=_parting_m(near, model.cores(joints, instruments), last),
+            hidden=_hidden_m(near, surroundings),
+        )
+        share = float(way.free_shares()[may_meet].min())
         sure, near = sure + rest * share, None
         if share < LITTLE:
             break
@@ -95,25 +100,58 @@ def _parting_m(near: NearPairs, first: LinkCores, last: LinkCores) -> Array:
     return parting
 
 
-def _free_shares(obstacle: NDArray[np.str_], room: Array, speed: Array, above: Array) -> Array:
-    """(n,) of the rest of the motion, what each pair keeps to its floor.
+def _hidden_m(near: NearPairs, surroundings: Surroundings) -> Array:
+    """(n,) how far each obstacle rises above the plane, where it is not the convex part there."""
+    hidden = np.where(near.other_link == NO_LINK, np.inf, 0.0)
+    for name, chain in surroundings.chains.items():
+        rows = near.obstacle == name
+        if rows.any():
+            n, points = near.normal[rows], np.concatenate([chain.start_m, chain.end_m])
+            heights = points @ n.T + np.tile(chain.radius_m, 2)[:, None]
+            hidden[rows] = heights.max(axis=0) - np.einsum("ni,ni->n", n, near.on_obstacle_m[rows])
+    return hidden
 
-    A capsule of a chain hides those that are `ALONGSIDE_M` farther: so far the plane says nothing.
+
+@dataclass(frozen=True, kw_only=True)
+class _Way:
+    """Of a motion, or what is left of it, what each pair (n,) may meet.
+
+    Attributes:
+        room: m, what distance there is above the floor.
+        speed: m, by how much the two may near each other.
+        bend: m, how much their ways bend.
+        parting: m, how far they draw off from the plane between them.
+        hidden: m, as `_hidden_m`.
     """
-    by_speed = room / speed
-    by_plane = np.minimum(above, (room + ALONGSIDE_M) / speed)
-    convex = (obstacle != LIVER) & (obstacle != PORT_WALL)
-    return np.where(convex, np.maximum(by_speed, by_plane), by_speed)
 
+    room: Array
+    speed: Array
+    bend: Array
+    parting: Array
+    hidden: Array
 
-def _above(room: Array, parting: Array, bend: Array) -> Array:
-    """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
+    def free_shares(self) -> Array:
+        """(n,) of the motion, what each pair keeps to its floor.
 
-    A function of t whose second derivative is at most `bend` is nowhere farther below its chord.
-    """
-    slope = parting - 0.5 * bend
-    under_root = slope * slope - 2.0 * bend * room
-    falls = (slope < 0.0) & (under_root >= 0.0)
-    root = np.ones(len(room))
-    root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
-    return np.minimum(root, 1.0)
+        By its speed; by the plane between link and capsule, before those that are `ALONGSIDE_M`
+        farther can be there; by a plane that the whole obstacle is behind.
+        """
+        by_speed = self.room / self.speed
+        of_part = np.minimum(self._above(self.room), (self.room + ALONGSIDE_M) / self.speed)
+        below = np.maximum(self.room - self.hidden, 0.0)
+        of_whole = np.where(below > 0.0, self._above(below), 0.0)
+        by_plane = np.where(np.isfinite(self.hidden), np.maximum(of_part, of_whole), 0.0)
+        return np.maximum(by_speed, by_plane)
+
+    def _above(self, room: Array) -> Array:
+        """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
+
+        A function of t whose second derivative is at most `bend` is nowhere farther below its
+        chord.
+        """
+        slope = self.parting - 0.5 * self.bend
+        under_root = slope * slope - 2.0 * self.bend * room
+        falls = (slope < 0.0) & (under_root >= 0.0)
+        root = np.ones(len(room))
+        root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
+        return np.minimum(root, 1.0)
