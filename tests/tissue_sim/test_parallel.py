@@ -45,5 +45,5 @@ def test_a_world_does_not_feel_its_neighbours() -> None:
 def test_each_world_needs_a_command() -> None:
     with Worlds(2, threads=1) as worlds:
         worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])
-        with pytest.raises(ValueError, match="shorter"):
+        with pytest.raises(ValueError, match="2 need as many commands: 1"):
             worlds.step([reach(0)])
