@@ -304,16 +304,16 @@ class Arms:
     @property
     def joints(self) -> Array:
         """(2, 7) measured joints; the jaw is the sum of both finger angles."""
-        return np.stack([psm.joints() for psm in self._mounted])
+        return np.array([psm.joints() for psm in self._mounted])
 
     @property
     def joint_velocities(self) -> Array:
         """(2, 7) measured joint velocities (rad/s, m/s)."""
-        return np.stack([psm.joint_velocities() for psm in self._mounted])
+        return np.array([psm.joint_velocities() for psm in self._mounted])
 
     def T_world_tool(self) -> Array:
         """(2, 4, 4) tool frames, from the simulator's links."""
-        return np.stack([psm.T_world_tool() for psm in self._mounted])
+        return np.array([psm.T_world_tool() for psm in self._mounted])
 
     def contact_shapes(self) -> ContactShapes:
         """The surfaces of both arms that tissue can touch, where they are now."""
