@@ -18,7 +18,7 @@ from tissue_sim.frames import Array
 from tissue_sim.parallel import Worlds
 
 INTO_TISSUE_STEPS = 20
-ROUNDS = 15
+THREAD_ROUNDS, CAMERA_ROUNDS = 15, 5
 
 
 def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) -> Table:
@@ -28,8 +28,8 @@ def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) 
         strides = [_stride(crew, seed) for crew in crews]
         for stride in strides:
             stride(INTO_TISSUE_STEPS)
-        took_s = _in_turns([partial(stride, steps) for stride in strides])
-    title = f"{worlds} worlds in a storm, median of {ROUNDS} times {steps} control steps"
+        took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
+    title = f"{worlds} worlds in a storm, median of {THREAD_ROUNDS} times {steps} control steps"
     return _table(title, "threads", threads, worlds * steps / took_s)
 
 
@@ -42,8 +42,8 @@ def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
         for crew in crews:
             stack.callback(crew.close)
             crew.reset(seed=seed)
-        took_s = _in_turns([partial(_stand, crew, steps) for crew in crews])
-    title = f"environments with cameras, median of {ROUNDS} times {steps} control steps"
+        took_s = _in_turns(CAMERA_ROUNDS, [partial(_stand, crew, steps) for crew in crews])
+    title = f"environments with cameras, median of {CAMERA_ROUNDS} times {steps} control steps"
     return _table(title, "processes", processes, np.array(processes) * steps / took_s)
 
 
@@ -73,17 +73,14 @@ def _stand(crew: VectorEnv, steps: int) -> float:
     return perf_counter() - start_s
 
 
-def _in_turns(runs: Sequence[Callable[[], float]]) -> Array:
-    """(ROUNDS, n) what all runs return, round by round.
+def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
+    """(rounds, n) what all runs return, round by round.
 
     All do the same work in a round, one right after the other, so that only the ratio within a
     round tells them apart, whatever else the machine does; every other round goes backwards.
     """
-    rounds = []
-    for k in range(ROUNDS):
-        turn = 1 if k % 2 == 0 else -1
-        rounds.append([run() for run in runs[::turn]][::turn])
-    return np.array(rounds)
+    turns = [1 if k % 2 == 0 else -1 for k in range(rounds)]
+    return np.array([[run() for run in runs[::turn]][::turn] for turn in turns])
 
 
 def _table(title: str, of: str, numbers: Sequence[int], per_s: Array) -> Table:
