@@ -11,6 +11,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from rich.table import Table
 
+from scenarios.other_work import other_work
 from scenarios.storm import storm
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS
@@ -28,9 +29,12 @@ def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) 
         strides = [_stride(crew, seed) for crew in crews]
         for stride in strides:
             stride(INTO_TISSUE_STEPS)
-        took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
+        with other_work() as others:
+            took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
     title = f"{worlds} worlds in a storm, median of {THREAD_ROUNDS} times {steps} control steps"
-    return _table(title, "threads", threads, worlds * steps / took_s)
+    table = _table(title, "threads", threads, worlds * steps / took_s)
+    table.caption = f"other work kept {others.cores:.1f} cores busy meanwhile"
+    return table
 
 
 def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
