@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 from gymnasium.vector import VectorEnv
 from rich.table import Table
 
+from scenarios.other_work import other_work
 from scenarios.storm import storm
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS
+from tissue_sim.frames import Array
 from tissue_sim.parallel import Worlds
 
 INTO_TISSUE_STEPS = 20
-ROUNDS = 5  # all take turns, so that other work on the machine meets all alike; the best counts
+THREAD_ROUNDS, CAMERA_ROUNDS = 15, 5
 
 
 def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) -> Table:
@@ -26,9 +29,12 @@ def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) 
         strides = [_stride(crew, seed) for crew in crews]
         for stride in strides:
             stride(INTO_TISSUE_STEPS)
-        best_s = np.min([[stride(steps) for stride in strides] for _ in range(ROUNDS)], axis=0)
-    title = f"{worlds} worlds in a storm, best of {ROUNDS} times {steps} control steps"
-    return _table(title, "threads", threads, worlds * steps / best_s)
+        with other_work() as others:
+            took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
+    title = f"{worlds} worlds in a storm, median of {THREAD_ROUNDS} times {steps} control steps"
+    table = _table(title, "threads", threads, worlds * steps / took_s)
+    table.caption = f"other work kept {others.cores:.1f} cores busy meanwhile"
+    return table
 
 
 def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
@@ -40,9 +46,9 @@ def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
         for crew in crews:
             stack.callback(crew.close)
             crew.reset(seed=seed)
-        best_s = np.min([[_stand(crew, steps) for crew in crews] for _ in range(ROUNDS)], axis=0)
-    title = f"environments with cameras, best of {ROUNDS} times {steps} control steps"
-    return _table(title, "processes", processes, np.array(processes) * steps / best_s)
+        took_s = _in_turns(CAMERA_ROUNDS, [partial(_stand, crew, steps) for crew in crews])
+    title = f"environments with cameras, median of {CAMERA_ROUNDS} times {steps} control steps"
+    return _table(title, "processes", processes, np.array(processes) * steps / took_s)
 
 
 def _stride(crew: Worlds, seed: int) -> Callable[[int], float]:
@@ -71,10 +77,22 @@ def _stand(crew: VectorEnv, steps: int) -> float:
     return perf_counter() - start_s
 
 
-def _table(title: str, of: str, numbers: Sequence[int], per_s: np.ndarray) -> Table:
+def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
+    """(rounds, n) what all runs return, round by round.
+
+    All do the same work in a round, one right after the other, so that only the ratio within a
+    round tells them apart, whatever else the machine does; every other round goes backwards.
+    """
+    turns = [1 if k % 2 == 0 else -1 for k in range(rounds)]
+    return np.array([[run() for run in runs[::turn]][::turn] for turn in turns])
+
+
+def _table(title: str, of: str, numbers: Sequence[int], per_s: Array) -> Table:
+    """Rates (ROUNDS, n) and their ratios to the first number's in the same round."""
     table = Table(title=title)
-    for heading in (of, "steps/s", f"over {numbers[0]}"):
+    for heading in (of, "steps/s", f"over {numbers[0]}", "least", "most"):
         table.add_column(heading, justify="right")
-    for n, rate in zip(numbers, per_s, strict=True):
-        table.add_row(str(n), f"{rate:.0f}", f"{rate / per_s[0]:.2f}")
+    for n, rate, gain in zip(numbers, per_s.T, (per_s / per_s[:, :1]).T, strict=True):
+        gains = (f"{g:.2f}" for g in (np.median(gain), gain.min(), gain.max()))
+        table.add_row(str(n), f"{np.median(rate):.0f}", *gains)
     return table

@@ -31,6 +31,7 @@ HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])
 
 SOLVER_ITERATIONS = 15
 CONTACT_OFFSET_M = 0.002
+PARKED_SLEEP_J_KG = 1e-6  # of kinetic energy over mass; any does
 FIRST_GROUP_BIT = 28  # one bit an articulation, of collision-group word 2
 
 
@@ -131,9 +132,13 @@ class _Psm:
         self.limits = np.vstack([joint_limits(instrument), instrument.jaw_range_rad])
         self.drive_targets = np.zeros(8)
 
-    def place(self, T_world_rcm: Array) -> None:
-        """Move the whole arm so that its remote centre stands at a pose."""
+    def place(self, T_world_rcm: Array, *, in_use: bool) -> None:
+        """Move the whole arm so that its remote centre stands at a pose.
+
+        Out of use it stands still, to the bit, and the simulator may pass over it.
+        """
         self.articulation.set_root_pose(sapien.Pose(T_world_rcm))
+        self.articulation.set_sleep_threshold(0.0 if in_use else PARKED_SLEEP_J_KG)
 
     def set_drive_targets(self, targets: Array) -> None:
         """Targets (8,) of the simulator's joints, in `JOINT_ORDER`."""
@@ -175,7 +180,6 @@ def _load(
     loader = scene.create_urdf_loader()
     loader.fix_root_link = True
     articulation = loader.load(str(urdf_path(instrument, visuals=render)))
-    articulation.set_sleep_threshold(0.0)
     articulation.set_solver_position_iterations(SOLVER_ITERATIONS)
     return articulation
 
@@ -244,7 +248,7 @@ class Arms:
             name: _Psm(scene, INSTRUMENTS[name], PSM1, 1 + i, render=render)
             for i, name in enumerate(("clip_applier", "scissors"))
         }
-        self._left.place(self.T_world_rcm[LEFT_ARM])
+        self._left.place(self.T_world_rcm[LEFT_ARM], in_use=True)
         for psm in self._right.values():
             self._park(psm)
         self._mounted: tuple[_Psm, _Psm]
@@ -300,16 +304,16 @@ class Arms:
     @property
     def joints(self) -> Array:
         """(2, 7) measured joints; the jaw is the sum of both finger angles."""
-        return np.stack([psm.joints() for psm in self._mounted])
+        return np.array([psm.joints() for psm in self._mounted])
 
     @property
     def joint_velocities(self) -> Array:
         """(2, 7) measured joint velocities (rad/s, m/s)."""
-        return np.stack([psm.joint_velocities() for psm in self._mounted])
+        return np.array([psm.joint_velocities() for psm in self._mounted])
 
     def T_world_tool(self) -> Array:
         """(2, 4, 4) tool frames, from the simulator's links."""
-        return np.stack([psm.T_world_tool() for psm in self._mounted])
+        return np.array([psm.T_world_tool() for psm in self._mounted])
 
     def contact_shapes(self) -> ContactShapes:
         """The surfaces of both arms that tissue can touch, where they are now."""
@@ -372,7 +376,7 @@ class Arms:
         tools = list(self._right)
         name = tools[int(np.argmax(state["mounted"][1:]))]
         for psm in self._right.values():
-            psm.place(self._parking_pose)
+            psm.place(self._parking_pose, in_use=False)
         self._select(name)
         rows = zip(state["qpos"], state["qvel"], state["drive_targets"], strict=True)
         for psm, (qpos, qvel, targets) in zip(self._all, rows, strict=True):
@@ -407,12 +411,12 @@ class Arms:
         return T
 
     def _park(self, psm: _Psm) -> None:
-        psm.place(self._parking_pose)
+        psm.place(self._parking_pose, in_use=False)
         psm.set_joints(HOME_JOINTS)
 
     def _select(self, instrument_name: str) -> None:
         right = self._right[instrument_name]
-        right.place(self.T_world_rcm[RIGHT_ARM])
+        right.place(self.T_world_rcm[RIGHT_ARM], in_use=True)
         self._mounted = (self._left, right)
         self.limits = np.stack([psm.limits for psm in self._mounted])  # (2, 7, lower and upper)
         self._patch_links = [*self._left.patch_links, *right.patch_links]

@@ -72,5 +72,8 @@ def pinch_n(
 ) -> float:
     """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
     touching = tissue.host("contact_shape")[b, vertices]
+    held = [touching == finger for finger in fingers]
+    if not all(on_finger.any() for on_finger in held):
+        return 0.0
     along = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
-    return float(min(abs(along[touching == finger].sum()) for finger in fingers))
+    return float(min(abs(along[on_finger].sum()) for on_finger in held))

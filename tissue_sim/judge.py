@@ -84,7 +84,7 @@ def _use_right_tool(
     reach, gap = CLOSING[tool.name]
     apart = 2.0 * (tool.yaw_to_tip_m - 0.5 * reach) * np.sin(0.5 * jaw_rad)
     if jaw_rad > JAWS_OPEN_RAD:
-        return replace(r, jaws_opened=True)
+        return r if r.jaws_opened else replace(r, jaws_opened=True)
     if not r.jaws_opened or apart > gap:
         return r
     r = replace(r, jaws_opened=False)
@@ -146,6 +146,8 @@ def _leak(world: World, r: Record) -> Record:
     fullness = max(1.0 - r.drained_m3 / world.sac.contents_m3, 0.0)
     leaking = leaks(world.tubes, r.clips, r.openings, fullness=fullness)
     leaking += hole_leak(world.sac, fullness=fullness)
+    if not leaking and not r.leaks:
+        return r
     dt = world.config.control_step_s
     return replace(
         r,
@@ -178,7 +180,7 @@ def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMon
 def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[Reading]:
     """Every other quantity that has a limit."""
     rigid = world.arms.contact_forces_n()
-    beyond = float(np.abs(joints - world.arms.limited(joints))[:, :6].max())
+    beyond = float(np.abs(joints - world.target)[:, :6].max())
     for event, value, limit in (
         ("pinch", max(grasp.pinch_n, _right_pinch_n(world)), PINCH_MOST_N),
         ("traction", grasp.traction_n, TRACTION_MOST_N),

@@ -92,7 +92,10 @@ def tear(tubes: Tubes, load: Load, *, time_s: float) -> Tear | None:
 
 def intact_share(tubes: Tubes, tube: str) -> Array:
     """(n_ring,) how much of the wall a cut has left; 1 again at a stump's end."""
-    joined = (tubes.above[tube] == tubes.below[tube])[:, 1:].mean(axis=1)
+    same = (tubes.above[tube] == tubes.below[tube])[:, 1:]
+    if same.all():
+        return np.ones(len(same))
+    joined = same.mean(axis=1)
     return np.where(joined > 0.0, joined, 1.0)
 
 

@@ -76,10 +76,10 @@ class World:
         self.scene.set_timestep(self.config.physics_step_s)
         self.arms = Arms(self.scene, render=render)
         self._liver: sapien.Entity | None = None
-        self._steps = (
-            whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0,
-            whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0,
-        )
+        per_control = whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0
+        per_tissue = whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0
+        shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
+        self._shares = shares.reshape(per_control, per_tissue)  # of a control step's way
         self._wrenches = _NO_WRENCHES
         self.view = _new_view(self.scene) if render else None
 
@@ -123,13 +123,12 @@ class World:
         if joints.shape != (2, 7) or not np.isfinite(joints).all():
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
         start, self._target = self._target, self.arms.limited(joints)
-        per_control, per_tissue = self._steps
-        shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
+        way = self._target - start
         moving = self.body.begin_step(self.config.control_step_s)
         self.arms.settle()
-        for part in shares.reshape(per_control, per_tissue):
+        for part in self._shares:
             for share in part:
-                self.arms.drive(start + share * (self._target - start))
+                self.arms.drive(start + share * way)
                 self.arms.apply_wrenches(*self._wrenches)
                 if moving:
                     self.body.move_liver(share)

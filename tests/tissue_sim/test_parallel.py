@@ -1,10 +1,15 @@
 """Laws of worlds on threads: each is as if alone, whatever the number of threads."""
 
+from collections.abc import Callable
+from functools import partial
+from time import sleep
+
 import numpy as np
 import pytest
 
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
+from tissue_sim.observation import Observation
 from tissue_sim.parallel import Worlds
 
 SEEDS = (10_000, 10_001, 10_002)
@@ -42,8 +47,39 @@ def test_a_world_does_not_feel_its_neighbours() -> None:
         np.testing.assert_array_equal(a, b)
 
 
+def test_a_bad_command_holds_no_other_world_up() -> None:
+    bad = JointCommand(joints=np.full((2, 7), np.nan))
+    with Worlds(2, threads=1) as worlds:
+        worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])
+        with pytest.raises(ValueError, match="finite"):
+            worlds.step([bad, reach(0)])
+        assert [w.record.time_s > 0.0 for w in worlds.worlds] == [False, True]
+
+
+def test_the_slowest_world_goes_first_and_each_gets_its_own_command(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    begun: list[int] = []
+
+    def slow(k: int, step: Callable[..., Observation], command: JointCommand) -> Observation:
+        begun.append(k)
+        sleep(0.02 * k)
+        return step(command)
+
+    with Worlds(3, threads=1) as worlds:
+        worlds.reset([anatomy_from_seed(seed) for seed in SEEDS])
+        for k, world in enumerate(worlds.worlds):
+            monkeypatch.setattr(world, "step", partial(slow, k, world.step))
+        commands = [reach(k) for k in range(3)]
+        worlds.step(commands)
+        worlds.step(commands)
+        assert begun == [0, 1, 2, 2, 1, 0]
+        for world, command in zip(worlds.worlds, commands, strict=True):
+            np.testing.assert_array_equal(world.target, command.joints)
+
+
 def test_each_world_needs_a_command() -> None:
     with Worlds(2, threads=1) as worlds:
         worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])
-        with pytest.raises(ValueError, match="shorter"):
+        with pytest.raises(ValueError, match="2 need as many commands: 1"):
             worlds.step([reach(0)])

@@ -1,0 +1,34 @@
+"""How much of the machine others take: with no core left, a second thread gains nothing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter, process_time
+
+IDLE = (3, 4)  # of the columns of /proc/stat: user, nice, system, idle, iowait, irq, softirq, steal
+COLUMNS = 8
+
+
+class OtherWork:
+    """`cores`: how many others kept busy in a `with` block, on average; set as it ends."""
+
+    cores: float
+
+
+@contextmanager
+def other_work() -> Iterator[OtherWork]:
+    """Watches what is not this process's own, child processes included."""
+    work = OtherWork()
+    start_s, start_others_s = perf_counter(), _others_s()
+    yield work
+    work.cores = (_others_s() - start_others_s) / (perf_counter() - start_s)
+
+
+def _others_s() -> float:
+    """CPU time that other processes, and other guests of the host, have taken so far, s."""
+    ticks = [int(x) for x in Path("/proc/stat").read_text().split(maxsplit=COLUMNS + 1)[1:-1]]
+    busy = sum(x for k, x in enumerate(ticks) if k not in IDLE)
+    return busy / os.sysconf("SC_CLK_TCK") - process_time()
