@@ -69,14 +69,10 @@ def free_share(
         if not may_meet.any():
             return 1.0
         last = last or model.cores(end, instruments)
-        way = _Way(
-            room=room,
-            speed=speed,
-            bend=rest * rest * _of_pairs(near, bend),
-            parting=_parting_m(near, model.cores(joints, instruments), last),
-            hidden=_hidden_m(near, surroundings),
-        )
-        share = float(way.free_shares()[may_meet].min())
+        parting = _parting_m(near, model.cores(joints, instruments), last)
+        bends, hidden = rest * rest * _of_pairs(near, bend), _hidden_m(near, surroundings)
+        figures = room, speed, bends, parting, hidden
+        share = float(_Way(*(figure[may_meet] for figure in figures)).free_shares().min())
         sure, near = sure + rest * share, None
         if share < LITTLE:
             break
@@ -112,7 +108,7 @@ def _hidden_m(near: NearPairs, surroundings: Surroundings) -> Array:
     return hidden
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Way:
     """Of a motion, or what is left of it, what each pair (n,) may meet.
 
