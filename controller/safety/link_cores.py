@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
+import casadi as ca
 import numpy as np
 
+from controller import symbolic
 from controller.safety.gap import MM, Core
 from controller.safety.slabs import Slabs
-from controller.symbolic import evaluate, patch_poses
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
@@ -65,19 +66,14 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
 
     Fingers that press on each other (a jaw below 0) are closed.
     """
-    T_core, half_size, radius = _figures(tuple(instruments))
-    T_core, half_size, closed = T_core.copy(), half_size.copy(), joints.copy()
-    half_size[:, SHAFT, 2] = 0.5 * np.maximum(joints[:, _INSERTION] - INSERTION_AT_RCM_M, 0.0)
-    T_core[:, SHAFT, 2, 3] = -half_size[:, SHAFT, 2]
-    closed[:, 6] = np.maximum(joints[:, 6], 0.0)
-    columns = evaluate(patch_poses(tuple(instruments)), closed.ravel())
-    T_rcm_link = columns.reshape(-1, N_LINK, 4, 4).transpose(0, 1, 3, 2)
-    T = (T_world_rcm[:, None] @ T_rcm_link @ T_core).reshape(-1, 4, 4)
+    of_both = tuple(instruments)
+    entries = symbolic.evaluate(_core_poses(of_both), joints.ravel(), T_world_rcm.ravel())
+    cores = entries.reshape(2 * N_LINK, 5, 3)
     return LinkCores(
-        centre_m=T[:, :3, 3],
-        R_world_core=T[:, :3, :3],
-        half_size_m=half_size.reshape(-1, 3),
-        radius_m=radius,
+        centre_m=cores[:, 0],
+        R_world_core=cores[:, 1:4],
+        half_size_m=cores[:, 4],
+        radius_m=_radii_m(of_both),
     )
 
 
@@ -97,17 +93,22 @@ def travel_m(start: Array, end: Array, instruments: Sequence[Instrument]) -> Arr
 
 
 @cache
-def _figures(instruments: tuple[Instrument, ...]) -> tuple[Array, Array, Array]:
-    """Of both arms: `T_link_core` (2, 4, 4, 4), half sizes (2, 4, 3), and radii (8,).
+def _core_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
+    """Of `symbolic.symbols` each link's centre, R_world_core row by row, and half size."""
+    joints, T_world_rcm = symbolic.symbols(instruments)
+    closed = ca.vertcat(joints[:6, :], ca.fmax(joints[6, :], 0.0))
+    arms = zip(ca.horzsplit(joints[_INSERTION, :]), instruments, strict=True)
+    cores = [core for insertion, i in arms for core in _cores_of_arm(insertion, i)]
+    entries = []
+    links = symbolic.patch_poses(closed, T_world_rcm, instruments)
+    for T_world_link, (T_link_core, half_size) in zip(links, cores, strict=True):
+        T = T_world_link @ T_link_core
+        entries += [T[:3, 3], T[:3, :3].T, half_size]
+    return symbolic.function("core_poses", [joints, T_world_rcm], entries)
 
-    The shaft is as yet of no length.
-    """
-    arms = [_figures_of_arm(instrument) for instrument in instruments]
-    T_core, half_size, radius = (np.stack(part) for part in zip(*arms, strict=True))
-    return T_core, half_size, radius.ravel()
 
-
-def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array]:
+def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX, ca.SX]]:
+    """`T_link_core` (4, 4) and half size (3,) of each link, the shaft as long as it is inserted."""
     patches = link_patches(instrument)
     a, b, w = patches.a_link_m.copy(), patches.b_link_m, patches.w_link_m
     a[SHAFT] = b[SHAFT]
@@ -117,7 +118,17 @@ def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array]:
     T[:, :3, 3] = 0.5 * (a + b)
     half_size = np.zeros((N_LINK, 3))
     half_size[:, 0], half_size[:, 2] = np.abs(w[:, 0]), 0.5 * np.linalg.norm(b - a, axis=1)
-    return T, half_size, patches.radius_m
+    cores = [(ca.SX(T_core), ca.SX(half)) for T_core, half in zip(T, half_size, strict=True)]
+    T_shaft, half_shaft = cores[SHAFT]
+    half_shaft[2] = 0.5 * ca.fmax(insertion - INSERTION_AT_RCM_M, 0.0)
+    T_shaft[2, 3] = -half_shaft[2]
+    return cores
+
+
+@cache
+def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
+    """(8,)."""
+    return np.concatenate([link_patches(instrument).radius_m for instrument in instruments])
 
 
 def _levers_m(start: Array, end: Array, instrument: Instrument) -> Array:
