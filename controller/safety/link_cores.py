@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
+import fcl
 import numpy as np
 
 from controller import symbolic
-from controller.safety.gap import MM, Core
+from controller.safety.gap import MM, Core, triangles
 from controller.safety.slabs import Slabs
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
@@ -26,7 +27,6 @@ FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
 N_LINK = len(PATCH_LINKS)
 _INSERTION = JOINT_NAMES.index("insertion")
 _ROUND_A_PLATE = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)])
-_ALONG_A_LINE = np.array([(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)])
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -56,9 +56,14 @@ class LinkCores:
 
     def core(self, link: int) -> Core:
         """For FCL."""
-        edges = MM * self.half_size_m[link] * self.R_world_core[link]
-        signs = _ROUND_A_PLATE if self.half_size_m[link, 0] > 0.0 else _ALONG_A_LINE
-        return Core(MM * self.centre_m[link] + signs @ edges.T)
+        half_x, _, half_z = (MM * self.half_size_m[link]).tolist()
+        R, centre_mm = self.R_world_core[link], MM * self.centre_m[link]
+        if half_x == 0.0:
+            along = half_z * R[:, 2]
+            return Core(np.stack([centre_mm - along, centre_mm + along]))
+        corners_mm, shape = _plate(half_x, half_z)
+        body = fcl.CollisionObject(shape, fcl.Transform(R, centre_mm))
+        return Core(centre_mm + corners_mm @ R.T, body)
 
 
 def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> LinkCores:
@@ -123,6 +128,13 @@ def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX,
     half_shaft[2] = 0.5 * ca.fmax(insertion - INSERTION_AT_RCM_M, 0.0)
     T_shaft[2, 3] = -half_shaft[2]
     return cores
+
+
+@cache
+def _plate(half_x_mm: float, half_z_mm: float) -> tuple[Array, fcl.BVHModel]:
+    """Corners (4, 3) in its own frame, and shape, of a finger's core: an instrument has one."""
+    corners_mm = _ROUND_A_PLATE * [half_x_mm, 0.0, half_z_mm]
+    return corners_mm, triangles(corners_mm)
 
 
 @cache
