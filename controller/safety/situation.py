@@ -58,7 +58,7 @@ class Situation:
     between_jaws: frozenset[str]
     held_by_clips: dict[str, int]
 
-    @property
+    @cached_property
     def motion(self) -> Array:
         """(14,) asked for."""
         return (self.asked - self.start).ravel()

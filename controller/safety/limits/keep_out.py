@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.bounds import ARMS, Bounds, approach_share, at_least
+from controller.safety.bounds import ARMS, Bounds, approach_share
 from controller.safety.collision import NearPairs
 from controller.safety.exemption import FIRM
 from controller.safety.situation import Situation
@@ -32,17 +32,21 @@ class KeepOut:
     name: str = "keep-out"
 
     def bounds(self, situation: Situation) -> Bounds:
-        near, barred = situation.near, situation.kept_out
-        room = near.distance_m[barred] - MARGIN_M
+        near, pairs = situation.near, np.flatnonzero(situation.kept_out)
+        room = near.distance_m[pairs] - MARGIN_M
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
-        firm = np.array([name in FIRM for name in near.obstacle[barred].tolist()], bool)
-        rows, leaves = situation.parting[barred], firm & (out > 0.0)
+        inside = np.flatnonzero(out > 0.0).tolist()
+        leaves = [k for k in inside if near.obstacle[pairs[k]] in FIRM]
         lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
-        pairs = np.flatnonzero(barred)
-        what = PairNames(near, np.concatenate([pairs, pairs[leaves]]))
-        gives = np.arange(len(lower)) >= len(out)
-        return replace(at_least(np.concatenate([rows, rows[leaves]]), lower, what), gives=gives)
+        pairs = np.concatenate([pairs, pairs[leaves]])
+        return Bounds(
+            rows=situation.parting[pairs],
+            lower=lower,
+            upper=np.full(len(lower), np.inf),
+            what=PairNames(near, pairs),
+            gives=np.arange(len(lower)) >= len(out),
+        )
 
 
 class PairNames(Sequence[str]):
