@@ -13,8 +13,9 @@ import numpy as np
 
 from controller import symbolic
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
+from tissue_sim.instruments import PATCH_LINKS, Instrument
 from tissue_sim.sweep import Indices
+from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
@@ -37,26 +38,32 @@ class Rates:
 
     Attributes:
         tool_jacobian: (n_arm, 6, 6) each as `tool_jacobian` has it, RCM frame.
-        twists: (4 * n_arm, 12, 7) of each arm's `PATCH_LINKS`: from joint rates, jaw included, to
-            the (3, 4) matrix, column after column, that takes a homogeneous point of the link to
-            its velocity; world frame.
+        twists: (n_arm, 12, 6) from joint rates, without the jaw's, to the (3, 4) matrix, column
+            after column, that takes a homogeneous point of the tool to its velocity; world frame.
     """
 
     tool_jacobian: Array
     twists: Array
 
-    def speeds_along(self, links: Indices, points_m: Array, directions: Array) -> Array:
-        """(n, 7) from the rates of a link's own arm to the speeds of points on it.
+    def speeds_along(
+        self, arms: Indices, links: Indices, points_m: Array, directions: Array
+    ) -> Array:
+        """(n, 7) from the rates of an arm's joints, jaw included, to the speeds of its points.
+
+        A joint turns, or shifts, all links beyond it alike, and the jaw each finger about the wrist
+        yaw's axis.
 
         Args:
-            links: (n,) for each point the row of its link in `twists`.
+            arms: (n,) of each point.
+            links: (n,) for each point the row of its link in `PATCH_LINKS`.
             points_m: (n, 3) where the points are now, world frame.
             directions: (n, 3) along which the speeds count.
         """
         n = len(points_m)
         weights = np.empty((n, 4, 3))
         weights[:, :3], weights[:, 3] = points_m[:, :, None] * directions[:, None], directions
-        return (weights.reshape(n, 1, 12) @ self.twists[links]).reshape(n, 7)
+        along = (weights.reshape(n, 1, 12) @ self.twists[arms]).reshape(n, 6)
+        return along[:, _AXES] * _SHARES[links]
 
 
 def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> Rates:
@@ -67,5 +74,18 @@ def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) 
     )
     return Rates(
         tool_jacobian=entries[: 36 * n].reshape(n, 6, 6).transpose(0, 2, 1),
-        twists=entries[36 * n :].reshape(-1, 12, 7),
+        twists=entries[36 * n :].reshape(n, 12, 6),
     )
+
+
+def _shares(link: str) -> list[float]:
+    """(7,) how much of each joint's motion moves a link."""
+    side = FINGER_SIDES.get(link)
+    if side is not None:
+        return [1.0] * len(LINK_OF_JOINT) + [side / 2]
+    last = list(LINK_OF_JOINT.values()).index(link)
+    return [float(joint <= last) for joint in range(len(LINK_OF_JOINT))] + [0.0]
+
+
+_AXES = [*range(len(LINK_OF_JOINT)), list(LINK_OF_JOINT).index("wrist_yaw")]
+_SHARES = np.array([_shares(link) for link in PATCH_LINKS])

@@ -47,19 +47,20 @@ def link_poses(instrument: Instrument) -> ca.Function:
 
 @cache
 def rates(instruments: tuple[Instrument, ...]) -> ca.Function:
-    """How tools and links of n arms move with joints (7 n,); `T_world_rcm` as in `symbols`.
+    """How the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
 
-    First the tool Jacobians, each as `tool_jacobian` has it. Then (7, 4 * 12 n), for each of
-    `PATCH_LINKS` and joint dT/dq T^-1 without its last row: times a point of the link (world
-    frame, homogeneous), this (3, 4) matrix is the point's velocity per unit rate of the joint. It
-    stands in a row, column after column.
+    First the tool Jacobians, each as `tool_jacobian` has it. Then (6, 12) of each arm, for each
+    joint dT/dq T^-1 without its last row: times a point of the tool (world frame, homogeneous),
+    this (3, 4) matrix is the point's velocity per unit rate of the joint. It stands in a row,
+    column after column.
     """
-    arms = symbols(instruments)
-    links = patch_poses(*arms, instruments)
-    joints = ca.horzsplit(arms[0])
-    tools = [_tool_jacobian(q[:6], i) for q, i in zip(joints, instruments, strict=True)]
-    twists = [_twists(T, joints[k // len(PATCH_LINKS)]) for k, T in enumerate(links)]
-    return function("rates", arms, [*tools, *twists])
+    joints, T_world_rcm = symbols(instruments)
+    jacobians, twists = [], []
+    ports = ca.horzsplit(T_world_rcm, 4)
+    for q, T_rcm, instrument in zip(ca.horzsplit(joints[:6, :]), ports, instruments, strict=True):
+        jacobians.append(_tool_jacobian(q, instrument))
+        twists.append(_twists(T_rcm.T @ _T_rcm_tool(q, instrument), q))
+    return function("rates", [joints, T_world_rcm], [*jacobians, *twists])
 
 
 def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:

@@ -87,7 +87,8 @@ def _parting(near: NearPairs, moving: Rates) -> Array:
     other = np.flatnonzero(near.other_link != NO_LINK)
     n, normal = len(near.arm), near.normal
     along = moving.speeds_along(
-        np.concatenate([N_LINK * near.arm + near.link, N_LINK + near.other_link[other]]),
+        np.concatenate([near.arm, np.full(len(other), RIGHT_ARM)]),
+        np.concatenate([near.link, near.other_link[other]]),
         np.concatenate([near.on_instrument_m, near.on_obstacle_m[other]]),
         np.concatenate([normal, -normal[other]]),
     )

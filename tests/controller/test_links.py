@@ -83,7 +83,9 @@ def test_tool_jacobian_is_made_of_joint_axes_and_their_levers(fraction, instrume
 def point_jacobians(joints, instrument, links, points):
     """(n, 3, 7) of points (n, 3) on one arm's links (n,), in its RCM frame."""
     moving = rates(joints[None], [instrument], np.eye(4)[None])
-    axes = [moving.speeds_along(links, points, np.tile(e, (len(points), 1))) for e in np.eye(3)]
+    arms = np.zeros(len(points), int)
+    along = [np.tile(axis, (len(points), 1)) for axis in np.eye(3)]
+    axes = [moving.speeds_along(arms, links, points, each) for each in along]
     return np.stack(axes, axis=1)
 
 
@@ -140,7 +142,8 @@ def test_rates_of_two_arms_are_those_of_each_and_points_where_its_port_has_them(
         alone = point_jacobians(q, tool, np.arange(4), points)
         for J, direction in zip(np.moveaxis(alone, 1, 0), T[:3, :3].T, strict=True):
             along = np.tile(direction, (4, 1))
-            together = moving.speeds_along(4 * arm + np.arange(4), transform(T, points), along)
+            own = np.full(4, arm)
+            together = moving.speeds_along(own, np.arange(4), transform(T, points), along)
             np.testing.assert_allclose(together, J, atol=1e-15)
 
 
