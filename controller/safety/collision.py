@@ -101,10 +101,10 @@ class CollisionModel:
             *self._surface_rows(cores, surfaces, moved_m, len(chains.names)),
             *_rows_between_arms(cores, arms, links.radius_m, len(names) - 1),
         ]
-        gaps = chain_gaps(links, chains, within_m)
-        if rows:
-            by_fcl = np.array(rows, CORE_GAP)
-            gaps = np.concatenate([by_fcl[_distance_m(by_fcl, links.radius_m) < within_m], gaps])
+        by_form, by_fcl = chain_gaps(links, chains, within_m), np.array(rows, CORE_GAP)
+        by_fcl = by_fcl[_distance_m(by_fcl, links.radius_m) < within_m]
+        gaps = np.empty(len(by_fcl) + len(by_form), CORE_GAP)
+        gaps[: len(by_fcl)], gaps[len(by_fcl) :] = by_fcl, by_form
         return _near_pairs(gaps, links.radius_m, names, within_m)
 
     def _may_be_near(
@@ -134,7 +134,7 @@ def _rows_between_arms(
     cores: Callable[[int], Core], near: NDArray[np.bool_], radius_m: Array, obstacle: int
 ) -> Iterator[tuple]:
     """Of `CORE_GAP`."""
-    for link, other in np.argwhere(near).tolist():
+    for link, other in np.transpose(near.nonzero()).tolist():
         between = gap(cores(link), cores(N_LINK + other))
         yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other]
 

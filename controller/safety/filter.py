@@ -101,15 +101,15 @@ class SafetyFilter:
 
 def _broken(bounds: dict[str, Bounds], motion: Array) -> dict[str, float]:
     """Which bounds a motion breaks, and by how much; rad or m."""
+    if not bounds:
+        return {}
     excess = joined(bounds.values()).excess(motion)
-    if not (excess > TOLERANCE).any():
+    broken = np.flatnonzero(excess > TOLERANCE).tolist()
+    if not broken:
         return {}
     rows = [(name, bound, k) for name, bound in bounds.items() for k in range(len(bound.lower))]
-    return {
-        f"{name}: {bound.what[k]}": over
-        for (name, bound, k), over in zip(rows, excess.tolist(), strict=True)
-        if over > TOLERANCE
-    }
+    named = ((rows[row], float(excess[row])) for row in broken)
+    return {f"{name}: {bound.what[k]}": over for (name, bound, k), over in named}
 
 
 def _entry(
