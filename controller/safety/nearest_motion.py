@@ -19,6 +19,7 @@ _FAR = 1e3  # stands for no bound, in units of a row's motion
 _SIZE = np.repeat([TIP_M, TURN_RAD], 3)
 _JOINT_WEIGHT = np.diag(JOINT_SHARE / UNIT**2)
 _JOINT_WEIGHT[6::7, 6::7] += np.eye(2) / TURN_RAD**2  # what the jaws alone move
+_INPUTS = "h", "g", "a", "lba", "uba", "lbx", "ubx"
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
 
@@ -46,7 +47,7 @@ class NearestMotion:
         rows = others.rows * UNIT
         scale = np.sqrt((rows * rows).sum(axis=1))
         scale[scale == 0.0] = 1.0
-        a = np.zeros((program.capacity, _N), order="F")
+        a = np.zeros((program.capacity, _N))
         low, high = np.full(program.capacity, -_FAR), np.full(program.capacity, _FAR)
         a[:n, :N_MOTION] = rows / scale[:, None]
         a[:n, N_MOTION] = others.gives * 1e-3 / scale
@@ -66,17 +67,19 @@ class _Program:
         self.capacity = capacity
         dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(capacity, _N)}
         solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
-        self._inputs = {solver.name_in(k): k for k in range(solver.n_in())}
         self._buffer, self._run = solver.buffer()
-        self._x = np.empty(_N)
+        self._inputs, self._x = {}, np.empty(_N)
+        for name in _INPUTS:
+            values = np.zeros(solver.size_in(name), order="F")
+            self._inputs[name] = values.squeeze()
+            self._buffer.set_arg(solver.index_in(name), values.T.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
         self._solver = solver
 
     def solve(self, **values: Array) -> Array | None:
-        """The solution (15,); None when there is none. Matrices are column by column."""
-        flat = {name: value.ravel(order="F") for name, value in values.items()}  # alive till run
-        for name, value in flat.items():
-            self._buffer.set_arg(self._inputs[name], value.data)  # pyright: ignore[reportCallIssue]
-        self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
+        """The solution (15,); None when there is none."""
+        for name, value in values.items():
+            self._inputs[name][:] = value
         self._run()
         return self._x.copy() if self._buffer.stats()["success"] else None
 
