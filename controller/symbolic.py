@@ -28,21 +28,21 @@ EYE = ca.SX.eye(4)
 def tool_pose(instrument: Instrument) -> ca.Function:
     """Joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
     joints = ca.SX.sym("joints", 6)
-    return function("tool_pose", [joints], [_T_rcm_tool(joints, instrument)])
+    return function("tool_pose", [joints], _T_rcm_tool(joints, instrument))
 
 
 @cache
 def tool_jacobian(instrument: Instrument) -> ca.Function:
     """Joints (6,) to the geometric Jacobian (6, 6): the tip's velocity, then the turning rate."""
     joints = ca.SX.sym("joints", 6)
-    return function("tool_jacobian", [joints], [_tool_jacobian(joints, instrument)])
+    return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
 
 
 @cache
 def link_poses(instrument: Instrument) -> ca.Function:
     """Joints (7,) to the poses of `MOVING_LINKS` in the RCM frame, side by side (4, 4 * 8)."""
     joints = ca.SX.sym("joints", 7)
-    return function("link_poses", [joints], _links(joints, instrument).values())
+    return function("link_poses", [joints], ca.horzcat(*_links(joints, instrument).values()))
 
 
 @cache
@@ -60,7 +60,7 @@ def rates(instruments: tuple[Instrument, ...]) -> ca.Function:
     for q, T_rcm, instrument in zip(ca.horzsplit(joints[:6, :]), ports, instruments, strict=True):
         jacobians.append(_tool_jacobian(q, instrument))
         twists.append(_twists(T_rcm.T @ _T_rcm_tool(q, instrument), q))
-    return function("rates", [joints, T_world_rcm], [*jacobians, *twists])
+    return function("rates", [joints, T_world_rcm], entries([*jacobians, *twists]))
 
 
 def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:
@@ -78,11 +78,15 @@ def patch_poses(
     return [of_arm[name] for of_arm in links for name in PATCH_LINKS]
 
 
-def function(name: str, inputs: Sequence[ca.SX], outputs: Iterable[ca.SX]) -> ca.Function:
-    """Of joints, and `T_world_rcm` if given; its one output has the entries of all in a row."""
-    entries = ca.vertcat(*[ca.vec(ca.densify(output)) for output in outputs])
-    names = INPUTS[: len(inputs)]
-    return ca.Function(name, list(inputs), [entries], list(names), ["entries"], {"cse": True})
+def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> ca.Function:
+    """Of joints, and `T_world_rcm` if given."""
+    names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
+    return ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})
+
+
+def entries(parts: Iterable[ca.SX]) -> ca.SX:
+    """(n,) of all parts, one after the other, each column after column."""
+    return ca.vertcat(*map(ca.vec, parts))
 
 
 def evaluate(function: ca.Function, *inputs: Array) -> Array:

@@ -104,12 +104,12 @@ def _core_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
     closed = ca.vertcat(joints[:6, :], ca.fmax(joints[6, :], 0.0))
     arms = zip(ca.horzsplit(joints[_INSERTION, :]), instruments, strict=True)
     cores = [core for insertion, i in arms for core in _cores_of_arm(insertion, i)]
-    entries = []
+    parts = []
     links = symbolic.patch_poses(closed, T_world_rcm, instruments)
     for T_world_link, (T_link_core, half_size) in zip(links, cores, strict=True):
         T = T_world_link @ T_link_core
-        entries += [T[:3, 3], T[:3, :3].T, half_size]
-    return symbolic.function("core_poses", [joints, T_world_rcm], entries)
+        parts += [T[:3, 3], T[:3, :3].T, half_size]
+    return symbolic.function("core_poses", [joints, T_world_rcm], symbolic.entries(parts))
 
 
 def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX, ca.SX]]:

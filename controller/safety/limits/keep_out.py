@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ class KeepOut:
 
 
 class PairNames(Sequence[str]):
-    """Names of near pairs, made when they are asked for."""
+    """Names of near pairs, made when the first of them is asked for."""
 
     def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
         self._near, self._pairs = near, pairs
@@ -59,5 +60,13 @@ class PairNames(Sequence[str]):
         return len(self._pairs)
 
     def __getitem__(self, row: Any) -> Any:
-        k, near = self._pairs[row], self._near
-        return f"{ARMS[near.arm[k]]} {PATCH_LINKS[near.link[k]]} to {near.obstacle[k]}"
+        return self._names[row]
+
+    @cached_property
+    def _names(self) -> list[str]:
+        near, pairs = self._near, self._pairs
+        columns = (of_all[pairs].tolist() for of_all in (near.arm, near.link, near.obstacle))
+        return [
+            f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}"
+            for arm, link, obstacle in zip(*columns, strict=True)
+        ]
