@@ -1,17 +1,21 @@
 """Where the links of an arm are, and how points on them move with the joints.
 
 Joints are (7,) as in `controller.symbolic`, without the jaw where the tool frame is meant. All is
-in the RCM frame; NaN in gives NaN out.
+in the RCM frame unless it says world; NaN in gives NaN out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
 
 from controller import symbolic
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument
+from tissue_sim.sweep import Indices
+from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
@@ -28,17 +32,60 @@ def link_poses(joints: Array, instrument: Instrument) -> Array:
     return columns.transpose(0, 2, 1)
 
 
-def point_jacobians(
-    joints: Array, instrument: Instrument, links: NDArray[np.integer], points_rcm_m: Array
-) -> Array:
-    """(n, 3, 7) from the rates of joints (7,), jaw included, to the velocities of points on links.
+@dataclass(frozen=True, kw_only=True)
+class Rates:
+    """How several arms move with their joints.
 
-    Args:
-        links: (n,) for each point the row of its link in `PATCH_LINKS`.
-        points_rcm_m: (n, 3) where the points are now.
+    Attributes:
+        tool_jacobian: (n_arm, 6, 6) each as `tool_jacobian` has it, RCM frame.
+        twists: (n_arm, 12, 6) from joint rates, without the jaw's, to the (3, 4) matrix, column
+            after column, that takes a homogeneous point of the tool to its velocity; world frame.
     """
-    twists = symbolic.evaluate(symbolic.link_twists(instrument), joints)
-    by_link = twists.reshape(len(PATCH_LINKS), 4, 3 * 7)
-    points = np.ones((len(points_rcm_m), 1, 4))
-    points[:, 0, :3] = points_rcm_m
-    return (points @ by_link[links]).reshape(len(points), 3, 7)
+
+    tool_jacobian: Array
+    twists: Array
+
+    def speeds_along(
+        self, arms: Indices, links: Indices, points_m: Array, directions: Array
+    ) -> Array:
+        """(n, 7) from the rates of an arm's joints, jaw included, to the speeds of its points.
+
+        A joint turns, or shifts, all links beyond it alike, and the jaw each finger about the wrist
+        yaw's axis.
+
+        Args:
+            arms: (n,) of each point.
+            links: (n,) for each point the row of its link in `PATCH_LINKS`.
+            points_m: (n, 3) where the points are now, world frame.
+            directions: (n, 3) along which the speeds count.
+        """
+        n = len(points_m)
+        weights = np.empty((n, 4, 3))
+        weights[:, :3], weights[:, 3] = points_m[:, :, None] * directions[:, None], directions
+        along = (weights.reshape(n, 1, 12) @ self.twists[arms]).reshape(n, 6)
+        return along[:, _AXES] * _SHARES[links]
+
+
+def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> Rates:
+    """Of arms at joints (n_arm, 7) with remote centres at poses (n_arm, 4, 4)."""
+    n = len(joints)
+    entries = symbolic.evaluate(
+        symbolic.rates(tuple(instruments)), joints.ravel(), T_world_rcm.ravel()
+    )
+    return Rates(
+        tool_jacobian=entries[: 36 * n].reshape(n, 6, 6).transpose(0, 2, 1),
+        twists=entries[36 * n :].reshape(n, 12, 6),
+    )
+
+
+def _shares(link: str) -> list[float]:
+    """(7,) how much of each joint's motion moves a link."""
+    side = FINGER_SIDES.get(link)
+    if side is not None:
+        return [1.0] * len(LINK_OF_JOINT) + [side / 2]
+    last = list(LINK_OF_JOINT.values()).index(link)
+    return [float(joint <= last) for joint in range(len(LINK_OF_JOINT))] + [0.0]
+
+
+_AXES = [*range(len(LINK_OF_JOINT)), list(LINK_OF_JOINT).index("wrist_yaw")]
+_SHARES = np.array([_shares(link) for link in PATCH_LINKS])

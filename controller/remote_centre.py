@@ -10,12 +10,14 @@ import numpy as np
 from tissue_sim.frames import Array
 
 
-def shaft_offset_m(point_rcm_m: Array, axis_rcm: Array) -> Array:
-    """(...) distance of lines from the RCM, by points (..., 3) on them and directions (..., 3).
+def shaft_offset_m(point_m: Array, axis: Array) -> Array:
+    """(...) distance of lines from the RCM, by points (..., 3) from there and directions (..., 3).
 
     A line with NaN or without direction is infinitely far, so that no limit takes it for good.
     """
-    lever = np.linalg.norm(np.cross(point_rcm_m, axis_rcm), axis=-1)
-    length = np.linalg.norm(axis_rcm, axis=-1)
-    known = np.isfinite(lever) & np.isfinite(length) & (length > 0.0)
-    return np.divide(lever, length, out=np.full_like(lever, np.inf), where=known)
+    along = (point_m * axis).sum(axis=-1, keepdims=True)
+    square = (axis * axis).sum(axis=-1, keepdims=True)
+    aside = point_m * square - along * axis
+    scaled, square = np.sqrt((aside * aside).sum(axis=-1)), square[..., 0]
+    known = np.isfinite(scaled) & (square > 0.0)
+    return np.divide(scaled, square, out=np.full_like(scaled, np.inf), where=known)

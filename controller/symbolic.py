@@ -7,6 +7,7 @@ where the jaw's sign says, also below zero, where real ones press on each other.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 import casadi as ca
@@ -18,101 +19,124 @@ from tissue_sim.psm import T_YAW_TOOL_AXES, DhRow, T_yaw_tool, dh_table
 from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 MOVING_LINKS = (*LINK_OF_JOINT.values(), *FINGER_SIDES)
+INPUTS = "joints", "T_world_rcm"
 X, Y, Z = range(3)
+EYE = ca.SX.eye(4)
 
 
 @cache
 def tool_pose(instrument: Instrument) -> ca.Function:
     """Joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
     joints = ca.SX.sym("joints", 6)
-    return _function("tool_pose", joints, _T_rcm_tool(joints, instrument))
+    return function("tool_pose", [joints], _T_rcm_tool(joints, instrument))
 
 
 @cache
 def tool_jacobian(instrument: Instrument) -> ca.Function:
     """Joints (6,) to the geometric Jacobian (6, 6): the tip's velocity, then the turning rate."""
     joints = ca.SX.sym("joints", 6)
-    T = _T_rcm_tool(joints, instrument)
-    turning = [ca.inv_skew(dT[:3, :3] @ T[:3, :3].T) for dT in _partials(T, joints)]
-    J = ca.vertcat(ca.jacobian(T[:3, 3], joints), ca.horzcat(*turning))
-    return _function("tool_jacobian", joints, J)
+    return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
 
 
 @cache
 def link_poses(instrument: Instrument) -> ca.Function:
     """Joints (7,) to the poses of `MOVING_LINKS` in the RCM frame, side by side (4, 4 * 8)."""
     joints = ca.SX.sym("joints", 7)
-    return _function("link_poses", joints, ca.horzcat(*_links(joints, instrument).values()))
+    return function("link_poses", [joints], ca.horzcat(*_links(joints, instrument).values()))
 
 
 @cache
-def patch_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
-    """Joints of n arms (7 * n,) to the poses of all `PATCH_LINKS`, each in its RCM frame (4, 16 n).
+def rates(instruments: tuple[Instrument, ...]) -> ca.Function:
+    """How the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
 
-    Side by side, arm after arm.
+    First the tool Jacobians, each as `tool_jacobian` has it. Then (6, 12) of each arm, for each
+    joint dT/dq T^-1 without its last row: times a point of the tool (world frame, homogeneous),
+    this (3, 4) matrix is the point's velocity per unit rate of the joint. It stands in a row,
+    column after column.
     """
-    joints = ca.SX.sym("joints", 7, len(instruments))
-    arms = zip(ca.horzsplit(joints), instruments, strict=True)
-    links = [_links(q, instrument) for q, instrument in arms]
-    poses = [of_arm[name] for of_arm in links for name in PATCH_LINKS]
-    return _function("patch_poses", ca.vec(joints), ca.horzcat(*poses))
+    joints, T_world_rcm = symbols(instruments)
+    jacobians, twists = [], []
+    ports = ca.horzsplit(T_world_rcm, 4)
+    for q, T_rcm, instrument in zip(ca.horzsplit(joints[:6, :]), ports, instruments, strict=True):
+        jacobians.append(_tool_jacobian(q, instrument))
+        twists.append(_twists(T_rcm.T @ _T_rcm_tool(q, instrument), q))
+    return function("rates", [joints, T_world_rcm], entries([*jacobians, *twists]))
 
 
-@cache
-def link_twists(instrument: Instrument) -> ca.Function:
-    """Joints (7,) to (7, 4 * 12): for each of `PATCH_LINKS` and joint, dT/dq T^-1 without last row.
-
-    Times a point of the link (RCM frame, homogeneous), this (3, 4) matrix is the point's velocity
-    per unit rate of the joint. It stands in a row, column after column.
-    """
-    joints = ca.SX.sym("joints", 7)
-    poses = _links(joints, instrument)
-    return _function(
-        "link_twists", joints, ca.horzcat(*[_twists(poses[name], joints) for name in PATCH_LINKS])
-    )
+def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:
+    """Of n arms the joints (7, n), and `T_world_rcm`, whose rows are columns here (4, 4 n)."""
+    n = len(instruments)
+    return ca.SX.sym("joints", 7, n), ca.SX.sym("T_world_rcm", 4, 4 * n)
 
 
-def evaluate(function: ca.Function, values: Array) -> Array:
-    """The output's entries (n,), column after column, for a vector of inputs.
+def patch_poses(
+    joints: ca.SX, T_world_rcm: ca.SX, instruments: Sequence[Instrument]
+) -> list[ca.SX]:
+    """(4, 4) poses of all `PATCH_LINKS` in the world frame, arm after arm, from `symbols`."""
+    arms = zip(ca.horzsplit(joints), ca.horzsplit(T_world_rcm, 4), instruments, strict=True)
+    links = [_links(q, instrument, T.T) for q, T, instrument in arms]
+    return [of_arm[name] for of_arm in links for name in PATCH_LINKS]
+
+
+def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> ca.Function:
+    """Of joints, and `T_world_rcm` if given."""
+    names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
+    return ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})
+
+
+def entries(parts: Iterable[ca.SX]) -> ca.SX:
+    """(n,) of all parts, one after the other, each column after column."""
+    return ca.vertcat(*map(ca.vec, parts))
+
+
+def evaluate(function: ca.Function, *inputs: Array) -> Array:
+    """The output's entries (n,), column after column, for a vector of each input.
 
     Through a buffer of its own for each call: a third of the time of a plain call, and safe when
     several threads use one function.
 
     Raises:
-        ValueError: the vector has another length than the function's input.
+        ValueError: a vector has another length than the function's input.
     """
-    inputs = np.array(values, float)
-    if inputs.shape != (function.numel_in(0),):
-        raise ValueError(
-            f"{function.name()} takes {function.numel_in(0)} joints, not shape {inputs.shape}"
-        )
-    outputs = np.empty(function.numel_out(0))
     buffer, run = function.buffer()
-    buffer.set_arg(0, inputs.data)  # pyright: ignore[reportCallIssue]
+    vectors = [np.array(values, float) for values in inputs]  # alive till run
+    for k, vector in enumerate(vectors):
+        if vector.shape != (function.numel_in(k),):
+            raise ValueError(
+                f"{function.name()} takes {function.numel_in(k)} {function.name_in(k)}, "
+                f"not shape {vector.shape}"
+            )
+        buffer.set_arg(k, vector.data)  # pyright: ignore[reportCallIssue]
+    outputs = np.empty(function.numel_out(0))
     buffer.set_res(0, outputs.data)  # pyright: ignore[reportCallIssue]
     run()
     return outputs
-
-
-def _function(name: str, joints: ca.SX, output: ca.SX) -> ca.Function:
-    return ca.Function(name, [joints], [ca.densify(output)], {"cse": True})
 
 
 def _T_rcm_tool(joints: ca.SX, instrument: Instrument) -> ca.SX:
     return _arm_links(joints, instrument)["palm"] @ T_yaw_tool(instrument)
 
 
-def _links(joints: ca.SX, instrument: Instrument) -> dict[str, ca.SX]:
-    """Poses of all moving links; a DH link moves about or along its z, a finger about its x."""
-    links = _arm_links(joints[:6], instrument)
-    T_rcm_yaw_axis = links["palm"] @ T_YAW_TOOL_AXES
+def _tool_jacobian(joints: ca.SX, instrument: Instrument) -> ca.SX:
+    T = _T_rcm_tool(joints, instrument)
+    turning = [ca.inv_skew(dT[:3, :3] @ T[:3, :3].T) for dT in _partials(T, joints)]
+    return ca.vertcat(ca.jacobian(T[:3, 3], joints), ca.horzcat(*turning))
+
+
+def _links(joints: ca.SX, instrument: Instrument, T_rcm: ca.SX = EYE) -> dict[str, ca.SX]:
+    """Poses of all moving links, in the frame in which the remote centre stands at `T_rcm`.
+
+    A DH link moves about or along its z, a finger about its x.
+    """
+    links = _arm_links(joints[:6], instrument, T_rcm)
+    T_yaw_axis = links["palm"] @ T_YAW_TOOL_AXES
     for name, sense in FINGER_SIDES.items():
-        links[name] = T_rcm_yaw_axis @ _rotation(X, sense * joints[6] / 2)
+        links[name] = T_yaw_axis @ _rotation(X, sense * joints[6] / 2)
     return links
 
 
-def _arm_links(joints: ca.SX, instrument: Instrument) -> dict[str, ca.SX]:
-    links, T = {}, ca.SX.eye(4)
+def _arm_links(joints: ca.SX, instrument: Instrument, T: ca.SX = EYE) -> dict[str, ca.SX]:
+    links = {}
     for row, joint in zip(dh_table(instrument), ca.vertsplit(joints), strict=True):
         T = T @ _dh_transform(row, joint)
         links[LINK_OF_JOINT[row.name]] = T

@@ -160,7 +160,8 @@ class Attacked:
         instruments, around = self._world.arms.mounted, surroundings_of(self._world, self._rigid)
         near = self._model.near(joints, instruments, around, within_m=within_m)
         worked_on = structure_of(self._instruction.task, self._world)
-        for k, obstacle in enumerate(near.obstacle.tolist()):
+        for k in np.flatnonzero(near.foremost).tolist():
+            obstacle = str(near.obstacle[k])
             if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, worked_on):
                 yield obstacle, -float(near.distance_m[k])
 

@@ -26,7 +26,7 @@ from tissue_sim.frames import Array
 ALLOWED_M = 1e-4
 ROUNDING = 1e-9  # rad or m
 LEAST_PAIRS = 20
-CALLS = 200
+CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
 
 
@@ -132,7 +132,8 @@ def _cell(times_s: Array) -> str:
 def _crowded(seed: int) -> Laps:
     """Wishes anywhere about one patient, both arms amid what they must not hit."""
     attacked, rng = Attacked(seed), np.random.default_rng(seed)
-    attacked.ask_at_random(rng, LEAST_PAIRS)  # the warm-up
+    for _ in range(WARM_UP):  # until each tool was mounted once
+        attacked.ask_at_random(rng, LEAST_PAIRS)
     with _watched() as (whole, seeing):
         for _ in range(CALLS):
             attacked.ask_at_random(rng, LEAST_PAIRS)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import expm1
 from typing import Protocol
 
 import numpy as np
@@ -76,6 +77,18 @@ def between(rows: Array, lower: Array, upper: Array, what: Sequence[str]) -> Bou
 NO_BOUNDS = at_least(np.zeros((0, N_MOTION)), np.zeros(0), ())
 
 
+def joined(bounds: Iterable[Bounds]) -> Bounds:
+    """All rows, one after the other; `what` is left to the single bounds."""
+    bounds = (NO_BOUNDS, *bounds)
+    return Bounds(
+        rows=np.concatenate([b.rows for b in bounds]),
+        lower=np.concatenate([b.lower for b in bounds]),
+        upper=np.concatenate([b.upper for b in bounds]),
+        what=(),
+        gives=np.concatenate([b.gives for b in bounds]),
+    )
+
+
 def of_arm(arm: int, rows: Array) -> Array:
     """(n, 14) rows from those (n, 7) of one arm."""
     both = np.zeros((len(rows), N_MOTION))
@@ -88,4 +101,4 @@ def approach_share(step_s: float, time_constant_s: float) -> float:
 
     1 - exp(-h / tau): what is left shrinks as exp(-t / tau), whatever the step's length.
     """
-    return float(-np.expm1(-step_s / time_constant_s))
+    return -expm1(-step_s / time_constant_s)

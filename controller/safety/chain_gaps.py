@@ -1,8 +1,6 @@
-"""The nearest capsules of each chain to each link."""
+"""The capsules of chains that are near to links."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,35 +8,29 @@ from controller.safety.core_gaps import CORE_GAP, NO_LINK, CoreGaps
 from controller.safety.gap import MM, TOUCHING_MM, Core, overlap
 from controller.safety.link_cores import LinkCores
 from controller.safety.segment_gap import segment_gaps
-from controller.safety.surroundings import CapsuleChain
+from controller.safety.surroundings import Capsules
 
-ALONGSIDE_M = 0.001  # assumed: a capsule hardly farther than the nearest of its chain counts too
+ALONGSIDE_M = 0.001  # assumed: what is hardly farther than the nearest capsule of a chain
 
 
-def chain_gaps(links: LinkCores, chains: Sequence[CapsuleChain], within_m: float) -> CoreGaps:
-    """Of each link and chain that are nearer than this: the nearest capsule and those alongside.
-
-    `obstacle` counts the chains.
-    """
-    start_m, end_m, radius_m = (
-        np.concatenate([getattr(chain, field) for chain in chains])
-        for field in ("start_m", "end_m", "radius_m")
+def chain_gaps(links: LinkCores, chains: Capsules, within_m: float) -> CoreGaps:
+    """Of each link and capsule that are nearer than this; `obstacle` counts the chains."""
+    radii_m = links.radius_m[:, None] + chains.radius_m
+    apart_m, on_link, on_chain = segment_gaps(
+        links, chains.start_m, chains.end_m, within_m + radii_m
     )
-    lengths = [len(chain.radius_m) for chain in chains]
-    chain = np.repeat(np.arange(len(chains)), lengths)
-    radii_m = links.radius_m[:, None] + radius_m
-    apart_m, on_link, on_chain = segment_gaps(links, start_m, end_m, within_m + radii_m)
-    for k, capsule in np.argwhere(apart_m <= TOUCHING_MM / MM).tolist():
-        ends_m = np.stack([start_m[capsule], end_m[capsule]])
+    touching = apart_m <= TOUCHING_MM / MM
+    for k, capsule in np.argwhere(touching).tolist() if touching.any() else ():
+        ends_m = np.stack([chains.start_m[capsule], chains.end_m[capsule]])
         found = overlap(links.core(k), Core(MM * ends_m))
         apart_m[k, capsule] = found.distance_mm / MM
         on_link[k, capsule], on_chain[k, capsule] = found.a_mm / MM, found.b_mm / MM
     distance_m = apart_m - radii_m
-    nearest_m = np.minimum.reduceat(distance_m, np.cumsum([0, *lengths[:-1]]), axis=1)
-    limit_m = np.minimum(nearest_m + ALONGSIDE_M, within_m)
-    link, capsule = np.nonzero(distance_m < limit_m[:, chain])
+    nearest_m = np.minimum.reduceat(distance_m, chains.first, axis=1)
+    pair = link, capsule = np.nonzero(distance_m < within_m)
     gaps = np.empty(len(link), CORE_GAP)
-    gaps["link"], gaps["obstacle"], gaps["other_link"] = link, chain[capsule], NO_LINK
-    gaps["apart_m"], gaps["other_radius_m"] = apart_m[link, capsule], radius_m[capsule]
-    gaps["on_link_m"], gaps["on_other_m"] = on_link[link, capsule], on_chain[link, capsule]
+    gaps["link"], gaps["obstacle"], gaps["other_link"] = link, chains.chain[capsule], NO_LINK
+    gaps["apart_m"], gaps["other_radius_m"] = apart_m[pair], chains.radius_m[capsule]
+    gaps["on_link_m"], gaps["on_other_m"] = on_link[pair], on_chain[pair]
+    gaps["foremost"] = distance_m[pair] < nearest_m[link, gaps["obstacle"]] + ALONGSIDE_M
     return gaps

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.chain_gaps import chain_gaps
 from controller.safety.core_gaps import CORE_GAP, NO_LINK, CoreGaps
-from controller.safety.gap import MM, Gap, gap
+from controller.safety.gap import MM, Core, Gap, gap
 from controller.safety.link_cores import N_LINK, SHAFT, LinkCores, link_cores
 from controller.safety.rigid_surface import SurfaceModel
-from controller.safety.slabs import Slabs, half_a_sphere, joined
+from controller.safety.slabs import half_a_sphere, joined
 from controller.safety.surroundings import (
     LIVER,
     PORT_WALL,
@@ -47,7 +48,10 @@ class NearPairs:
         other_link: (n,) of the right arm where that is the obstacle, -1 elsewhere. Such a pair
             is there once, with the left arm as the instrument.
         obstacle: (n,) "liver", "port wall", "right arm", or the name of a chain.
+        foremost: (n,) of the capsules of a chain, those that are nearest or hardly farther.
         within_m: the activation distance.
+        others_m: links of the two arms that are no pair here are farther apart than this.
+        links: where the instruments are.
     """
 
     distance_m: Array
@@ -58,7 +62,10 @@ class NearPairs:
     link: Indices
     other_link: Indices
     obstacle: NDArray[np.str_]
+    foremost: NDArray[np.bool_]
     within_m: float
+    others_m: float
+    links: LinkCores
 
     def pair(self, row: int) -> Pair:
         """Who is near to what; the capsules of a chain are one obstacle."""
@@ -82,7 +89,9 @@ class CollisionModel:
         }
         surfaces = self._surfaces.values()
         self._directions = np.stack([*half_a_sphere(N_DIRECTION), *(s.outward for s in surfaces)])
-        self._slabs = joined([s.slabs(self._directions) for s in surfaces])
+        slabs = [s.slabs(self._directions) for s in surfaces]
+        self._slabs, self._n_patch = joined(slabs), [len(s.low_m) for s in slabs]
+        self._first_patch = np.cumsum([0, *self._n_patch[:-1]])
 
     def cores(self, joints: Array, instruments: Sequence[Instrument]) -> LinkCores:
         """Where the instruments are at joints (2, 7)."""
@@ -98,70 +107,89 @@ class CollisionModel:
     ) -> NearPairs:
         """Every pair nearer than `within_m`, at joints (2, 7).
 
-        Of one link and one surface, one pair; of one link and one chain, the nearest capsule and
-        those alongside, at most `ALONGSIDE_M` farther. A shaft and the port wall are no pair: it
-        goes through it, and is inside the flat wall as far as its wrist, which is checked.
+        Of one link and one surface, one pair; of one link and one chain, a pair a capsule. A shaft
+        and the port wall are no pair: it goes through it, and is inside the flat wall as far as
+        its wrist, which is checked.
         """
         links = self.cores(joints, instruments)
-        chains = surroundings.chains
-        names = [*chains, *self._surfaces, OTHER_ARM]
-        slabs = links.slabs(self._directions)
-        by_fcl = [
-            *self._surface_gaps(links, slabs, surroundings, within_m),
-            *_gaps_between_arms(links, slabs, len(names) - 1, within_m),
+        moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
+        chains = surroundings.capsules
+        names = np.array([*chains.names, *self._surfaces, OTHER_ARM])
+        surfaces, arms_m = self._at_least_m(links, moved_m)
+        arms = arms_m < within_m
+        cores = cache(links.core)
+        rows = [
+            *self._surface_rows(cores, surfaces < within_m, moved_m, len(chains.names)),
+            *_rows_between_arms(cores, arms, links.radius_m, len(names) - 1),
         ]
-        by_form = chain_gaps(links, list(chains.values()), within_m)
+        by_form, by_fcl = chain_gaps(links, chains, within_m), np.array(rows, CORE_GAP)
+        distance_m = _distance_m(by_fcl, links.radius_m)
+        far = distance_m >= within_m
+        far_links_m = distance_m[far & (by_fcl["other_link"] != NO_LINK)]
+        others_m = min(far_links_m.min(initial=np.inf), arms_m[~arms].min(initial=np.inf))
+        by_fcl = by_fcl[~far]
         gaps = np.empty(len(by_fcl) + len(by_form), CORE_GAP)
         gaps[: len(by_fcl)], gaps[len(by_fcl) :] = by_fcl, by_form
-        return _near_pairs(gaps, links.radius_m, names, within_m)
+        return _near_pairs(gaps, links, names, within_m, others_m)
 
-    def _surface_gaps(
-        self, links: LinkCores, slabs: Slabs, surroundings: Surroundings, within_m: float
+    def _at_least_m(self, links: LinkCores, moved_m: Array) -> tuple[Array, Array]:
+        """Of surfaces and links (2, 8), and of links of the left and right arm (4, 4), how far."""
+        slabs = links.slabs(self._directions)
+        moved_m = np.repeat(moved_m @ self._directions.T, self._n_patch, axis=0)
+        others = joined([self._slabs.moved(moved_m), slabs[N_LINK:]])
+        apart = others.at_least_m(slabs)
+        patches, arms = apart[:-N_LINK], apart[-N_LINK:, :N_LINK]
+        surfaces = np.minimum.reduceat(patches, self._first_patch)
+        surfaces[list(self._surfaces).index(PORT_WALL), _SHAFTS] = np.inf
+        return surfaces, arms.T
+
+    def _surface_rows(
+        self, cores: Callable[[int], Core], near: NDArray[np.bool_], moved_m: Array, first: int
     ) -> Iterator[tuple]:
-        moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
-        surfaces = self._slabs.moved(moved_m @ self._directions.T)
-        near = slabs.at_least_m(surfaces) < within_m
-        for k, (name, surface) in enumerate(self._surfaces.items()):
+        """Of `CORE_GAP`; `first` obstacle of all surfaces."""
+        for k, surface in enumerate(self._surfaces.values()):
             surface.move(moved_m[k])
-            near[_SHAFTS, k] &= name != PORT_WALL
-            for link in np.flatnonzero(near[:, k]).tolist():
-                yield _row(link, len(surroundings.chains) + k, surface.gap(links.core(link)))
+            for link in np.flatnonzero(near[k]).tolist():
+                yield link, first + k, NO_LINK, *_in_m(surface.gap(cores(link))), 0.0, True
 
 
-def _gaps_between_arms(
-    links: LinkCores, slabs: Slabs, obstacle: int, within_m: float
+def _rows_between_arms(
+    cores: Callable[[int], Core], near: NDArray[np.bool_], radius_m: Array, obstacle: int
 ) -> Iterator[tuple]:
-    near = slabs[:N_LINK].at_least_m(slabs[N_LINK:]) < within_m
-    for k, other in np.argwhere(near).tolist():
-        between = gap(links.core(k), links.core(N_LINK + other))
-        yield _row(k, obstacle, between, other, links.radius_m[N_LINK + other])
-
-
-def _row(
-    link: int, obstacle: int, gap: Gap, other_link: int = NO_LINK, radius_m: float = 0.0
-) -> tuple:
     """Of `CORE_GAP`."""
-    return link, obstacle, other_link, gap.distance_mm / MM, gap.a_mm / MM, gap.b_mm / MM, radius_m
+    for link, other in np.transpose(near.nonzero()).tolist():
+        between = gap(cores(link), cores(N_LINK + other))
+        yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True
 
 
-def _near_pairs(gaps: CoreGaps, radius_m: Array, names: list[str], within_m: float) -> NearPairs:
-    """The rows with the radii put on; `radius_m` (8,) of the links."""
-    radii = radius_m[gaps["link"]], gaps["other_radius_m"]
-    distance = gaps["apart_m"] - radii[0] - radii[1]
-    kept = distance < within_m
-    rows = gaps[kept]
-    radius, radius_other = (r[kept, None] for r in radii)
-    on_link, on_other = rows["on_link_m"], rows["on_other_m"]
-    normal = (on_link - on_other) / rows["apart_m"][:, None]
-    arm, link = np.divmod(rows["link"], N_LINK)
+def _in_m(gap: Gap) -> tuple[float, Array, Array]:
+    return gap.distance_mm / MM, gap.a_mm / MM, gap.b_mm / MM
+
+
+def _near_pairs(
+    gaps: CoreGaps, links: LinkCores, names: NDArray, within_m: float, others_m: float
+) -> NearPairs:
+    """The rows with the radii put on."""
+    radius_m = links.radius_m
+    on_link, on_other = gaps["on_link_m"], gaps["on_other_m"]
+    normal = (on_link - on_other) / gaps["apart_m"][:, None]
+    arm, link = np.divmod(gaps["link"], N_LINK)
     return NearPairs(
-        distance_m=distance[kept],
-        on_instrument_m=on_link - radius * normal,
-        on_obstacle_m=on_other + radius_other * normal,
+        distance_m=_distance_m(gaps, radius_m),
+        on_instrument_m=on_link - radius_m[gaps["link"], None] * normal,
+        on_obstacle_m=on_other + gaps["other_radius_m"][:, None] * normal,
         normal=normal,
         arm=arm,
         link=link,
-        other_link=rows["other_link"],
-        obstacle=np.array(names)[rows["obstacle"]],
+        other_link=gaps["other_link"],
+        obstacle=names[gaps["obstacle"]],
+        foremost=gaps["foremost"],
         within_m=within_m,
+        others_m=others_m,
+        links=links,
     )
+
+
+def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:
+    """(n,) between the surfaces about the cores; `radius_m` (8,) of the links."""
+    return gaps["apart_m"] - radius_m[gaps["link"]] - gaps["other_radius_m"]

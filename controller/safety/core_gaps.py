@@ -16,6 +16,7 @@ CORE_GAP = np.dtype(
         ("on_link_m", float, 3),  # nearest points of the cores, world frame
         ("on_other_m", float, 3),
         ("other_radius_m", float),  # about the other's core
+        ("foremost", bool),  # of a chain, nearest to the link or hardly farther
     ]
 )
 CoreGaps = NDArray[np.void]  # (n,) of CORE_GAP

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
-from controller.safety.bounds import N_MOTION, TOLERANCE, Bounds, Limit
+from controller.safety.bounds import N_MOTION, TOLERANCE, Bounds, Limit, joined
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
@@ -24,7 +25,7 @@ from tissue_sim.frames import Array
 from tissue_sim.psm import JOINT_NAMES
 from tissue_sim.world import World
 
-INSERTION = JOINT_NAMES.index("insertion")
+TURNING = [k for k, name in enumerate((*JOINT_NAMES, "jaw")) if name != "insertion"]
 FAR = 1e3  # rad or m: numbers that are no joints, and would swamp the quadratic program
 
 
@@ -100,12 +101,15 @@ class SafetyFilter:
 
 def _broken(bounds: dict[str, Bounds], motion: Array) -> dict[str, float]:
     """Which bounds a motion breaks, and by how much; rad or m."""
-    broken = {}
-    for name, bound in bounds.items():
-        excess = bound.excess(motion)
-        for k in np.flatnonzero(excess > TOLERANCE).tolist():
-            broken[f"{name}: {bound.what[k]}"] = float(excess[k])
-    return broken
+    if not bounds:
+        return {}
+    excess = joined(bounds.values()).excess(motion)
+    broken = np.flatnonzero(excess > TOLERANCE).tolist()
+    if not broken:
+        return {}
+    rows = [(name, bound, k) for name, bound in bounds.items() for k in range(len(bound.lower))]
+    named = ((rows[row], float(excess[row])) for row in broken)
+    return {f"{name}: {bound.what[k]}": over for (name, bound, k), over in named}
 
 
 def _entry(
@@ -118,13 +122,13 @@ def _entry(
     if not broken and not overridden:
         return None
     change = (moved - situation.motion).reshape(2, 7)
-    tips = np.einsum("aij,aj->ai", situation.tip_jacobian, change)
+    tips = situation.tip_jacobian @ change[..., None]
     return Entry(
         time_s=time_s,
         limits=tuple(broken),
         margin=next(iter(broken.values()), 0.0),
-        change_m=float(np.linalg.norm(tips, axis=1).max()),
-        change_rad=float(np.abs(np.delete(change, INSERTION, axis=1)).max()),
+        change_m=sqrt((tips * tips).sum(axis=1).max()),
+        change_rad=float(np.abs(change[:, TURNING]).max()),
         held=not moved.any(),
         overridden=overridden,
     )

@@ -9,14 +9,12 @@ may slide along what it almost touches; elsewhere no point moves faster than the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from controller.safety.chain_gaps import ALONGSIDE_M
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.link_cores import N_LINK, LinkCores, most_motion_m
-from controller.safety.surroundings import Surroundings
+from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
 
@@ -56,27 +54,40 @@ def free_share(
         most_looks: after as many the rest of the motion counts as not free.
     """
     travel, bend = most_motion_m(start, end, instruments)
-    farthest_m = travel[:N_LINK].max() + travel[N_LINK:].max()
-    sure, last = 0.0, None
+    last, sure = model.cores(end, instruments), 0.0
     for _ in range(most_looks):
         rest, joints = 1.0 - sure, start + sure * (end - start)
-        within_m = highest_m + rest * farthest_m
-        if near is None or near.within_m < within_m:
+        first = near.links if near is not None else model.cores(joints, instruments)
+        bends = rest * rest * bend
+        way_m = np.minimum(rest * travel, _farthest_m(first, last) + bends / 8.0)
+        if near is None or not _holds_all(near, highest_m, way_m):
+            within_m = highest_m + way_m[:N_LINK].max() + way_m[N_LINK:].max()
             near = model.near(joints, instruments, surroundings, within_m=within_m)
-        speed = rest * _of_pairs(near, travel)
         room = np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
-        may_meet = (room <= speed) & (speed > 0.0)
+        ways = _of_pairs(near, way_m)
+        may_meet = (room <= ways) & (ways > 0.0)
         if not may_meet.any():
             return 1.0
-        last = last or model.cores(end, instruments)
-        parting = _parting_m(near, model.cores(joints, instruments), last)
-        bends, hidden = rest * rest * _of_pairs(near, bend), _hidden_m(near, surroundings)
-        figures = room, speed, bends, parting, hidden
-        share = float(_Way(*(figure[may_meet] for figure in figures)).free_shares().min())
+        parting, bends = _parting_m(near, last)[may_meet], _of_pairs(near, bends)[may_meet]
+        room = room[may_meet]
+        shares = np.maximum(room / ways[may_meet], _above(room, parting, bends))
+        share = float(shares.min())
         sure, near = sure + rest * share, None
         if share < LITTLE:
             break
     return sure
+
+
+def _farthest_m(first: LinkCores, last: LinkCores) -> Array:
+    """(8,) from first to last, how far any point of a link gets."""
+    chords = last.corners_m - first.corners_m
+    return np.sqrt((chords * chords).sum(axis=2).max(axis=1))
+
+
+def _holds_all(near: NearPairs, highest_m: float, way_m: Array) -> bool:
+    """Whether pairs that are not there cannot come down to their floors on ways (8,)."""
+    both_m = way_m[:N_LINK].max() + way_m[N_LINK:].max()
+    return near.within_m >= highest_m + way_m.max() and near.others_m >= highest_m + both_m
 
 
 def _of_pairs(near: NearPairs, of_links: Array) -> Array:
@@ -85,69 +96,29 @@ def _of_pairs(near: NearPairs, of_links: Array) -> Array:
     return of_links[N_LINK * near.arm + near.link] + other
 
 
-def _parting_m(near: NearPairs, first: LinkCores, last: LinkCores) -> Array:
-    """(n,) from first to last, how far each pair's links draw off from the plane between them."""
-    link, n = N_LINK * near.arm + near.link, near.normal
+def _parting_m(near: NearPairs, last: LinkCores) -> Array:
+    """(n,) how far each pair draws off from the plane between them until `last`.
+
+    As if it did not from a surface: that need not be all on one side of a plane.
+    """
+    first, link, n = near.links, N_LINK * near.arm + near.link, near.normal
     parting = last.lowest_m(link, n) - first.lowest_m(link, n)
     both = near.other_link != NO_LINK
     if both.any():
         other, down = N_LINK + near.other_link[both], -n[both]
         parting[both] += last.lowest_m(other, down) - first.lowest_m(other, down)
+    parting[(near.obstacle == LIVER) | (near.obstacle == PORT_WALL)] = -np.inf
     return parting
 
 
-def _hidden_m(near: NearPairs, surroundings: Surroundings) -> Array:
-    """(n,) how far each obstacle rises above the plane, where it is not the convex part there."""
-    hidden = np.where(near.other_link == NO_LINK, np.inf, 0.0)
-    for name, chain in surroundings.chains.items():
-        rows = near.obstacle == name
-        if rows.any():
-            n, points = near.normal[rows], np.concatenate([chain.start_m, chain.end_m])
-            heights = points @ n.T + np.tile(chain.radius_m, 2)[:, None]
-            hidden[rows] = heights.max(axis=0) - np.einsum("ni,ni->n", n, near.on_obstacle_m[rows])
-    return hidden
+def _above(room: Array, parting: Array, bend: Array) -> Array:
+    """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
 
-
-@dataclass(frozen=True)
-class _Way:
-    """Of a motion, or what is left of it, what each pair (n,) may meet.
-
-    Attributes:
-        room: m, what distance there is above the floor.
-        speed: m, by how much the two may near each other.
-        bend: m, how much their ways bend.
-        parting: m, how far they draw off from the plane between them.
-        hidden: m, as `_hidden_m`.
+    A function of t whose second derivative is at most `bend` is nowhere farther below its chord.
     """
-
-    room: Array
-    speed: Array
-    bend: Array
-    parting: Array
-    hidden: Array
-
-    def free_shares(self) -> Array:
-        """(n,) of the motion, what each pair keeps to its floor.
-
-        By its speed; by the plane between link and capsule, before those that are `ALONGSIDE_M`
-        farther can be there; by a plane that the whole obstacle is behind.
-        """
-        by_speed = self.room / self.speed
-        of_part = np.minimum(self._above(self.room), (self.room + ALONGSIDE_M) / self.speed)
-        below = np.maximum(self.room - self.hidden, 0.0)
-        of_whole = np.where(below > 0.0, self._above(below), 0.0)
-        by_plane = np.where(np.isfinite(self.hidden), np.maximum(of_part, of_whole), 0.0)
-        return np.maximum(by_speed, by_plane)
-
-    def _above(self, room: Array) -> Array:
-        """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
-
-        A function of t whose second derivative is at most `bend` is nowhere farther below its
-        chord.
-        """
-        slope = self.parting - 0.5 * self.bend
-        under_root = slope * slope - 2.0 * self.bend * room
-        falls = (slope < 0.0) & (under_root >= 0.0)
-        root = np.ones(len(room))
-        root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
-        return np.minimum(root, 1.0)
+    slope = parting - 0.5 * bend
+    under_root = slope * slope - 2.0 * bend * room
+    falls = (slope < 0.0) & (under_root >= 0.0)
+    root = np.ones(len(room))
+    root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
+    return np.minimum(root, 1.0)

@@ -39,15 +39,10 @@ class Core:
 
     __slots__ = ("body", "corners_mm")
 
-    def __init__(self, corners_mm: Array):
+    def __init__(self, corners_mm: Array, body: fcl.CollisionObject | None = None):
+        """`body`: of the same place and shape, if made already."""
         self.corners_mm = corners_mm
-        triangles = fcl.BVHModel()
-        triangles.beginModel(2, 6)
-        triangles.addTriangle(corners_mm[0], corners_mm[1], corners_mm[-1])
-        if len(corners_mm) == 4:
-            triangles.addTriangle(corners_mm[1], corners_mm[2], corners_mm[3])
-        triangles.endModel()
-        self.body = fcl.CollisionObject(triangles)
+        self.body = body or fcl.CollisionObject(triangles(corners_mm))
 
     @property
     def centre_mm(self) -> Array:
@@ -68,6 +63,17 @@ class Core:
         s, t = (np.linspace(-1.0, 1.0, 2 + int(size / spacing_mm)) for size in sizes)
         shares = np.stack(np.meshgrid(s, t), axis=-1).reshape(-1, 2)
         return self.centre_mm + shares @ edges
+
+
+def triangles(corners_mm: Array) -> fcl.BVHModel:
+    """A core's shape for FCL."""
+    model = fcl.BVHModel()
+    model.beginModel(2, 6)
+    model.addTriangle(corners_mm[0], corners_mm[1], corners_mm[-1])
+    if len(corners_mm) == 4:
+        model.addTriangle(corners_mm[1], corners_mm[2], corners_mm[3])
+    model.endModel()
+    return model
 
 
 def nearest_points(

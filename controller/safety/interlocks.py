@@ -62,7 +62,7 @@ class SlowNearCommonDuct:
         close = (near.obstacle == COMMON_DUCT) & (near.distance_m < NEAR_COMMON_DUCT_M)
         if not close.any():
             return NO_BOUNDS
-        slow = np.isin([0, 1], near.arm[close])
+        slow = np.bincount(near.arm[close], minlength=2) > 0
         return tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
 
 

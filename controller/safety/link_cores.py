@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
+import casadi as ca
+import fcl
 import numpy as np
 
-from controller.safety.gap import MM, Core
+from controller import symbolic
+from controller.safety.gap import MM, Core, triangles
 from controller.safety.slabs import Slabs
-from controller.symbolic import evaluate, patch_poses
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
@@ -26,7 +28,7 @@ FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
 N_LINK = len(PATCH_LINKS)
 _INSERTION = JOINT_NAMES.index("insertion")
 _ROUND_A_PLATE = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)])
-_ALONG_A_LINE = np.array([(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)])
+_SIGNS = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -60,11 +62,22 @@ class LinkCores:
         middle = np.einsum("ni,ni->n", direction, self.centre_m[link])
         return middle - np.einsum("ni,ni->n", across, self.half_size_m[link])
 
+    @cached_property
+    def corners_m(self) -> Array:
+        """(8, 4, 3), world frame; those of a line are in pairs."""
+        edges = self.R_world_core[:, :, ::2] * self.half_size_m[:, None, ::2]
+        return self.centre_m[:, None] + _SIGNS @ edges.swapaxes(1, 2)
+
     def core(self, link: int) -> Core:
         """For FCL."""
-        edges = MM * self.half_size_m[link] * self.R_world_core[link]
-        signs = _ROUND_A_PLATE if self.half_size_m[link, 0] > 0.0 else _ALONG_A_LINE
-        return Core(MM * self.centre_m[link] + signs @ edges.T)
+        half_x, _, half_z = (MM * self.half_size_m[link]).tolist()
+        R, centre_mm = self.R_world_core[link], MM * self.centre_m[link]
+        if half_x == 0.0:
+            along = half_z * R[:, 2]
+            return Core(np.stack([centre_mm - along, centre_mm + along]))
+        corners_mm, shape = _plate(half_x, half_z)
+        body = fcl.CollisionObject(shape, fcl.Transform(R, centre_mm))
+        return Core(centre_mm + corners_mm @ R.T, body)
 
 
 def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> LinkCores:
@@ -72,19 +85,14 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
 
     Fingers that press on each other (a jaw below 0) are closed.
     """
-    T_core, half_size, radius = _figures(tuple(instruments))
-    T_core, half_size, closed = T_core.copy(), half_size.copy(), joints.copy()
-    half_size[:, SHAFT, 2] = 0.5 * np.maximum(joints[:, _INSERTION] - INSERTION_AT_RCM_M, 0.0)
-    T_core[:, SHAFT, 2, 3] = -half_size[:, SHAFT, 2]
-    closed[:, 6] = np.maximum(joints[:, 6], 0.0)
-    columns = evaluate(patch_poses(tuple(instruments)), closed.ravel())
-    T_rcm_link = columns.reshape(-1, N_LINK, 4, 4).transpose(0, 1, 3, 2)
-    T = (T_world_rcm[:, None] @ T_rcm_link @ T_core).reshape(-1, 4, 4)
+    of_both = tuple(instruments)
+    entries = symbolic.evaluate(_core_poses(of_both), joints.ravel(), T_world_rcm.ravel())
+    cores = entries.reshape(2 * N_LINK, 5, 3)
     return LinkCores(
-        centre_m=T[:, :3, 3],
-        R_world_core=T[:, :3, :3],
-        half_size_m=half_size.reshape(-1, 3),
-        radius_m=radius,
+        centre_m=cores[:, 0],
+        R_world_core=cores[:, 1:4],
+        half_size_m=cores[:, 4],
+        radius_m=_radii_m(of_both),
     )
 
 
@@ -117,17 +125,22 @@ def most_motion_m(
 
 
 @cache
-def _figures(instruments: tuple[Instrument, ...]) -> tuple[Array, Array, Array]:
-    """Of both arms: `T_link_core` (2, 4, 4, 4), half sizes (2, 4, 3), and radii (8,).
+def _core_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
+    """Of `symbolic.symbols` each link's centre, R_world_core row by row, and half size."""
+    joints, T_world_rcm = symbolic.symbols(instruments)
+    closed = ca.vertcat(joints[:6, :], ca.fmax(joints[6, :], 0.0))
+    arms = zip(ca.horzsplit(joints[_INSERTION, :]), instruments, strict=True)
+    cores = [core for insertion, i in arms for core in _cores_of_arm(insertion, i)]
+    parts = []
+    links = symbolic.patch_poses(closed, T_world_rcm, instruments)
+    for T_world_link, (T_link_core, half_size) in zip(links, cores, strict=True):
+        T = T_world_link @ T_link_core
+        parts += [T[:3, 3], T[:3, :3].T, half_size]
+    return symbolic.function("core_poses", [joints, T_world_rcm], symbolic.entries(parts))
 
-    The shaft is as yet of no length.
-    """
-    arms = [_figures_of_arm(instrument) for instrument in instruments]
-    T_core, half_size, radius = (np.stack(part) for part in zip(*arms, strict=True))
-    return T_core, half_size, radius.ravel()
 
-
-def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array]:
+def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX, ca.SX]]:
+    """`T_link_core` (4, 4) and half size (3,) of each link, the shaft as long as it is inserted."""
     patches = link_patches(instrument)
     a, b, w = patches.a_link_m.copy(), patches.b_link_m, patches.w_link_m
     a[SHAFT] = b[SHAFT]
@@ -137,7 +150,24 @@ def _figures_of_arm(instrument: Instrument) -> tuple[Array, Array, Array]:
     T[:, :3, 3] = 0.5 * (a + b)
     half_size = np.zeros((N_LINK, 3))
     half_size[:, 0], half_size[:, 2] = np.abs(w[:, 0]), 0.5 * np.linalg.norm(b - a, axis=1)
-    return T, half_size, patches.radius_m
+    cores = [(ca.SX(T_core), ca.SX(half)) for T_core, half in zip(T, half_size, strict=True)]
+    T_shaft, half_shaft = cores[SHAFT]
+    half_shaft[2] = 0.5 * ca.fmax(insertion - INSERTION_AT_RCM_M, 0.0)
+    T_shaft[2, 3] = -half_shaft[2]
+    return cores
+
+
+@cache
+def _plate(half_x_mm: float, half_z_mm: float) -> tuple[Array, fcl.BVHModel]:
+    """Corners (4, 3) in its own frame, and shape, of a finger's core: an instrument has one."""
+    corners_mm = _ROUND_A_PLATE * [half_x_mm, 0.0, half_z_mm]
+    return corners_mm, triangles(corners_mm)
+
+
+@cache
+def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
+    """(8,)."""
+    return np.concatenate([link_patches(instrument).radius_m for instrument in instruments])
 
 
 def _levers_m(start: Array, end: Array, instrument: Instrument) -> Array:

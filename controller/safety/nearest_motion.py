@@ -6,9 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from controller.safety.bounds import EACH_JOINT, N_MOTION, NO_BOUNDS, Bounds
+from controller.safety.bounds import EACH_JOINT, N_MOTION, Bounds, joined
 from tissue_sim.frames import Array
 
 TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
@@ -17,6 +16,10 @@ UNIT = np.tile([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01], 2)  # makes motions 
 GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
 CAPACITIES = (24, 48, 128)  # rows beside those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
+_SIZE = np.repeat([TIP_M, TURN_RAD], 3)
+_JOINT_WEIGHT = np.diag(JOINT_SHARE / UNIT**2)
+_JOINT_WEIGHT[6::7, 6::7] += np.eye(2) / TURN_RAD**2  # what the jaws alone move
+_INPUTS = "h", "g", "a", "lba", "uba", "lbx", "ubx"
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
 
@@ -36,18 +39,19 @@ class NearestMotion:
         """
         bounds = tuple(bounds)
         least, most = _box(bounds)
-        rows, lower, upper, gives = _stacked([b for b in bounds if b.rows is not EACH_JOINT])
-        n = len(rows)
+        others = joined(b for b in bounds if b.rows is not EACH_JOINT)
+        n = len(others.rows)
         program = next((p for p in self._programs if n <= p.capacity), None)
         if program is None or (least > most).any():
             return None
-        scale = np.linalg.norm(rows * UNIT, axis=1)
+        rows = others.rows * UNIT
+        scale = np.sqrt((rows * rows).sum(axis=1))
         scale[scale == 0.0] = 1.0
-        a = np.zeros((program.capacity, _N), order="F")
+        a = np.zeros((program.capacity, _N))
         low, high = np.full(program.capacity, -_FAR), np.full(program.capacity, _FAR)
-        a[:n, :N_MOTION] = rows * UNIT / scale[:, None]
-        a[:n, N_MOTION] = gives * 1e-3 / scale
-        low[:n], high[:n] = np.clip(lower / scale, -_FAR, _FAR), np.clip(upper / scale, -_FAR, _FAR)
+        a[:n, :N_MOTION] = rows / scale[:, None]
+        a[:n, N_MOTION] = others.gives * 1e-3 / scale
+        low[:n], high[:n] = _within_reach(others.lower / scale), _within_reach(others.upper / scale)
         h, g = np.zeros((_N, _N)), np.zeros(_N)
         h[:N_MOTION, :N_MOTION] = UNIT[:, None] * weight * UNIT
         g[:N_MOTION] = -h[:N_MOTION, :N_MOTION] @ (motion / UNIT)
@@ -63,45 +67,43 @@ class _Program:
         self.capacity = capacity
         dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(capacity, _N)}
         solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
-        self._inputs = {solver.name_in(k): k for k in range(solver.n_in())}
         self._buffer, self._run = solver.buffer()
-        self._x = np.empty(_N)
+        self._inputs, self._x = {}, np.empty(_N)
+        for name in _INPUTS:
+            values = np.zeros(solver.size_in(name), order="F")
+            self._inputs[name] = values.squeeze()
+            self._buffer.set_arg(solver.index_in(name), values.T.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
         self._solver = solver
 
     def solve(self, **values: Array) -> Array | None:
-        """The solution (15,); None when there is none. Matrices are column by column."""
-        flat = {name: value.ravel(order="F") for name, value in values.items()}  # alive till run
-        for name, value in flat.items():
-            self._buffer.set_arg(self._inputs[name], value.data)  # pyright: ignore[reportCallIssue]
-        self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
+        """The solution (15,); None when there is none."""
+        for name, value in values.items():
+            self._inputs[name][:] = value
         self._run()
         return self._x.copy() if self._buffer.stats()["success"] else None
 
 
 def tool_weight(jacobians: Array) -> Array:
     """(14, 14) weight of motions by what they do to the tools, from Jacobians (2, 6, 6)."""
-    weight = np.diag(JOINT_SHARE / UNIT**2)
-    size = np.repeat([TIP_M, TURN_RAD], 3)
-    for arm, J in enumerate(jacobians):
-        scaled = J / size[:, None]
+    scaled = jacobians / _SIZE[:, None]
+    weight = _JOINT_WEIGHT.copy()
+    for arm, squares in enumerate(scaled.transpose(0, 2, 1) @ scaled):
         own = slice(7 * arm, 7 * arm + 6)
-        weight[own, own] += scaled.T @ scaled
-        weight[7 * arm + 6, 7 * arm + 6] += 1.0 / TURN_RAD**2
+        weight[own, own] += squares
     return weight
 
 
 def _box(bounds: Sequence[Bounds]) -> tuple[Array, Array]:
     """(15,) the least and the most that all bounds on joints leave, in units of the program."""
     least, most = np.full(_N, -_FAR), np.full(_N, _FAR)
-    for bound in bounds:
-        if bound.rows is EACH_JOINT:
-            least[:N_MOTION] = np.maximum(least[:N_MOTION], bound.lower / UNIT)
-            most[:N_MOTION] = np.minimum(most[:N_MOTION], bound.upper / UNIT)
+    boxes = [bound for bound in bounds if bound.rows is EACH_JOINT]
+    if boxes:
+        least[:N_MOTION] = np.maximum(-_FAR, np.max([b.lower for b in boxes], axis=0) / UNIT)
+        most[:N_MOTION] = np.minimum(_FAR, np.min([b.upper for b in boxes], axis=0) / UNIT)
     return least, most
 
 
-def _stacked(bounds: Sequence[Bounds]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    bounds = (NO_BOUNDS, *bounds)
-    rows = np.concatenate([b.rows for b in bounds])
-    lower, upper = (np.concatenate([getattr(b, end) for b in bounds]) for end in ("lower", "upper"))
-    return rows, lower, upper, np.concatenate([b.gives for b in bounds])
+def _within_reach(ends: Array) -> Array:
+    """Of rows, in units of the program."""
+    return np.minimum(np.maximum(ends, -_FAR), _FAR)

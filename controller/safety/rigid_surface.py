@@ -14,6 +14,7 @@ from tissue_sim.frames import Array, unit
 
 BEHIND = -0.7  # cosine to the normal: nearest points of a smooth surface have 1 or -1
 SAMPLE_M = 0.002  # along a core that pierces the surface
+PATCH = 500  # triangles at most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +42,7 @@ class SurfaceModel:
         self._body = fcl.CollisionObject(bvh, fcl.Transform())
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         area = np.cross(b - a, c - a)
-        self._normals, self._points_m = unit(area), points
+        self._normals, self._points_m, self._triangles = unit(area), points, triangles
         self.outward = unit(area.sum(axis=0))
         self.move(np.zeros(3))
 
@@ -50,11 +51,17 @@ class SurfaceModel:
         self._body.setTranslation(MM * moved_m)
 
     def slabs(self, directions: Array) -> Slabs:
-        """(1, k) of where its points have it, and of all that is straight behind that."""
+        """(n, k) of n patches where its points have them, and of all that is straight behind those.
+
+        A hollow is outside of all patches, but not outside of one body about the whole.
+        """
         along, faces = self._points_m @ directions.T, directions @ self.outward
-        low, high = along.min(axis=0), along.max(axis=0)
-        low[faces > 0.0], high[faces < 0.0] = -np.inf, np.inf
-        return Slabs(low_m=low[None], high_m=high[None])
+        patches = [along[np.unique(patch)] for patch in _patches(self._points_m, self._triangles)]
+        low, high = (
+            np.stack([end(patch, axis=0) for patch in patches]) for end in (np.min, np.max)
+        )
+        low[:, faces > 0.0], high[:, faces < 0.0] = -np.inf, np.inf
+        return Slabs(low_m=low, high_m=high)
 
     def gap(self, core: Core) -> Gap:
         """Between a core and the surface; as deep as the core's deepest point when not outside."""
@@ -75,3 +82,13 @@ class SurfaceModel:
 
     def _is_outside(self, away: Array, triangle: int) -> bool:
         return bool(away @ self._normals[triangle] > BEHIND * np.sqrt(away @ away))
+
+
+def _patches(points_m: Array, triangles: NDArray[np.integer]) -> list[NDArray[np.integer]]:
+    """The triangles, halved across where they reach farthest until each part is small enough."""
+    if len(triangles) <= PATCH:
+        return [triangles]
+    centres = points_m[triangles].mean(axis=1)
+    across = centres[:, np.argmax(np.ptp(centres, axis=0))]
+    parts = np.array_split(triangles[np.argsort(across)], 2)
+    return [patch for part in parts for patch in _patches(points_m, part)]

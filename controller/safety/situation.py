@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,15 +59,15 @@ class Situation:
     between_jaws: frozenset[str]
     held_by_clips: dict[str, int]
 
-    @property
+    @cached_property
     def motion(self) -> Array:
         """(14,) asked for."""
         return (self.asked - self.start).ravel()
 
     @cached_property
     def kept_out(self) -> NDArray[np.bool_]:
-        """(n,) which near pairs must not meet."""
-        return kept_out(self.near, self.worked_on)
+        """(n,) which near pairs must not meet; of a chain the foremost."""
+        return kept_out(self.near, self.worked_on) & self.near.foremost
 
     @cached_property
     def tip_jacobian(self) -> Array:
@@ -74,3 +75,26 @@ class Situation:
         J = np.zeros((2, 3, 7))
         J[..., :6] = self.R_world_rcm @ self.tool_jacobian[:, :3]
         return J
+
+    @cached_property
+    def tip_rows(self) -> Array:
+        """(6, 14) from a motion to how far each tip moves along the motion asked for, and aside."""
+        rows = np.zeros((2, 3, 2, 7))
+        for arm, (J, motion) in enumerate(
+            zip(self.tip_jacobian, self.motion.reshape(2, 7), strict=True)
+        ):
+            rows[arm, :, arm] = _along_and_aside(J @ motion) @ J
+        return rows.reshape(6, 14)
+
+
+def _along_and_aside(direction: Array) -> Array:
+    """(3, 3) orthonormal rows: along the direction, or against it, and two square to it.
+
+    A Householder reflection that takes the first axis to the direction.
+    """
+    length = sqrt(direction @ direction)
+    if length == 0.0:
+        return np.eye(3)
+    mirror = direction / length
+    mirror[0] += 1.0 if mirror[0] >= 0.0 else -1.0
+    return np.eye(3) - np.outer(mirror, mirror) * (2.0 / (mirror @ mirror))

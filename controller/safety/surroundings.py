@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,27 @@ class CapsuleChain:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Capsules:
+    """Of several chains, chain after chain, world frame, m.
+
+    Attributes:
+        names: of the chains.
+        first: (n_chain,) first capsule of each chain.
+        chain: (n,) whose each capsule is.
+        start_m: (n, 3).
+        end_m: (n, 3).
+        radius_m: (n,).
+    """
+
+    names: tuple[str, ...]
+    first: NDArray[np.integer]
+    chain: NDArray[np.integer]
+    start_m: Array
+    end_m: Array
+    radius_m: Array
+
+
+@dataclass(frozen=True, kw_only=True)
 class RigidSurroundings:
     """What keeps its shape for one patient, as registered once, the body at its place."""
 
@@ -64,6 +86,21 @@ class Surroundings:
 
     moved_m: dict[str, Array]
     chains: dict[str, CapsuleChain]
+
+    @cached_property
+    def capsules(self) -> Capsules:
+        """Of all chains."""
+        chains = list(self.chains.values())
+        lengths = [len(chain.radius_m) for chain in chains]
+        whose = np.repeat(np.arange(len(chains)), lengths)
+        return Capsules(
+            names=tuple(self.chains),
+            first=np.cumsum([0, *lengths[:-1]]),
+            chain=whose,
+            start_m=np.concatenate([chain.start_m for chain in chains]),
+            end_m=np.concatenate([chain.end_m for chain in chains]),
+            radius_m=np.concatenate([chain.radius_m for chain in chains]),
+        )
 
 
 def registered(world: World) -> RigidSurroundings:

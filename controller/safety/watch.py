@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.links import point_jacobians, tool_jacobian
+from controller.links import Rates, rates
 from controller.remote_centre import shaft_offset_m
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
@@ -16,9 +16,8 @@ from planner.criteria import structure_of
 from planner.instruction import Instruction
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.clip import retention_n
-from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.frames import Array
 from tissue_sim.jaws import between_jaws
-from tissue_sim.sweep import Indices
 from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.world import World
 
@@ -32,7 +31,6 @@ class Watch:
         self._world = world
         self._rigid = registered(world)
         self._T_world_rcm = world.arms.T_world_rcm
-        self._T_rcm_world = inverse_pose(world.arms.T_world_rcm)
         self._model = CollisionModel(self._rigid, self._T_world_rcm)
         self._surroundings: Surroundings = surroundings_of(world, self._rigid)
 
@@ -41,6 +39,7 @@ class Watch:
         world, instruments = self._world, self._world.arms.mounted
         self._surroundings = surroundings_of(world, self._rigid)
         near = self._model.near(start, instruments, self._surroundings)
+        moving = rates(start, instruments, self._T_world_rcm)
         closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
         between = self._between_jaws() if closes else frozenset[str]()
         return Situation(
@@ -49,12 +48,10 @@ class Watch:
             start=start,
             rate=rate,
             asked=asked,
-            tool_jacobian=np.stack(
-                [tool_jacobian(q[:6], i) for q, i in zip(start, instruments, strict=True)]
-            ),
+            tool_jacobian=moving.tool_jacobian,
             R_world_rcm=self._T_world_rcm[:, :3, :3],
             near=near,
-            parting=self._parting(start, near),
+            parting=_parting(near, moving),
             tool_force_n=world.tool_forces_n(),
             pinch_n=world.record.grasp.pinch_n,
             shaft_offset_m=self._shaft_offset_m(),
@@ -68,30 +65,6 @@ class Watch:
         """`proof.safe_share` in what was seen last."""
         return safe_share(self._model, self._surroundings, situation, motion)
 
-    def _parting(self, start: Array, near: NearPairs) -> Array:
-        """(n, 14) from a motion to the change of each pair's distance."""
-        parting = np.zeros((len(near.arm), N_MOTION))
-        for arm in ARMS:
-            own = near.arm == arm
-            columns = slice(7 * arm, 7 * arm + 7)
-            parting[own, columns] = self._along(
-                start, arm, near.link[own], near.on_instrument_m[own], near.normal[own]
-            )
-        other = near.other_link != NO_LINK
-        parting[other, 7:] -= self._along(
-            start, RIGHT_ARM, near.other_link[other], near.on_obstacle_m[other], near.normal[other]
-        )
-        return parting
-
-    def _along(
-        self, start: Array, arm: int, links: Indices, points_m: Array, directions: Array
-    ) -> Array:
-        """(n, 7) from one arm's joint rates to the speeds of its points along directions."""
-        T = self._T_rcm_world[arm]
-        instrument = self._world.arms.mounted[arm]
-        J = point_jacobians(start[arm], instrument, links, transform(T, points_m))
-        return np.einsum("ni,nij->nj", directions @ T[:3, :3].T, J)
-
     def _between_jaws(self) -> frozenset[str]:
         arms = self._world.arms
         tool = arms.mounted[RIGHT_ARM].name
@@ -99,10 +72,27 @@ class Watch:
 
     def _shaft_offset_m(self) -> Array:
         """(2,) of the shafts as they are now."""
-        shafts = self._T_rcm_world @ self._world.tissue.T_world_links()[::N_LINK]
-        return shaft_offset_m(shafts[:, :3, 3], shafts[:, :3, 2])
+        shafts = self._world.tissue.T_world_links()[::N_LINK].astype(float)
+        from_rcm_m = shafts[:, :3, 3] - self._T_world_rcm[:, :3, 3]
+        return shaft_offset_m(from_rcm_m, shafts[:, :3, 2])
 
     def _clips_that_hold(self, tube: str) -> int:
         world = self._world
         clips = [c for c in world.record.clips if not c.lost and c.on(tube)]
         return sum(retention_n(world.tubes, clip) >= TEST_PULL_N for clip in clips)
+
+
+def _parting(near: NearPairs, moving: Rates) -> Array:
+    """(n, 14) from a motion to the change of each pair's distance."""
+    other = np.flatnonzero(near.other_link != NO_LINK)
+    n, normal = len(near.arm), near.normal
+    along = moving.speeds_along(
+        np.concatenate([near.arm, np.full(len(other), RIGHT_ARM)]),
+        np.concatenate([near.link, near.other_link[other]]),
+        np.concatenate([near.on_instrument_m, near.on_obstacle_m[other]]),
+        np.concatenate([normal, -normal[other]]),
+    )
+    parting = np.zeros((n, len(ARMS), 7))
+    parting[np.arange(n), near.arm] = along[:n]
+    parting[other, RIGHT_ARM] = along[n:]
+    return parting.reshape(n, N_MOTION)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller import symbolic
-from controller.links import link_poses, point_jacobians, tool_jacobian
+from controller.links import link_poses, rates, tool_jacobian
 from tests.joints import (
     INSERTION,
     inside_the_body,
@@ -18,7 +18,8 @@ from tests.joints import (
     with_jaw,
     within_limits,
 )
-from tissue_sim.frames import rotation_vector
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
+from tissue_sim.frames import rotation_vector, transform
 from tissue_sim.instruments import INSTRUMENTS, PATCH_LINKS
 from tissue_sim.psm import forward_kinematics, joint_frames
 
@@ -79,6 +80,15 @@ def test_tool_jacobian_is_made_of_joint_axes_and_their_levers(fraction, instrume
     np.testing.assert_allclose(tool_jacobian(joints, instrument), expected, atol=1e-14)
 
 
+def point_jacobians(joints, instrument, links, points):
+    """(n, 3, 7) of points (n, 3) on one arm's links (n,), in its RCM frame."""
+    moving = rates(joints[None], [instrument], np.eye(4)[None])
+    arms = np.zeros(len(points), int)
+    along = [np.tile(axis, (len(points), 1)) for axis in np.eye(3)]
+    axes = [moving.speeds_along(arms, links, points, each) for each in along]
+    return np.stack(axes, axis=1)
+
+
 def placed(joints, instrument, points):
     """One point (3,) on each of the patches' links, in the RCM frame (4, 3)."""
     T = link_poses(joints, instrument)[PATCH_ROWS]
@@ -115,6 +125,26 @@ def test_jaw_moves_only_the_fingers_and_to_opposite_sides():
     np.testing.assert_allclose(by_jaw[:2], 0.0, atol=1e-16)
     np.testing.assert_allclose(by_jaw[2], reach / 2 * T[:3, 1], atol=1e-15)
     np.testing.assert_allclose(by_jaw[3], -by_jaw[2], atol=1e-15)
+
+
+@given(unit_interval, unit_interval, points_link_m)
+def test_rates_of_two_arms_are_those_of_each_and_points_where_its_port_has_them(
+    left, right, points
+):
+    tools, ports = [INSTRUMENTS["grasper"], INSTRUMENTS["scissors"]], [LEFT_ARM, RIGHT_ARM]
+    joints = np.stack([drawn(f, i) for f, i in zip((left, right), tools, strict=True)])
+    T_world_rcm, points = np.stack([port_pose(arm) for arm in ports]), np.array(points)
+    moving = rates(joints, tools, T_world_rcm)
+    for arm, (q, tool, T) in enumerate(zip(joints, tools, T_world_rcm, strict=True)):
+        np.testing.assert_allclose(
+            moving.tool_jacobian[arm], tool_jacobian(q[:6], tool), atol=1e-15
+        )
+        alone = point_jacobians(q, tool, np.arange(4), points)
+        for J, direction in zip(np.moveaxis(alone, 1, 0), T[:3, :3].T, strict=True):
+            along = np.tile(direction, (4, 1))
+            own = np.full(4, arm)
+            together = moving.speeds_along(own, np.arange(4), transform(T, points), along)
+            np.testing.assert_allclose(together, J, atol=1e-15)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -21,12 +21,13 @@ class JointRange:
     name: str = "joint range"
 
     def bounds(self, situation: Situation) -> Bounds:
-        lower, upper = np.concatenate([_range(i) for i in situation.instruments]).T
+        lower, upper = _range(situation.instruments)
         start = situation.start.ravel()
         return on_joints(np.minimum(lower - start, 0.0), np.maximum(upper - start, 0.0))
 
 
 @cache
-def _range(instrument: Instrument) -> Array:
-    """(7, 2), the jaw last."""
-    return np.vstack([joint_limits(instrument), instrument.jaw_range_rad])
+def _range(instruments: tuple[Instrument, ...]) -> Array:
+    """(2, 14) least and most, the jaw last of each arm."""
+    arms = [np.vstack([joint_limits(i), i.jaw_range_rad]) for i in instruments]
+    return np.concatenate(arms).T

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.bounds import ARMS, Bounds, approach_share, at_least
+from controller.safety.bounds import ARMS, Bounds, approach_share
 from controller.safety.collision import NearPairs
 from controller.safety.exemption import FIRM
 from controller.safety.situation import Situation
@@ -32,21 +33,25 @@ class KeepOut:
     name: str = "keep-out"
 
     def bounds(self, situation: Situation) -> Bounds:
-        near, barred = situation.near, situation.kept_out
-        room = near.distance_m[barred] - MARGIN_M
+        near, pairs = situation.near, np.flatnonzero(situation.kept_out)
+        room = near.distance_m[pairs] - MARGIN_M
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
-        firm = np.array([name in FIRM for name in near.obstacle[barred].tolist()], bool)
-        rows, leaves = situation.parting[barred], firm & (out > 0.0)
+        inside = np.flatnonzero(out > 0.0).tolist()
+        leaves = [k for k in inside if near.obstacle[pairs[k]] in FIRM]
         lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
-        pairs = np.flatnonzero(barred)
-        what = PairNames(near, np.concatenate([pairs, pairs[leaves]]))
-        gives = np.arange(len(lower)) >= len(out)
-        return replace(at_least(np.concatenate([rows, rows[leaves]]), lower, what), gives=gives)
+        pairs = np.concatenate([pairs, pairs[leaves]])
+        return Bounds(
+            rows=situation.parting[pairs],
+            lower=lower,
+            upper=np.full(len(lower), np.inf),
+            what=PairNames(near, pairs),
+            gives=np.arange(len(lower)) >= len(out),
+        )
 
 
 class PairNames(Sequence[str]):
-    """Names of near pairs, made when they are asked for."""
+    """Names of near pairs, made when the first of them is asked for."""
 
     def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
         self._near, self._pairs = near, pairs
@@ -55,5 +60,13 @@ class PairNames(Sequence[str]):
         return len(self._pairs)
 
     def __getitem__(self, row: Any) -> Any:
-        k, near = self._pairs[row], self._near
-        return f"{ARMS[near.arm[k]]} {PATCH_LINKS[near.link[k]]} to {near.obstacle[k]}"
+        return self._names[row]
+
+    @cached_property
+    def _names(self) -> list[str]:
+        near, pairs = self._near, self._pairs
+        columns = (of_all[pairs].tolist() for of_all in (near.arm, near.link, near.obstacle))
+        return [
+            f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}"
+            for arm, link, obstacle in zip(*columns, strict=True)
+        ]

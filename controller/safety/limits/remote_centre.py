@@ -12,7 +12,8 @@ from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
 
 INSIDE_M = 0.02  # the wrist this far beyond the remote centre, out of the cannula; assumed
 MOST_OFFSET_M = 0.002  # of the shaft at the remote centre, assumed: what an abdominal wall bears
-_INSERTIONS = [JOINT_NAMES.index("insertion"), 7 + JOINT_NAMES.index("insertion")]
+_INSERTION = JOINT_NAMES.index("insertion")
+_ROWS, _WHAT = EACH_JOINT[_INSERTION::7], JOINTS[_INSERTION::7]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +27,6 @@ class RemoteCentre:
         if beside.any():
             most = np.where(np.repeat(beside, 7), 0.0, np.inf)
             return on_joints(-most, most)
-        inserted = situation.start.ravel()[_INSERTIONS]
+        inserted = situation.start[:, _INSERTION]
         least = np.minimum(INSERTION_AT_RCM_M + INSIDE_M - inserted, 0.0)
-        what = [JOINTS[k] for k in _INSERTIONS]
-        return at_least(EACH_JOINT[_INSERTIONS], least, what)
+        return at_least(_ROWS, least, _WHAT)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
-from controller.safety.bounds import ARMS, Bounds, between, of_arm
+from controller.safety.bounds import ARMS, Bounds, between
 from controller.safety.situation import Situation
 from tissue_sim.frames import Array
 
 TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
+_NAMES = tuple(f"{arm} tip{aside}" for arm in ARMS for aside in ("", " aside", " aside"))
 ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 % at most
 
 
@@ -32,25 +32,5 @@ class TipSpeed:
 
 def tip_box(situation: Situation, most_m: Array) -> Bounds:
     """Bounds on how far each tip (2,) moves in the step."""
-    rows = [
-        of_arm(arm, _along_and_aside(J @ motion) @ J)
-        for arm, (J, motion) in enumerate(
-            zip(situation.tip_jacobian, situation.motion.reshape(2, 7), strict=True)
-        )
-    ]
     most = (most_m[:, None] * [1.0, ASIDE, ASIDE]).ravel()
-    what = tuple(f"{arm} tip{aside}" for arm in ARMS for aside in ("", " aside", " aside"))
-    return between(np.concatenate(rows), -most, most, what)
-
-
-def _along_and_aside(direction: Array) -> Array:
-    """(3, 3) orthonormal rows: along the direction, or against it, and two square to it.
-
-    A Householder reflection that takes the first axis to the direction.
-    """
-    length = sqrt(direction @ direction)
-    if length == 0.0:
-        return np.eye(3)
-    mirror = direction / length
-    mirror[0] += 1.0 if mirror[0] >= 0.0 else -1.0
-    return np.eye(3) - np.outer(mirror, mirror) * (2.0 / (mirror @ mirror))
+    return between(situation.tip_rows, -most, most, _NAMES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class TissueForce:
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         rows, least, what = [], [], []
         for arm, force in enumerate(situation.tool_force_n):
-            size = float(np.linalg.norm(force))
+            size = sqrt(force @ force)
             if size > FELT_N:
                 rows.append(of_arm(arm, (force / size @ situation.tip_jacobian[arm])[None])[0])
                 least.append(_give(SHARE * TRACTION_MOST_N - size, share) / STIFFNESS_N_M)

@@ -5,6 +5,7 @@ import numpy as np
 from controller.links import tool_jacobian
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
+from controller.safety.link_cores import link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
@@ -27,7 +28,10 @@ def pairs(*rows):
         link=np.array([PATCH_LINKS.index(name) for name in link], np.int32),
         other_link=np.full(n, NO_LINK, np.int32),
         obstacle=np.array(obstacle, str),
+        foremost=np.ones(n, bool),
         within_m=ACTIVATION_M,
+        others_m=ACTIVATION_M,
+        links=link_cores(HOME, TOOLS, T_WORLD_RCM),
     )
 
 

@@ -201,28 +201,33 @@ def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
 @settings(deadline=None, max_examples=40)
 @given(both_arms, st.tuples(small, small, small).map(np.array))
 def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
-    surface = SurfaceModel(plane(np.zeros(3), np.array([0.1, 0.3, 1.0]), half_size=0.02))
+    normal = np.array([0.1, 0.3, 1.0])
+    surface = SurfaceModel(plane(np.zeros(3), normal, half_size=0.02, cells=24))
     surface.move(0.1 * moved)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
     distance = np.array([surface.gap(links.core(k)).distance_mm / MM for k in range(2 * N_LINK)])
     outside = distance > 0.0  # far behind and beside it, a core is not near it
     directions = np.stack([*half_a_sphere(32), surface.outward])
     there = surface.slabs(directions).moved(0.1 * directions @ moved)
-    bound = links.slabs(directions).at_least_m(there)[:, 0]
+    assert len(there.low_m) > 1
+    bound = links.slabs(directions).at_least_m(there).min(axis=1)
     assert (bound <= distance - links.radius_m + 1e-9)[outside].all()
 
 
 @settings(deadline=None, max_examples=40)
 @given(both_arms, st.integers(0, 5))
-def test_of_a_chain_the_nearest_and_those_alongside_are_given_once(joints, seed):
+def test_of_a_chain_every_near_capsule_is_given_once_and_the_foremost_said(joints, seed):
     tube = bent_tube(seed)
     near = MODEL.near(joints, TOOLS, surroundings(artery=tube), within_m=0.03)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
     for k in range(2 * N_LINK):
-        found = near.distance_m[rows(near, k // N_LINK, PATCH_LINKS[k % N_LINK], "artery")]
+        row = rows(near, k // N_LINK, PATCH_LINKS[k % N_LINK], "artery")
         ends = zip(tube.start_m, tube.end_m, strict=True)
         apart = [gap(links.core(k), Core(MM * np.stack(e))).distance_mm / MM for e in ends]
         distances = np.array(apart) - links.radius_m[k] - tube.radius_m
-        limit = min(distances.min() + ALONGSIDE_M, 0.03)
-        expected = np.sort(distances[distances < limit])
+        expected = np.sort(distances[distances < 0.03])
+        found = near.distance_m[row]
         np.testing.assert_allclose(np.sort(found), expected, atol=1e-9)
+        foremost = np.sort(found[near.foremost[row]])
+        of_these = expected[expected < distances.min() + ALONGSIDE_M]
+        np.testing.assert_allclose(foremost, of_these, atol=1e-9)
