@@ -161,7 +161,7 @@ class Attacked:
         near = self._model.near(joints, instruments, around, within_m=within_m)
         worked_on = structure_of(self._instruction.task, self._world)
         for k in np.flatnonzero(near.foremost).tolist():
-            obstacle = str(near.obstacle[k])
+            obstacle = near.names[near.what[k]]
             if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, worked_on):
                 yield obstacle, -float(near.distance_m[k])
 

@@ -47,7 +47,8 @@ class NearPairs:
         link: (n,) index into `PATCH_LINKS`.
         other_link: (n,) of the right arm where that is the obstacle, -1 elsewhere. Such a pair
             is there once, with the left arm as the instrument.
-        obstacle: (n,) "liver", "port wall", "right arm", or the name of a chain.
+        names: of all obstacles: "liver", "port wall", "right arm", and those of the chains.
+        what: (n,) index into `names`.
         foremost: (n,) of the capsules of a chain, those that are nearest or hardly farther.
         within_m: the activation distance.
         others_m: links of the two arms that are no pair here are farther apart than this.
@@ -61,18 +62,28 @@ class NearPairs:
     arm: Indices
     link: Indices
     other_link: Indices
-    obstacle: NDArray[np.str_]
+    names: tuple[str, ...]
+    what: Indices
     foremost: NDArray[np.bool_]
     within_m: float
     others_m: float
     links: LinkCores
+
+    @property
+    def obstacle(self) -> NDArray[np.str_]:
+        """(n,) names."""
+        return np.array(self.names)[self.what]
+
+    def of(self, *names: str) -> NDArray[np.bool_]:
+        """(n,) whether the obstacle is one of these."""
+        return np.isin(self.names, names)[self.what]
 
     def pair(self, row: int) -> Pair:
         """Who is near to what; the capsules of a chain are one obstacle."""
         return (
             int(self.arm[row]),
             int(self.link[row]),
-            str(self.obstacle[row]),
+            self.names[self.what[row]],
             int(self.other_link[row]),
         )
 
@@ -114,7 +125,7 @@ class CollisionModel:
         links = self.cores(joints, instruments)
         moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
         chains = surroundings.capsules
-        names = np.array([*chains.names, *self._surfaces, OTHER_ARM])
+        names = (*chains.names, *self._surfaces, OTHER_ARM)
         surfaces, arms_m = self._at_least_m(links, moved_m)
         arms = arms_m < within_m
         cores = cache(links.core)
@@ -167,7 +178,7 @@ def _in_m(gap: Gap) -> tuple[float, Array, Array]:
 
 
 def _near_pairs(
-    gaps: CoreGaps, links: LinkCores, names: NDArray, within_m: float, others_m: float
+    gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: float
 ) -> NearPairs:
     """The rows with the radii put on."""
     radius_m = links.radius_m
@@ -182,7 +193,8 @@ def _near_pairs(
         arm=arm,
         link=link,
         other_link=gaps["other_link"],
-        obstacle=names[gaps["obstacle"]],
+        names=names,
+        what=gaps["obstacle"],
         foremost=gaps["foremost"],
         within_m=within_m,
         others_m=others_m,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.collision import OTHER_ARM, NearPairs
-from controller.safety.link_cores import FINGERS
+from controller.safety.link_cores import FINGERS, N_LINK
 from controller.safety.surroundings import COMMON_DUCT, LIVER, PORT_WALL
-from tissue_sim.arms import LEFT_ARM
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.jaws import GALLBLADDER
 
+ARMS = (LEFT_ARM, RIGHT_ARM)
 FIRM = frozenset({LIVER, PORT_WALL, COMMON_DUCT, OTHER_ARM})
 
 
@@ -26,5 +29,18 @@ def must_not_meet(arm: int, link: int, obstacle: str, worked_on: str) -> bool:
 
 def kept_out(near: NearPairs, worked_on: str) -> NDArray[np.bool_]:
     """(n,) which near pairs must not meet."""
-    rows = zip(near.arm.tolist(), near.link.tolist(), near.obstacle.tolist(), strict=True)
-    return np.array([must_not_meet(*row, worked_on) for row in rows], bool)
+    return _rules(near.names, worked_on)[near.arm, near.link, near.what]
+
+
+@cache
+def _rules(names: tuple[str, ...], worked_on: str) -> NDArray[np.bool_]:
+    """(2, 4, n) of `must_not_meet`."""
+    return np.array(
+        [
+            [
+                [must_not_meet(arm, link, name, worked_on) for name in names]
+                for link in range(N_LINK)
+            ]
+            for arm in ARMS
+        ]
+    )

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.link_cores import N_LINK, LinkCores, most_motion_m
@@ -65,13 +66,11 @@ def free_share(
             near = model.near(joints, instruments, surroundings, within_m=within_m)
         room = np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
         ways = _of_pairs(near, way_m)
-        may_meet = (room <= ways) & (ways > 0.0)
-        if not may_meet.any():
+        rows = np.flatnonzero((room <= ways) & (ways > 0.0))
+        if len(rows) == 0:
             return 1.0
-        parting, bends = _parting_m(near, last)[may_meet], _of_pairs(near, bends)[may_meet]
-        room = room[may_meet]
-        shares = np.maximum(room / ways[may_meet], _above(room, parting, bends))
-        share = float(shares.min())
+        by_plane = _above(room[rows], _parting_m(near, last, rows), _of_pairs(near, bends)[rows])
+        share = float(np.maximum(room[rows] / ways[rows], by_plane).min())
         sure, near = sure + rest * share, None
         if share < LITTLE:
             break
@@ -96,18 +95,19 @@ def _of_pairs(near: NearPairs, of_links: Array) -> Array:
     return of_links[N_LINK * near.arm + near.link] + other
 
 
-def _parting_m(near: NearPairs, last: LinkCores) -> Array:
-    """(n,) how far each pair draws off from the plane between them until `last`.
+def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> Array:
+    """(n,) how far pairs, the given rows, draw off from the plane between them until `last`.
 
-    As if it did not from a surface: that need not be all on one side of a plane.
+    As if they did not from a surface: that need not be all on one side of a plane.
     """
-    first, link, n = near.links, N_LINK * near.arm + near.link, near.normal
-    parting = last.lowest_m(link, n) - first.lowest_m(link, n)
-    both = near.other_link != NO_LINK
-    if both.any():
-        other, down = N_LINK + near.other_link[both], -n[both]
-        parting[both] += last.lowest_m(other, down) - first.lowest_m(other, down)
-    parting[(near.obstacle == LIVER) | (near.obstacle == PORT_WALL)] = -np.inf
+    first, n, other = near.links, near.normal[rows], near.other_link[rows]
+    link = N_LINK * near.arm[rows] + near.link[rows]
+    parting = last.lowest_m(n)[link, range(len(rows))] - first.lowest_m(n)[link, range(len(rows))]
+    both = np.flatnonzero(other != NO_LINK)
+    if len(both):
+        of_other = N_LINK + other[both], range(len(both))
+        parting[both] += last.lowest_m(-n[both])[of_other] - first.lowest_m(-n[both])[of_other]
+    parting[near.of(LIVER, PORT_WALL)[rows]] = -np.inf
     return parting
 
 

@@ -59,7 +59,7 @@ class SlowNearCommonDuct:
 
     def bounds(self, situation: Situation) -> Bounds:
         near = situation.near
-        close = (near.obstacle == COMMON_DUCT) & (near.distance_m < NEAR_COMMON_DUCT_M)
+        close = near.of(COMMON_DUCT) & (near.distance_m < NEAR_COMMON_DUCT_M)
         if not close.any():
             return NO_BOUNDS
         slow = np.bincount(near.arm[close], minlength=2) > 0

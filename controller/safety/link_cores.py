@@ -21,13 +21,13 @@ from controller.safety.slabs import Slabs
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
-from tissue_sim.sweep import Indices
 
 SHAFT, WRIST = PATCH_LINKS.index("shaft"), PATCH_LINKS.index("wrist")
 FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
 N_LINK = len(PATCH_LINKS)
 _INSERTION = JOINT_NAMES.index("insertion")
 _ROUND_A_PLATE = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)])
+_DEEP = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 _SIGNS = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
@@ -56,11 +56,9 @@ class LinkCores:
         middle, half = self.centre_m @ directions.T, reach[..., 0] + self.radius_m[:, None]
         return Slabs(low_m=middle - half, high_m=middle + half)
 
-    def lowest_m(self, link: Indices, direction: Array) -> Array:
-        """(n,) of each link (n,), its core's lowest point along a direction (n, 3)."""
-        across = np.abs(np.einsum("ni,nij->nj", direction, self.R_world_core[link]))
-        middle = np.einsum("ni,ni->n", direction, self.centre_m[link])
-        return middle - np.einsum("ni,ni->n", across, self.half_size_m[link])
+    def lowest_m(self, directions: Array) -> Array:
+        """(8, n) each core's lowest point along directions (n, 3)."""
+        return (self.corners_m @ directions.T).min(axis=1)
 
     @cached_property
     def corners_m(self) -> Array:
@@ -113,8 +111,9 @@ def most_motion_m(
         does to a point, which is no more than the later one's change times its distance. A jaw
         that starts to open, or is closed, on the way strays from its chord as if it bent so much.
     """
-    levers = np.concatenate(
-        [_levers_m(q, r, i) for q, r, i in zip(start, end, instruments, strict=True)]
+    depths_m = np.abs(np.stack([start, end])[..., _INSERTION] - INSERTION_AT_RCM_M)
+    levers = (
+        _levers_m(tuple(instruments)) + np.repeat(depths_m.max(axis=0), N_LINK)[:, None] * _DEEP
     )
     change = np.repeat(np.abs(end - start), N_LINK, axis=0)
     twice = 2.0 * np.cumsum(change, axis=1) - change
@@ -170,20 +169,20 @@ def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
     return np.concatenate([link_patches(instrument).radius_m for instrument in instruments])
 
 
-def _levers_m(start: Array, end: Array, instrument: Instrument) -> Array:
-    """(4, 7) greatest distance of each link's core from each joint's axis; 1 for the insertion."""
-    depth = max(
-        *np.abs([start[_INSERTION] - INSERTION_AT_RCM_M, end[_INSERTION] - INSERTION_AT_RCM_M])
-    )
-    a = instrument.pitch_to_yaw_m
-    across = (instrument.finger_half_width_m, instrument.finger_half_thickness_m)
-    reach = float(np.hypot(instrument.yaw_to_tip_m, np.hypot(*across)))
-    finger = [depth + a + reach] * 2 + [1.0, a + reach, a + reach, reach, 0.5 * reach]
-    return np.array(
-        [
-            [depth, depth, 1.0, 0.0, 0.0, 0.0, 0.0],
-            [depth + a, depth + a, 1.0, a, a, 0.0, 0.0],
-            finger,
-            finger,
+@cache
+def _levers_m(instruments: tuple[Instrument, ...]) -> Array:
+    """(8, 7) greatest distance of each link's core from each joint's axis; 1 for the insertion.
+
+    With the wrist at the remote centre; deeper, the axes there are farther by as much: `_DEEP`.
+    """
+    levers = []
+    for instrument in instruments:
+        a = instrument.pitch_to_yaw_m
+        across = (instrument.finger_half_width_m, instrument.finger_half_thickness_m)
+        reach = float(np.hypot(instrument.yaw_to_tip_m, np.hypot(*across)))
+        levers += [
+            [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+            [a, a, 1.0, a, a, 0.0, 0.0],
+            *[[a + reach, a + reach, 1.0, a + reach, a + reach, reach, 0.5 * reach]] * len(FINGERS),
         ]
-    )
+    return np.array(levers)

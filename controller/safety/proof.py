@@ -69,7 +69,7 @@ def _inside_m(near: NearPairs, barred: NDArray[np.bool_]) -> dict[Pair, float]:
     """The signed distance of each pair that must not meet and does, over a chain's capsules."""
     beside = barred & (near.distance_m < BESIDE_M)
     if beside.any():
-        beside &= (near.distance_m < INSIDE_M) | np.isin(near.obstacle, SURFACES)
+        beside &= (near.distance_m < INSIDE_M) | near.of(*SURFACES)
     inside: dict[Pair, float] = {}
     for row in np.flatnonzero(beside).tolist():
         pair, distance_m = near.pair(row), float(near.distance_m[row])

@@ -38,7 +38,7 @@ class KeepOut:
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
         inside = np.flatnonzero(out > 0.0).tolist()
-        leaves = [k for k in inside if near.obstacle[pairs[k]] in FIRM]
+        leaves = [k for k in inside if near.names[near.what[pairs[k]]] in FIRM]
         lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
         pairs = np.concatenate([pairs, pairs[leaves]])
         return Bounds(
