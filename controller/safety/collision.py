@@ -51,7 +51,8 @@ class NearPairs:
         what: (n,) index into `names`.
         foremost: (n,) of the capsules of a chain, those that are nearest or hardly farther.
         within_m: the activation distance.
-        others_m: links of the two arms that are no pair here are farther apart than this.
+        others_m: (4, 4) links of the left and right arm that are no pair are this far apart, or
+            farther; infinite for a pair.
         links: where the instruments are.
     """
 
@@ -66,7 +67,7 @@ class NearPairs:
     what: Indices
     foremost: NDArray[np.bool_]
     within_m: float
-    others_m: float
+    others_m: Array
     links: LinkCores
 
     @property
@@ -136,12 +137,13 @@ class CollisionModel:
         by_form, by_fcl = chain_gaps(links, chains, within_m), np.array(rows, CORE_GAP)
         distance_m = _distance_m(by_fcl, links.radius_m)
         far = distance_m >= within_m
-        far_links_m = distance_m[far & (by_fcl["other_link"] != NO_LINK)]
-        others_m = min(far_links_m.min(initial=np.inf), arms_m[~arms].min(initial=np.inf))
+        of_arms = by_fcl["other_link"] != NO_LINK
+        pairs = by_fcl[of_arms]
+        arms_m[pairs["link"], pairs["other_link"]] = np.where(far, distance_m, np.inf)[of_arms]
         by_fcl = by_fcl[~far]
         gaps = np.empty(len(by_fcl) + len(by_form), CORE_GAP)
         gaps[: len(by_fcl)], gaps[len(by_fcl) :] = by_fcl, by_form
-        return _near_pairs(gaps, links, names, within_m, others_m)
+        return _near_pairs(gaps, links, names, within_m, arms_m)
 
     def _at_least_m(self, links: LinkCores, moved_m: Array) -> tuple[Array, Array]:
         """Of surfaces and links (2, 8), and of links of the left and right arm (4, 4), how far."""
@@ -178,7 +180,7 @@ def _in_m(gap: Gap) -> tuple[float, Array, Array]:
 
 
 def _near_pairs(
-    gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: float
+    gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: Array
 ) -> NearPairs:
     """The rows with the radii put on."""
     radius_m = links.radius_m

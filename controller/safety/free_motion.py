@@ -55,6 +55,8 @@ def free_share(
         most_looks: after as many the rest of the motion counts as not free.
     """
     travel, bend = most_motion_m(start, end, instruments)
+    if near is not None and _stays_off(near, floor_m, highest_m, travel):
+        return 1.0
     last, sure = model.cores(end, instruments), 0.0
     for _ in range(most_looks):
         rest, joints = 1.0 - sure, start + sure * (end - start)
@@ -64,17 +66,37 @@ def free_share(
         if near is None or not _holds_all(near, highest_m, way_m):
             within_m = highest_m + way_m[:N_LINK].max() + way_m[N_LINK:].max()
             near = model.near(joints, instruments, surroundings, within_m=within_m)
-        room = np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
-        ways = _of_pairs(near, way_m)
-        rows = np.flatnonzero((room <= ways) & (ways > 0.0))
+        room = _room_m(near, floor_m)
+        rows = _may_meet(near, room, way_m)
         if len(rows) == 0:
             return 1.0
+        by_speed = room[rows] / _of_pairs(near, way_m)[rows]
         by_plane = _above(room[rows], _parting_m(near, last, rows), _of_pairs(near, bends)[rows])
-        share = float(np.maximum(room[rows] / ways[rows], by_plane).min())
+        share = float(np.maximum(by_speed, by_plane).min())
+        if share == 1.0:
+            return 1.0
         sure, near = sure + rest * share, None
         if share < LITTLE:
             break
     return sure
+
+
+def _stays_off(near: NearPairs, floor_m: Floor, highest_m: float, way_m: Array) -> bool:
+    """Whether nothing can come down to its floor on ways (8,)."""
+    if not _holds_all(near, highest_m, way_m):
+        return False
+    return len(_may_meet(near, _room_m(near, floor_m), way_m)) == 0
+
+
+def _room_m(near: NearPairs, floor_m: Floor) -> Array:
+    """(n,) above the floors."""
+    return np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
+
+
+def _may_meet(near: NearPairs, room: Array, way_m: Array) -> NDArray[np.integer]:
+    """Rows of pairs that may come down to their floors on ways (8,)."""
+    ways = _of_pairs(near, way_m)
+    return np.flatnonzero((room <= ways) & (ways > 0.0))
 
 
 def _farthest_m(first: LinkCores, last: LinkCores) -> Array:
@@ -85,8 +107,9 @@ def _farthest_m(first: LinkCores, last: LinkCores) -> Array:
 
 def _holds_all(near: NearPairs, highest_m: float, way_m: Array) -> bool:
     """Whether pairs that are not there cannot come down to their floors on ways (8,)."""
-    both_m = way_m[:N_LINK].max() + way_m[N_LINK:].max()
-    return near.within_m >= highest_m + way_m.max() and near.others_m >= highest_m + both_m
+    both_m = way_m[:N_LINK, None] + way_m[N_LINK:]
+    among_arms = (near.others_m >= highest_m + both_m).all()
+    return bool(near.within_m >= highest_m + way_m.max() and among_arms)
 
 
 def _of_pairs(near: NearPairs, of_links: Array) -> Array:

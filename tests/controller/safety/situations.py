@@ -5,7 +5,7 @@ import numpy as np
 from controller.links import tool_jacobian
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
-from controller.safety.link_cores import link_cores
+from controller.safety.link_cores import N_LINK, link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
@@ -31,7 +31,7 @@ def pairs(*rows):
         what=np.arange(n),
         foremost=np.ones(n, bool),
         within_m=ACTIVATION_M,
-        others_m=ACTIVATION_M,
+        others_m=np.full((N_LINK, N_LINK), ACTIVATION_M),
         links=link_cores(HOME, TOOLS, T_WORLD_RCM),
     )
 
