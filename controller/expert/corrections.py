@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.expert.motion import Goal
-from controller.expert.skills import GRASP_OPEN_RAD, GRASP_PINCH_N, GRASP_SHUT_RAD
+from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from planner.correction import DIRECTION_ENDOSCOPE, Correction, JawMotion
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array
@@ -44,7 +44,6 @@ def _arm_goal(arm: int, along_endoscope: Array, world: World) -> Goal:
 def _jaw_goal(arm: int, motion: JawMotion, world: World) -> Goal:
     """Wide open or shut; the grasper closes no further on what it holds firmly."""
     if motion == "open":
-        widest_rad = world.arms.mounted[arm].jaw_range_rad[1]
-        return Goal(jaw_rad=min(GRASP_OPEN_RAD, widest_rad))
+        return Goal(jaw_rad=world.arms.mounted[arm].jaw_range_rad[1])
     firm = arm == LEFT_ARM and world.record.grasp.pinch_n >= GRASP_PINCH_N
     return Goal() if firm else Goal(jaw_rad=GRASP_SHUT_RAD)
