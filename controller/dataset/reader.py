@@ -49,7 +49,7 @@ def require_dataset(root: Path) -> None:
         raise ValueError(f"{path}: it is damaged: {one_line(error)}") from None
     own = found.get("calot", {}) if isinstance(found, dict) else {}
     try:
-        require_versions(own.get("schema_version"), own.get("world_version"))
+        require_versions(own.get("schema_version", 0), own.get("world_version", 0))
     except ValueError as error:
         raise ValueError(f"{root}: {error}") from None
     expected = layout.info(found.get("total_episodes", 0), found.get("total_frames", 0))
@@ -63,12 +63,12 @@ def require_dataset(root: Path) -> None:
 def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
     path = root / layout.EPISODES_PATH
     try:
-        rows = pq.read_table(path, columns=list(_ROW), page_checksum_verification=True).to_pylist()
+        table = pq.read_table(path, page_checksum_verification=True)
+        if missing := [name for name in _ROW if name not in table.column_names]:
+            raise ValueError(f"columns are missing: {', '.join(missing)}")
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ValueError(f"{path}: {one_line(error)}") from error
-    if not rows or set(_ROW) - set(rows[0]):
-        raise ValueError(f"{path}: it lacks {', '.join(sorted(set(_ROW) - set(*rows[:1])))}")
-    return rows
+    return table.select(list(_ROW)).to_pylist()
 
 
 def _episodes(root: Path, columns: Sequence[str], rows: list[dict[str, Any]]) -> Iterator[Episode]:

@@ -10,7 +10,7 @@ from collections import Counter
 from controller.action import Chunk
 from controller.expert.corrections import correcting
 from controller.expert.motion import Goal, chunk_towards
-from controller.expert.skills import Phase, skill
+from controller.expert.skills import Phase, lacks_clip, skill
 from planner.instruction import Instruction
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
@@ -34,6 +34,7 @@ class ControllerExpert:
         """Begin the running task's skill anew; the jaws stay as commanded, by whomever."""
         self._jaw_rad: Array = self._world.target[:, 6]
         self._task: Task | None = None
+        self._lacks_clip = False
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """A tenth of a second of motion."""
@@ -53,7 +54,7 @@ class ControllerExpert:
         return chunk
 
     def _working(self, task: Task, observation: Observation) -> tuple[Goal, Goal]:
-        if task != self._task:
+        if task != self._task or lacks_clip(task, self._world) != self._lacks_clip:
             self._begin(task, observation)
         if self._phase.done(self._world, observation.time_s - self._since_s):
             self._enter(self._at + 1, observation)
@@ -72,7 +73,7 @@ class ControllerExpert:
         return self._phases[self._at]
 
     def _begin(self, task: Task, observation: Observation) -> None:
-        self._task = task
+        self._task, self._lacks_clip = task, lacks_clip(task, self._world)
         self._phases = skill(task, self._world, self._attempts[task])
         self._attempts[task] += 1
         self._enter(0, observation)

@@ -70,6 +70,8 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
         opening = applier_opening_rad(world.tubes, tube)
     if task.kind == "grab":
         return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
+    if lacks_clip(task, world):
+        return _retreat(opening)
     if task.kind == "clip":
         clip = partial(clip_pose, tube=tube, k=task.clip or 1)
         closing = _close_on(world, tube, clip, opening, "clip_applier", attempt)
@@ -78,13 +80,12 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
         cut = partial(cut_pose, tube=tube)
         closing = _close_on(world, tube, cut, opening, "scissors", attempt)
         return _from_outside(RIGHT_ARM, closing, opening, world)
-    further = Phase(
-        name="further back, clear of what lies in front",
-        arm=RIGHT_ARM,
-        goal=_further_back,
-        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
-    )
-    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
+    return _retreat(opening)
+
+
+def lacks_clip(task: Task, world: World) -> bool:
+    """Whether the task needs a clip and the applier has lost its own: the nurse must reload it."""
+    return task.kind == "clip" and not world.record.clip_loaded
 
 
 def _from_outside(
@@ -158,6 +159,16 @@ def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
     open_up = _jaw(arm, "open", opening)
     back = Phase(name="go back", arm=arm, goal=retreat, done=far)
     return open_up, back
+
+
+def _retreat(opening: float) -> tuple[Phase, ...]:
+    further = Phase(
+        name="further back, clear of what lies in front",
+        arm=RIGHT_ARM,
+        goal=_further_back,
+        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
+    )
+    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
 
 
 def _further_back(world: World, start: Array) -> Goal:

@@ -17,6 +17,8 @@ from tissue_sim.world import World
 
 MOST_FAILURES = 3  # in an episode, each in a task of its own
 WEAKEST = 0.5  # of the scenario's own magnitude
+SLIP = "grasp-slip"
+SLIPS_WHILE_WHOLE = (2, 4, 6)  # once a tube is cut the gallbladder is not grasped anew
 
 
 def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...]:
@@ -29,12 +31,14 @@ def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...
 
 
 def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
-    tasks = resolve_name(p.effect).tasks
+    tasks = SLIPS_WHILE_WHOLE if p.name == SLIP else resolve_name(p.effect).tasks
     return sorted(rng.choice(tasks, size=min(MOST_FAILURES, len(tasks)), replace=False).tolist())
 
 
 def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:
-    return p.magnitude if p.whole else p.magnitude * float(rng.uniform(WEAKEST, 1.0))
+    """A grasper that keeps some of its friction does not slip."""
+    full = p.whole or p.name == SLIP
+    return p.magnitude if full else p.magnitude * float(rng.uniform(WEAKEST, 1.0))
 
 
 def is_undone(name: str, world: World) -> bool:
@@ -56,6 +60,6 @@ UNDONE: dict[str, Callable[[World], bool]] = {
     "wrong-tube": _arm_is_out(RIGHT_ARM),
     "both-tubes": _arm_is_out(RIGHT_ARM),
     "overshoot": _arm_is_out(RIGHT_ARM),
-    "grasp-slip": _holds_again,
+    SLIP: _holds_again,
     "clip-dropped": lambda world: world.record.clip_loaded,
 }

@@ -73,6 +73,12 @@ def test_a_column_is_missing(root):
     assert "missing: flag" in refusal(root)
 
 
+def test_a_column_of_the_episodes_is_missing(root):
+    path = root / layout.EPISODES_PATH
+    pq.write_table(pq.read_table(path).drop_columns(["anatomy"]), path)
+    assert "missing: anatomy" in refusal(root)
+
+
 def test_a_column_has_another_type(root):
     rewrite_data(root, replaced("task", lambda t: t["task"].cast("int32")))
     assert "column task is int32" in refusal(root)
