@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from controller.expert.skills import PULL_MOST_N
 from planner.base import Planner
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
 from planner.scripted import HELD_PINCH_N
 from tissue_sim.observation import Observation
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.outcome import right_arm_back, tubes_spread
 from tissue_sim.world import World
 
 CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second
@@ -64,6 +65,13 @@ def _grasper_may_close(world: World) -> bool:
     return not _holds(world)
 
 
+def _grasper_may_move(world: World) -> bool:
+    """While it holds, only from where it should be: random motions would add up to a walk away."""
+    if not _holds(world):
+        return True
+    return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MOST_N
+
+
 def _right_jaws_may_close(world: World) -> bool:
     return right_arm_back(world)
 
@@ -83,7 +91,7 @@ def _holds(world: World) -> bool:
 
 
 _ALLOWED = {
-    ("left", None): _always,
+    ("left", None): _grasper_may_move,
     ("left", "open"): _grasper_may_open,
     ("left", "close"): _grasper_may_close,
     ("right", None): _right_arm_may_move,
