@@ -13,6 +13,7 @@ from tyro.extras import subcommand_cli_from_dict
 from scenarios.commands.bench import Bench
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
+from scenarios.commands.train import Train
 from scenarios.errors import BadInputError
 
 BAD_INPUT = 2
@@ -29,6 +30,7 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "train": Train,
     "bench": Bench,
     "doctor": Doctor,
 }
