@@ -11,6 +11,7 @@ from typing import Protocol
 from tyro.extras import subcommand_cli_from_dict
 
 from scenarios.commands.bench import Bench
+from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.commands.train import Train
@@ -31,6 +32,7 @@ class Command(Protocol):
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
     "train": Train,
+    "collect": Collect,
     "bench": Bench,
     "doctor": Doctor,
 }

@@ -91,12 +91,12 @@ def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
     """An arm among tissue opens and draws back first: it may have caught the wrong thing."""
-    if not _among_tissue(arm, world):
+    if not among_tissue(arm, world):
         return phases
     return (*_go_back(arm, max(opening, float(world.target[arm, 6]))), *phases)
 
 
-def _among_tissue(arm: int, world: World) -> bool:
+def among_tissue(arm: int, world: World) -> bool:
     """Whether any tissue lies beside or between the jaws, behind their tips."""
     jaws_m = world.arms.mounted[arm].yaw_to_tip_m
     to_tool = inverse_pose(world.arms.T_world_tool()[arm])
