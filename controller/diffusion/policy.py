@@ -39,16 +39,13 @@ class Policy(nn.Module):
         self.encoder = ConditionEncoder(n, config)
         self.denoiser = Denoiser(config)
 
-    def normalise_by(self, history: Tensor, jaw_rad: Tensor, chunk: Tensor, valid: Tensor) -> None:
-        """Take mean and deviation of what is seen and of valid rows from many windows."""
+    def normalise_by(self, history: Tensor, jaw_rad: Tensor, chunk: Tensor) -> None:
+        """Take mean and deviation of what is seen and of chunks from many windows."""
         features = self.features(history, jaw_rad)
         self.feature_mean.copy_(features.mean(dim=0))
         self.feature_deviation.copy_(features.std(dim=0).clamp(min=LEAST_DEVIATION))
-        rows = valid[..., None].to(chunk)
-        mean = (rows * chunk).sum(dim=0) / rows.sum(dim=0)
-        variance = (rows * (chunk - mean) ** 2).sum(dim=0) / rows.sum(dim=0)
-        self.chunk_mean.copy_(mean)
-        self.chunk_deviation.copy_(variance.sqrt().clamp(min=LEAST_DEVIATION))
+        self.chunk_mean.copy_(chunk.mean(dim=0))
+        self.chunk_deviation.copy_(chunk.std(dim=0).clamp(min=LEAST_DEVIATION))
 
     def condition(self, history: Tensor, jaw_rad: Tensor, words: Tensor) -> Tensor:
         """(B, width) of frames (B, K, `VECTOR_SIZE`), jaws (B, 2) and embeddings (B, 384)."""

@@ -93,7 +93,7 @@ def train(
     policy = Policy(config.policy).to(device)
     some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
     seen = windows.batch(some)
-    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk, seen.valid)
+    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk)
     average = torch.optim.swa_utils.AveragedModel(
         policy, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average)
     )

@@ -1,4 +1,4 @@
-"""`calot train`: learn from demonstrations; a new learner is a new class and a line in Train."""
+"""`calot train`: learn from demonstrations."""
 
 import os
 from dataclasses import dataclass, replace
@@ -7,20 +7,23 @@ from typing import Annotated
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
+from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.errors import BadInputError
 
+LEARNERS = ("controller",)
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Controller:
-    """Train the diffusion controller; the same call again goes on where it was stopped."""
+class Train:
+    """Learn from demonstrations; the same call again goes on where it was stopped."""
 
+    learner: Positional[Annotated[str, one_of(LEARNERS)]]
+    """What learns: the diffusion controller."""
     data: Path = Path("runs/demonstrations")
     """Folder of demonstrations, as `calot collect` leaves it."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
@@ -60,17 +63,6 @@ class Controller:
             raise BadInputError(str(error)) from None
         Console().print(f"checkpoint: {self.out / training.CHECKPOINT_FILE}", soft_wrap=True)
         return 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Train:
-    """Learn from demonstrations."""
-
-    learner: OmitSubcommandPrefixes[Annotated[Controller, subcommand("controller")]]
-
-    def execute(self) -> int:
-        """Trains; returns the learner's exit code."""
-        return self.learner.execute()
 
 
 def _show(steps, total: int, console: Console) -> None:

@@ -22,7 +22,7 @@ def policy() -> Policy:
     torch.manual_seed(0)
     policy = Policy(CONFIG)
     seen = Windows([demonstration()], CONFIG).batch(torch.arange(100))
-    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk, seen.valid)
+    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk)
     return policy.eval().requires_grad_(False)
 
 
