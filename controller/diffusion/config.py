@@ -31,8 +31,8 @@ class PolicyConfig:
     sampling_steps: int = 2
     condition_width: int = 512
     condition_blocks: int = 2
-    denoiser_width: int = 384
-    denoiser_blocks: int = 3
+    denoiser_width: int = 256
+    denoiser_blocks: int = 2
 
     def __post_init__(self) -> None:
         if not self.history or self.history[0] != 0 or min(self.history) < 0:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.features import Features
@@ -18,7 +19,11 @@ MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to li
 
 
 class Policy(nn.Module):
-    """Chunks given what is seen and said. Its normalisation belongs to its state."""
+    """Chunks given what is seen and said. Its normalisation belongs to its state.
+
+    Within, jaws are relative to those commanded last: an arm that is to hold then keeps its grip,
+    where a prediction of the opening itself would drift a little with each chunk.
+    """
 
     feature_mean: Tensor
     feature_deviation: Tensor
@@ -44,8 +49,9 @@ class Policy(nn.Module):
         features = self.features(history, jaw_rad)
         self.feature_mean.copy_(features.mean(dim=0))
         self.feature_deviation.copy_(features.std(dim=0).clamp(min=LEAST_DEVIATION))
-        self.chunk_mean.copy_(chunk.mean(dim=0))
-        self.chunk_deviation.copy_(chunk.std(dim=0).clamp(min=LEAST_DEVIATION))
+        change = chunk - _held(jaw_rad)
+        self.chunk_mean.copy_(change.mean(dim=0))
+        self.chunk_deviation.copy_(change.std(dim=0).clamp(min=LEAST_DEVIATION))
 
     def condition(self, history: Tensor, jaw_rad: Tensor, words: Tensor) -> Tensor:
         """(B, width) of frames (B, K, `VECTOR_SIZE`), jaws (B, 2) and embeddings (B, 384)."""
@@ -55,6 +61,7 @@ class Policy(nn.Module):
     def loss(
         self,
         condition: Tensor,
+        jaw_rad: Tensor,
         chunk: Tensor,
         valid: Tensor,
         n_committed: Tensor,
@@ -65,13 +72,14 @@ class Policy(nn.Module):
 
         Args:
             condition: (B, width).
+            jaw_rad: (B, 2) commanded last.
             chunk: (B, H, 20).
             valid: (B, H).
             n_committed: (B, M) rows given clean.
             level: (B, M).
             noise: (B, M, H, 20) standard normal.
         """
-        clean = ((chunk - self.chunk_mean) / self.chunk_deviation)[:, None]
+        clean = self._normal(chunk, jaw_rad)[:, None]
         committed = self._committed_rows(n_committed)
         noisy = _mixed(clean, noise, level[..., None, None])
         guess = self._denoise(noisy, clean, committed, level, condition)
@@ -100,7 +108,7 @@ class Policy(nn.Module):
             noise: (B, H, 20) standard normal.
         """
         condition = self.condition(history, jaw_rad, words)
-        given = ((committed_chunk - self.chunk_mean) / self.chunk_deviation)[:, None]
+        given = self._normal(committed_chunk, jaw_rad)[:, None]
         committed = self._committed_rows(n_committed[:, None])
         steps, noisy = self.config.sampling_steps, noise[:, None]
         clean = noisy
@@ -112,7 +120,10 @@ class Policy(nn.Module):
             noisy = _signal(lower) * clean + _noise(lower) * (noisy - signal * clean) / share
         rows = committed[..., None]
         clean = rows * given + (1.0 - rows) * clean
-        return clean[:, 0] * self.chunk_deviation + self.chunk_mean
+        return clean[:, 0] * self.chunk_deviation + self.chunk_mean + _held(jaw_rad)
+
+    def _normal(self, chunk: Tensor, jaw_rad: Tensor) -> Tensor:
+        return (chunk - _held(jaw_rad) - self.chunk_mean) / self.chunk_deviation
 
     def _committed_rows(self, n_committed: Tensor) -> Tensor:
         rows = torch.arange(self.config.horizon, device=n_committed.device)
@@ -123,6 +134,12 @@ class Policy(nn.Module):
     ) -> Tensor:
         rows = committed[..., None]
         return self.denoiser(rows * given + (1.0 - rows) * noisy, committed, level, condition)
+
+
+def _held(jaw_rad: Tensor) -> Tensor:
+    """(B, 1, 20) that is the jaws (B, 2) where a chunk has its jaws, and else zero."""
+    arms = torch.cat([jaw_rad.new_zeros(len(jaw_rad), 2, JAW), jaw_rad[..., None]], dim=-1)
+    return arms.flatten(1)[:, None]
 
 
 def _signal(level: float) -> float:

@@ -40,8 +40,8 @@ class TrainingConfig:
     policy: PolicyConfig = field(default_factory=PolicyConfig)
     steps: int = 60_000
     batch: int = 256
-    noises: int = 4
-    learning_rate: float = 6e-4
+    noises: int = 2
+    learning_rate: float = 1e-3
     weight_decay: float = 1e-4
     warm_up: int = 300
     average: float = 0.999
@@ -134,7 +134,9 @@ def _loss(
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     history = noised(batch.history, chance)
     condition = policy.condition(history, batch.jaw_rad, words[batch.text])
-    return policy.loss(condition, batch.chunk, batch.valid, n_committed, level, noise)
+    return policy.loss(
+        condition, batch.jaw_rad, batch.chunk, batch.valid, n_committed, level, noise
+    )
 
 
 def _share(step: int, config: TrainingConfig) -> float:

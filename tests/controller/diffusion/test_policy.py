@@ -61,6 +61,17 @@ def test_words_and_what_is_seen_have_a_say(policy, inputs):
         assert (policy(**changed) - chunk).abs().max() > 1e-5, name
 
 
+def test_a_policy_that_says_nothing_holds_the_jaws_as_commanded(inputs):
+    silent = Policy(CONFIG)
+    for weights in silent.denoiser.leave.parameters():
+        torch.nn.init.zeros_(weights)
+    held = torch.tensor([[0.4, -0.3]])
+    none = {"jaw_rad": held, "n_committed": torch.zeros(1, dtype=torch.int64)}
+    chunk = silent(**inputs | none).view(1, CONFIG.horizon, 2, 10)
+    torch.testing.assert_close(chunk[..., 9], held[:, None].expand(1, CONFIG.horizon, 2))
+    assert not chunk[..., :9].any()
+
+
 def test_the_exported_graph_is_the_network(policy, inputs):
     chunk = Sampler(policy)({name: value[0].numpy() for name, value in inputs.items()})
     np.testing.assert_allclose(chunk, policy(**inputs)[0].numpy(), atol=1e-5)
@@ -72,8 +83,11 @@ def test_the_loss_is_nothing_where_nothing_is_valid_or_all_is_committed(policy, 
     level, n_committed = torch.full((1, 1), 0.5), torch.tensor([[4]])
     none, first = torch.zeros(1, 16, dtype=torch.bool), torch.arange(16)[None] < 4
     for valid in (none, first):
-        assert policy.loss(condition, chunk, valid, n_committed, level, noise) == 0.0
-    assert policy.loss(condition, chunk, ~none, n_committed, level, noise) > 0.0
+        assert (
+            policy.loss(condition, inputs["jaw_rad"], chunk, valid, n_committed, level, noise)
+            == 0.0
+        )
+    assert policy.loss(condition, inputs["jaw_rad"], chunk, ~none, n_committed, level, noise) > 0.0
 
 
 def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, inputs):
@@ -83,7 +97,10 @@ def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, inputs):
     chunk = inputs["committed_chunk"]
     changed = chunk.clone()
     changed[:, 8:] += 1.0
-    losses = [policy.loss(condition, c, valid, n_committed, level, noise) for c in (chunk, changed)]
+    losses = [
+        policy.loss(condition, inputs["jaw_rad"], c, valid, n_committed, level, noise)
+        for c in (chunk, changed)
+    ]
     torch.testing.assert_close(*losses, rtol=1e-4, atol=0)
 
 
