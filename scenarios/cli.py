@@ -14,6 +14,7 @@ from scenarios.commands.bench import Bench
 from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
+from scenarios.commands.train import Train
 from scenarios.errors import BadInputError
 
 BAD_INPUT = 2
@@ -30,6 +31,7 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "train": Train,
     "collect": Collect,
     "bench": Bench,
     "doctor": Doctor,

@@ -21,7 +21,7 @@ from controller.safety.ledger import Entry
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
@@ -71,11 +71,18 @@ def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
-        controller=resolve_name(CONTROLLERS[config.controller])(world),
+        controller=_controller(config, world),
         effects=effects,
         observation=observation,
         config=config,
     )
+
+
+def _controller(config: EpisodeConfig, world: World) -> Controller:
+    make = resolve_name(CONTROLLERS[config.controller])
+    if config.controller in LEARNED_CONTROLLERS:
+        return make(config.checkpoint, config.seed)
+    return make(world)
 
 
 def anatomy_of(config: EpisodeConfig) -> Anatomy:

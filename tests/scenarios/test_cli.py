@@ -13,7 +13,18 @@ from scenarios.commands.run import Run, exit_code
 from scenarios.episode_config import EpisodeConfig
 from tests.scenarios.example_results import ERROR, FAILED, PASSED
 
-HEAVY = ("torch", "sapien", "mani_skill", "warp", "casadi", "viser", "trimesh", "fcl")
+HEAVY = (
+    "torch",
+    "onnxruntime",
+    "pyarrow",
+    "sapien",
+    "mani_skill",
+    "warp",
+    "casadi",
+    "viser",
+    "trimesh",
+    "fcl",
+)
 
 
 def complaint(capfd, *words):
@@ -130,7 +141,7 @@ def test_help_is_no_error(capsys, words):
     [
         ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
         ({"planner": "oracle"}, "unknown planner 'oracle'; allowed: scripted"),
-        ({"controller": "hand"}, "unknown controller 'hand'; allowed: expert, idle"),
+        ({"controller": "hand"}, "unknown controller 'hand'; allowed: expert, idle, diffusion"),
         ({"seed": -1}, "seed must be a whole number of at least 0, got -1"),
         ({"seed": 1.0}, "seed must be a whole number of at least 0, got 1.0"),
     ],
