@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 
 from controller.action import CONTROL_STEP_S, Chunk
-from controller.diffusion.checkpoint import SHIPPED, CheckpointError, load_checkpoint
+from controller.diffusion.checkpoint import CheckpointError, chosen, load_checkpoint
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import Policy
@@ -34,11 +34,11 @@ def bench_controller(
     """Times one chunk every way there is, then runs episodes at each delay.
 
     Raises:
-        BadInputError: the checkpoint does not fit.
+        BadInputError: there is no checkpoint, or it does not fit.
     """
     torch.set_num_threads(1)
     try:
-        policy = load_checkpoint(checkpoint or SHIPPED)
+        policy = load_checkpoint(chosen(checkpoint))
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
     return _times_table(policy, repeats), _joints_table(policy, seed, steps)

@@ -29,6 +29,17 @@ class CheckpointError(ValueError):
     """A file is no checkpoint, or one for something else; says which in one line."""
 
 
+def chosen(path: str | Path | None) -> Path:
+    """The checkpoint to take; left out, it is the one that comes with Calot.
+
+    Raises:
+        CheckpointError: it is left out, and none comes with Calot.
+    """
+    if path is None and not SHIPPED.exists():
+        raise CheckpointError("none comes with Calot: `calot train controller` makes one to name")
+    return Path(path or SHIPPED)
+
+
 def save_checkpoint(path: Path, policy: Policy) -> None:
     """Write the policy, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk
-from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
+from controller.diffusion.checkpoint import chosen, load_checkpoint
 from controller.diffusion.chunk_frame import actions_of, chunk_of, motion_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.graph import Sampler
@@ -96,7 +96,7 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     """The controller of a checkpoint, by default the one that comes with Calot.
 
     Raises:
-        CheckpointError: the checkpoint does not fit.
+        CheckpointError: there is none, or it does not fit.
     """
-    policy = load_checkpoint(Path(checkpoint or SHIPPED))
+    policy = load_checkpoint(chosen(checkpoint))
     return ControllerDiffusion(policy.config, Sampler(policy), seed)

@@ -93,10 +93,10 @@ class Run:
 
     def _require_checkpoint(self) -> None:
         if self.controller in LEARNED_CONTROLLERS:
-            from controller.diffusion.checkpoint import SHIPPED, CheckpointError, checked_config
+            from controller.diffusion.checkpoint import CheckpointError, checked_config, chosen
 
             try:
-                checked_config(self.checkpoint or SHIPPED)
+                checked_config(chosen(self.checkpoint))
             except CheckpointError as error:
                 raise BadInputError(f"--checkpoint: {error}") from None
         elif self.checkpoint is not None:

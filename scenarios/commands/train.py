@@ -7,7 +7,7 @@ from typing import Annotated
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from tyro.conf import Positional, arg
+from tyro.conf import Positional
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.output_path import require_writable_folder
@@ -28,7 +28,7 @@ class Train:
     """Folder of demonstrations, as `calot collect` leaves it."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
-    steps: Annotated[int | None, arg(metavar="N")] = None
+    steps: Annotated[int | None, at_least(1)] = None
     """Of the optimiser; left out, the preset's."""
     seed: Annotated[int, at_least(0)] = 0
     """Of everything random."""
