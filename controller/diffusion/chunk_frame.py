@@ -4,6 +4,8 @@ Row k of a chunk is where the tools stand after k + 1 motions: position in the e
 from the tip commanded at the start; orientation in the frame of the tool at the start (6D); jaws
 absolute. A motion is the same between neighbouring rows, so chunk and motions are each other's
 inverse. This is the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk.
+The past of a chunk is told in the same frame: its rows are where the tools stood before each of the
+motions that lead up to it.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ from torch.nn import functional
 from controller.action import ACTION_SIZE, ToolAction
 from tissue_sim.frames import Array
 
-MOVE, TURN, JAW = slice(0, 3), slice(3, 9), 9
+MOVE, TURN, JAW = slice(0, 3), slice(3, 9), 9  # of an arm's ten numbers
+JAWS = slice(JAW, ACTION_SIZE, 10)  # of both arms' twenty
 
 
 def motion_of(vector: Array) -> ToolAction:
@@ -52,6 +55,14 @@ def chunk_of(actions: Array) -> Array:
     motions = torch.as_tensor(actions, dtype=torch.float64)
     poses = trajectory(motions)
     return relative(poses[0], poses[1:], motions.reshape(-1, 2, 10)[..., JAW]).numpy()
+
+
+def past_of(actions: Array, jaw_rad: Array) -> Array:
+    """The past (n, 20) that motions (n, 20) are, begun with jaws (2,)."""
+    motions = torch.as_tensor(actions, dtype=torch.float64)
+    poses, jaws = trajectory(motions), motions.reshape(-1, 2, 10)[..., JAW]
+    before = torch.cat([torch.as_tensor(jaw_rad, dtype=torch.float64)[None], jaws])[:-1]
+    return relative(poses[-1], poses[:-1], before).numpy()
 
 
 def actions_of(chunk: Array) -> Array:

@@ -14,8 +14,10 @@ class PolicyConfig:
     Attributes:
         horizon: length of a chunk.
         history: how long ago each seen frame was, the present one (0) first.
+        past: how many motions before a chunk are given with it.
         play: how many motions of a chunk are played before the next one takes over.
-        max_delay: the most motions that are played while the next chunk is computed.
+        max_delay: the most motions that are played while the next chunk is computed; they are
+            the last of the past.
         sampling_steps: denoising steps of one chunk.
         condition_width, condition_blocks: of the encoder of what is seen and said.
         denoiser_width, denoiser_blocks: of the denoiser.
@@ -26,6 +28,7 @@ class PolicyConfig:
 
     horizon: int = 16
     history: tuple[int, ...] = (0, 3)
+    past: int = 5
     play: int = 6
     max_delay: int = 4
     sampling_steps: int = 2
@@ -37,8 +40,10 @@ class PolicyConfig:
     def __post_init__(self) -> None:
         if not self.history or self.history[0] != 0 or min(self.history) < 0:
             raise ValueError(f"history must begin with the present frame, 0; got {self.history}")
-        if self.play < 1 or self.max_delay < 0 or self.play + self.max_delay > self.horizon:
+        if not 0 <= self.max_delay <= min(self.past, self.play):
             raise ValueError(
-                f"a chunk of {self.horizon} is too short to play {self.play} motions after a delay"
-                f" of {self.max_delay}"
+                f"max_delay must be 0 to {min(self.past, self.play)}, as no more motions are given"
+                f" with a chunk or played of one; got {self.max_delay}"
             )
+        if not 1 <= self.play <= self.horizon:
+            raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.action import ACTION_SIZE, Chunk
+from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.checkpoint import chosen, load_checkpoint
-from controller.diffusion.chunk_frame import actions_of, chunk_of, motion_of
+from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.graph import Sampler
 from controller.diffusion.sentence_encoder import embed
@@ -24,7 +24,8 @@ class ControllerDiffusion:
 
     The next chunk takes over when `play` motions of the running one have been played. It is worked
     out from what was seen `delay` steps before, as if that took so long, and given the motions that
-    are played meanwhile. New words drop the running chunk, and the next one starts from nothing.
+    lead up to it, of which as many were not yet played then. New words drop the running chunk, and
+    the next one follows at once on what was played.
 
     Attributes:
         place: of the motion handed out last: the first of a "fresh" chunk or, at a "joint", of one
@@ -43,7 +44,7 @@ class ControllerDiffusion:
     def reset(self) -> None:
         """Forget what was seen and what was under way."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
-        self._jaw_rad: Array | None = None
+        self._played: deque[Array] = deque(maxlen=self._config.past + 1)
         self._drop()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
@@ -55,13 +56,13 @@ class ControllerDiffusion:
         fresh = not len(self._running)
         if fresh:
             self._compute_chunk(observation, n_committed=0)
-        elif self._played == self._config.play - self._delay:
+        elif self._n_played == self._config.play - self._delay:
             self._compute_chunk(observation, n_committed=self._delay)
-        self.place = "fresh" if fresh else "inside" if self._played else "joint"
-        motion, self._running = motion_of(self._running[0]), self._running[1:]
-        self._played += 1
-        self._jaw_rad = motion.jaw_rad
-        return (motion,)
+        self.place = "fresh" if fresh else "inside" if self._n_played else "joint"
+        row, self._running = self._running[0], self._running[1:]
+        self._n_played += 1
+        self._played.append(row)
+        return (motion_of(row),)
 
     def _drop(self) -> None:
         self.place, self._text = "fresh", ""
@@ -69,23 +70,27 @@ class ControllerDiffusion:
 
     def _compute_chunk(self, observation: Observation, n_committed: int) -> None:
         """Let a new chunk follow on the motions committed."""
-        c = self._config
         committed = self._running[:n_committed]
-        given = np.zeros((c.horizon, ACTION_SIZE), np.float32)
-        given[:n_committed] = chunk_of(committed)
-        jaw_rad = observation.joints[:, 6] if self._jaw_rad is None else self._jaw_rad
+        if not self._played:
+            self._played.append(hold(observation.joints[:, 6]).vector())
+        rows = np.concatenate([self._played, committed])[-self._config.past - 1 :]
+        jaws_rad = rows[:, JAWS]
+        past = np.zeros((self._config.past, ACTION_SIZE), np.float32)
+        past[len(past) - len(rows) + 1 :] = past_of(rows[1:], jaws_rad[0])
+        shape = (self._config.horizon, ACTION_SIZE)
         chunk = self._sampler(
             {
                 "history": self._history(),
-                "jaw_rad": jaw_rad.astype(np.float32),
+                "jaw_rad": jaws_rad[-1].astype(np.float32),
                 "words": embed(self._text).numpy(),
-                "committed_chunk": given,
-                "n_committed": np.array(n_committed, np.int64),
-                "noise": self._chance.standard_normal(given.shape, np.float32),
+                "past": past,
+                "n_past": np.array(len(rows) - 1),
+                "delay": np.array(n_committed),
+                "noise": self._chance.standard_normal(shape, np.float32),
             }
         )
-        self._running = np.concatenate([committed, actions_of(chunk.astype(float))[n_committed:]])
-        self._played = -n_committed  # motions of this chunk
+        self._running = np.concatenate([committed, actions_of(chunk.astype(float))])
+        self._n_played = -n_committed  # motions of this chunk
 
     def _history(self) -> NDArray[np.float32]:
         newest = len(self._seen) - 1

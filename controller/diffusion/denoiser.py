@@ -37,20 +37,29 @@ class ConditionEncoder(nn.Module):
     def __init__(self, n_features: int, config: PolicyConfig) -> None:
         super().__init__()
         width = config.condition_width
-        self.enter = nn.Linear(n_features, width)
+        n_past, n_delays = config.past * (ACTION_SIZE + 1), config.max_delay + 1
+        self.enter = nn.Linear(n_features + n_past + n_delays, width)
         self.words = nn.Linear(WORDS_SIZE, width)
         self.blocks = nn.ModuleList(FilmBlock(width, width) for _ in range(config.condition_blocks))
 
-    def forward(self, features: Tensor, words: Tensor) -> Tensor:
-        """Condition (B, width) from normalised features (B, n) and embeddings (B, 384)."""
-        said, x = F.silu(self.words(words)), self.enter(features)
+    def forward(self, features: Tensor, past: Tensor, delay: Tensor, words: Tensor) -> Tensor:
+        """Condition (B, width) of what was seen `delay` motions before the chunk begins.
+
+        Args:
+            features: (B, n) normalised.
+            past: as `Denoiser.forward` takes it.
+            delay: (B, max_delay + 1), 1 at the delay.
+            words: (B, 384) embeddings.
+        """
+        said = F.silu(self.words(words))
+        x = self.enter(torch.cat([features, past, delay], dim=-1))
         for block in self.blocks:
             x = block(x, said)
         return x
 
 
 class Denoiser(nn.Module):
-    """The clean chunk behind a noisy one; rows committed already are given clean and marked.
+    """The clean chunk behind a noisy one, led up to by what is given clean: the past.
 
     Training-time real-time chunking (arXiv 2512.05964) with an MLP that predicts the clean chunk.
     """
@@ -58,23 +67,25 @@ class Denoiser(nn.Module):
     def __init__(self, config: PolicyConfig) -> None:
         super().__init__()
         width, size = config.denoiser_width, config.horizon * ACTION_SIZE
-        self.enter = nn.Linear(size + config.horizon + 2 * LEVEL_WAVES, width)
+        past_size = config.past * (ACTION_SIZE + 1)
+        self.enter = nn.Linear(size + past_size + 2 * LEVEL_WAVES, width)
         self.blocks = nn.ModuleList(
             FilmBlock(width, config.condition_width) for _ in range(config.denoiser_blocks)
         )
         self.norm = nn.LayerNorm(width)
         self.leave = nn.Linear(width, size)
 
-    def forward(self, noisy: Tensor, committed: Tensor, level: Tensor, condition: Tensor) -> Tensor:
+    def forward(self, noisy: Tensor, past: Tensor, level: Tensor, condition: Tensor) -> Tensor:
         """Clean chunks (B, M, H, 20) from M noisy ones for each of B conditions.
 
         Args:
-            noisy: (B, M, H, 20), committed rows clean.
-            committed: (B, M, H) 1 where a row is committed.
+            noisy: (B, M, H, 20).
+            past: (B, P * 21) rows that lead up to the chunk, and which of them are known.
             level: (B, M) of noise, 0 clean to 1 noise alone.
             condition: (B, width).
         """
-        x = torch.cat([noisy.flatten(2), committed, _waves(level)], dim=-1)
+        led = past[:, None].expand(-1, noisy.shape[1], -1)
+        x = torch.cat([noisy.flatten(2), led, _waves(level)], dim=-1)
         x, condition = self.enter(x), condition[:, None]
         for block in self.blocks:
             x = block(x, condition)

@@ -50,12 +50,13 @@ def export(policy: Policy) -> bytes:
 
 def example_inputs(config: PolicyConfig) -> dict[str, Tensor]:
     """Inputs of `Policy.forward` by name, of the right shapes."""
-    chunk = torch.zeros(1, config.horizon, ACTION_SIZE)
+    none = torch.zeros(1, dtype=torch.int64)
     return {
         "history": torch.zeros(1, len(config.history), VECTOR_SIZE),
         "jaw_rad": torch.zeros(1, 2),
         "words": torch.zeros(1, WORDS_SIZE),
-        "committed_chunk": chunk,
-        "n_committed": torch.zeros(1, dtype=torch.int64),
-        "noise": chunk.clone(),
+        "past": torch.zeros(1, config.past, ACTION_SIZE),
+        "n_past": none,
+        "delay": none.clone(),
+        "noise": torch.zeros(1, config.horizon, ACTION_SIZE),
     }

@@ -12,6 +12,7 @@ from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.features import Features
+from controller.diffusion.windows import Batch
 from tissue_sim.observation import VECTOR_SIZE
 
 LEAST_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
@@ -27,6 +28,8 @@ class Policy(nn.Module):
 
     feature_mean: Tensor
     feature_deviation: Tensor
+    past_mean: Tensor
+    past_deviation: Tensor
     chunk_mean: Tensor
     chunk_deviation: Tensor
 
@@ -36,63 +39,51 @@ class Policy(nn.Module):
         self.features = Features()
         frames = torch.zeros(1, len(config.history), VECTOR_SIZE)
         n = self.features(frames, torch.zeros(1, 2)).shape[1]
-        shape = (config.horizon, ACTION_SIZE)
+        past, shape = (config.past, ACTION_SIZE), (config.horizon, ACTION_SIZE)
         self.register_buffer("feature_mean", torch.zeros(n))
         self.register_buffer("feature_deviation", torch.ones(n))
+        self.register_buffer("past_mean", torch.zeros(past))
+        self.register_buffer("past_deviation", torch.ones(past))
         self.register_buffer("chunk_mean", torch.zeros(shape))
         self.register_buffer("chunk_deviation", torch.ones(shape))
         self.encoder = ConditionEncoder(n, config)
         self.denoiser = Denoiser(config)
 
-    def normalise_by(self, history: Tensor, jaw_rad: Tensor, chunk: Tensor) -> None:
-        """Take mean and deviation of what is seen and of chunks from many windows."""
-        features = self.features(history, jaw_rad)
-        self.feature_mean.copy_(features.mean(dim=0))
-        self.feature_deviation.copy_(features.std(dim=0).clamp(min=LEAST_DEVIATION))
-        change = chunk - _held(jaw_rad)
-        self.chunk_mean.copy_(change.mean(dim=0))
-        self.chunk_deviation.copy_(change.std(dim=0).clamp(min=LEAST_DEVIATION))
+    def normalise_by(self, seen: Batch) -> None:
+        """Take mean and deviation of what is seen, of pasts and of chunks from many windows."""
+        for name, values in (
+            ("feature", self.features(seen.history, seen.jaw_rad)),
+            ("past", seen.past - _held(seen.jaw_rad)),
+            ("chunk", seen.chunk - _held(seen.jaw_rad)),
+        ):
+            getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
+            getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=LEAST_DEVIATION))
 
-    def condition(self, history: Tensor, jaw_rad: Tensor, words: Tensor) -> Tensor:
-        """(B, width) of frames (B, K, `VECTOR_SIZE`), jaws (B, 2) and embeddings (B, 384)."""
-        features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
-        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), words)
-
-    def loss(
-        self,
-        condition: Tensor,
-        jaw_rad: Tensor,
-        chunk: Tensor,
-        valid: Tensor,
-        n_committed: Tensor,
-        level: Tensor,
-        noise: Tensor,
-    ) -> Tensor:
-        """Mean squared error of the clean chunk, over valid rows that are not committed.
+    def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
+        """Mean squared error of the clean chunk, over valid rows.
 
         Args:
-            condition: (B, width).
-            jaw_rad: (B, 2) commanded last.
-            chunk: (B, H, 20).
-            valid: (B, H).
-            n_committed: (B, M) rows given clean.
-            level: (B, M).
+            seen: B windows.
+            words: (B, 384) what is said in each.
+            level: (B, M) of noise.
             noise: (B, M, H, 20) standard normal.
         """
-        clean = self._normal(chunk, jaw_rad)[:, None]
-        committed = self._committed_rows(n_committed)
-        noisy = _mixed(clean, noise, level[..., None, None])
-        guess = self._denoise(noisy, clean, committed, level, condition)
-        counts = (valid[:, None].to(committed) * (1.0 - committed))[..., None]
-        return (counts * (guess - clean) ** 2).sum() / (ACTION_SIZE * counts.sum().clamp(min=1.0))
+        held = _held(seen.jaw_rad)
+        clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
+        past = self._given(seen.past - held, seen.n_past)
+        condition = self._condition(seen.history, seen.jaw_rad, words, past, seen.delay)
+        guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
+        counts = seen.valid[:, None, :, None].to(guess).expand_as(guess)
+        return (counts * (guess - clean) ** 2).sum() / counts.sum()
 
     def forward(
         self,
         history: Tensor,
         jaw_rad: Tensor,
         words: Tensor,
-        committed_chunk: Tensor,
-        n_committed: Tensor,
+        past: Tensor,
+        n_past: Tensor,
+        delay: Tensor,
         noise: Tensor,
     ) -> Tensor:
         """Sample chunks (B, H, 20), without chance: all noise is given.
@@ -101,39 +92,40 @@ class Policy(nn.Module):
 
         Args:
             history: (B, K, `VECTOR_SIZE`) frames seen.
-            jaw_rad: (B, 2) commanded last.
+            jaw_rad: (B, 2) commanded last before the chunk.
             words: (B, 384) the embedding of what is said.
-            committed_chunk: (B, H, 20) whose first rows will be played in any case.
-            n_committed: (B,) how many.
+            past: (B, P, 20) rows that lead up to the chunk.
+            n_past: (B,) how many of them, the last ones, are known.
+            delay: (B,) how many of them come after what is seen.
             noise: (B, H, 20) standard normal.
         """
-        condition = self.condition(history, jaw_rad, words)
-        given = self._normal(committed_chunk, jaw_rad)[:, None]
-        committed = self._committed_rows(n_committed[:, None])
+        held = _held(jaw_rad)
+        given = self._given(past - held, n_past)
+        condition = self._condition(history, jaw_rad, words, given, delay)
         steps, noisy = self.config.sampling_steps, noise[:, None]
         clean = noisy
         for k in range(steps, 0, -1):
             level, lower = k / steps, (k - 1) / steps
-            at = torch.full_like(n_committed[:, None], level, dtype=noise.dtype)
-            clean = self._denoise(noisy, given, committed, at, condition)
+            at = torch.full_like(n_past[:, None], level, dtype=noise.dtype)
+            clean = self.denoiser(noisy, given, at, condition)
             signal, share = _signal(level), _noise(level)
             noisy = _signal(lower) * clean + _noise(lower) * (noisy - signal * clean) / share
-        rows = committed[..., None]
-        clean = rows * given + (1.0 - rows) * clean
-        return clean[:, 0] * self.chunk_deviation + self.chunk_mean + _held(jaw_rad)
+        return clean[:, 0] * self.chunk_deviation + self.chunk_mean + held
 
-    def _normal(self, chunk: Tensor, jaw_rad: Tensor) -> Tensor:
-        return (chunk - _held(jaw_rad) - self.chunk_mean) / self.chunk_deviation
-
-    def _committed_rows(self, n_committed: Tensor) -> Tensor:
-        rows = torch.arange(self.config.horizon, device=n_committed.device)
-        return (rows < n_committed[..., None]).to(self.chunk_mean.dtype)
-
-    def _denoise(
-        self, noisy: Tensor, given: Tensor, committed: Tensor, level: Tensor, condition: Tensor
+    def _condition(
+        self, history: Tensor, jaw_rad: Tensor, words: Tensor, past: Tensor, delay: Tensor
     ) -> Tensor:
-        rows = committed[..., None]
-        return self.denoiser(rows * given + (1.0 - rows) * noisy, committed, level, condition)
+        features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
+        delays = torch.arange(self.config.max_delay + 1, device=delay.device)
+        marked = (delays == delay[:, None]).to(features)
+        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), past, marked, words)
+
+    def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
+        """(B, P * 21) the past normalised, zeros where it is not known, and where it is."""
+        rows = torch.arange(self.config.past, 0, -1, device=n_past.device)
+        known = (rows <= n_past[:, None]).to(past)
+        normal = known[..., None] * (past - self.past_mean) / self.past_deviation
+        return torch.cat([normal.flatten(1), known], dim=1)
 
 
 def _held(jaw_rad: Tensor) -> Tensor:

@@ -92,13 +92,15 @@ def train(
     words = embed_all(windows.texts).to(device)
     policy = Policy(config.policy).to(device)
     some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
-    seen = windows.batch(some)
-    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk)
+    policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
     average = torch.optim.swa_utils.AveragedModel(
         policy, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average)
     )
     optimiser = torch.optim.AdamW(
-        policy.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
+        policy.parameters(),
+        lr=config.learning_rate,
+        weight_decay=config.weight_decay,
+        fused=True,  # unfused, denormal moments make it slow on a CPU
     )
     parts = {"policy": policy, "average": average, "optimiser": optimiser}
     begin = _resume(out / STATE_FILE, parts, chance, config, windows.digest)
@@ -127,16 +129,13 @@ def _loss(
     """Of random windows, noises, levels of noise and delays."""
     device, shape = chance.device, (config.batch, config.noises)
     which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
-    batch = windows.batch(which)
     most = config.policy.max_delay + 1
-    n_committed = torch.randint(most, shape, generator=chance, device=device)
+    delay = torch.randint(most, (config.batch,), generator=chance, device=device)
+    batch = windows.batch(which, delay)
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
-    history = noised(batch.history, chance)
-    condition = policy.condition(history, batch.jaw_rad, words[batch.text])
-    return policy.loss(
-        condition, batch.jaw_rad, batch.chunk, batch.valid, n_committed, level, noise
-    )
+    seen = batch._replace(history=noised(batch.history, chance))
+    return policy.loss(seen, words[batch.text], level, noise)
 
 
 def _share(step: int, config: TrainingConfig) -> float:

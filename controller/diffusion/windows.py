@@ -55,9 +55,12 @@ class Batch(NamedTuple):
     """What one training step sees; B windows.
 
     Attributes:
-        history: (B, K, `VECTOR_SIZE`) frames seen, the present one first.
-        jaw_rad: (B, 2) jaws commanded last.
+        history: (B, K, `VECTOR_SIZE`) frames seen, the newest first.
+        jaw_rad: (B, 2) jaws commanded last before the chunk.
         text: (B,) rows of `Windows.texts`.
+        past: (B, P, 20) rows that lead up to the chunk, in its frame.
+        n_past: (B,) how many of them, the last ones, are the expert's; the others say nothing.
+        delay: (B,) how many of them come after the newest frame.
         chunk: (B, H, 20) in the frame of `chunk_frame`.
         valid: (B, H) rows to be imitated: of the same words, and the expert's; always a first part.
     """
@@ -65,6 +68,9 @@ class Batch(NamedTuple):
     history: Tensor
     jaw_rad: Tensor
     text: Tensor
+    past: Tensor
+    n_past: Tensor
+    delay: Tensor
     chunk: Tensor
     valid: Tensor
 
@@ -88,7 +94,7 @@ class Windows:
     ) -> None:
         self.texts = tuple(sorted({text for d in demonstrations for text in d.texts}))
         rows = {text: k for k, text in enumerate(self.texts)}
-        tracks = [_track(d, rows, config.horizon) for d in demonstrations]
+        tracks = [_track(d, rows, config) for d in demonstrations]
         if not any(track.n_valid.any() for track in tracks):
             raise ValueError("demonstrations: no motion that may be imitated, nothing to learn")
         parts = (torch.cat(part).to(device) for part in zip(*tracks, strict=True))
@@ -98,21 +104,27 @@ class Windows:
         self._begin = torch.repeat_interleave(begins, lengths).to(device)
         self._where = self._all.n_valid.nonzero()[:, 0]
         self._history = torch.tensor(config.history, device=device)
+        self._behind = torch.arange(-config.past, 0, device=device)
         self._ahead = torch.arange(config.horizon, device=device)
 
     def __len__(self) -> int:
         return len(self._where)
 
-    def batch(self, which: Tensor) -> Batch:
-        """The windows of these numbers (B,)."""
+    def batch(self, which: Tensor, delay: Tensor) -> Batch:
+        """The windows of these numbers (B,), seen as long before (B,) as the words last."""
         data, now = self._all, self._where[which]
-        seen = torch.maximum(now[:, None] - self._history, self._begin[now, None])
+        delay = torch.minimum(delay, data.n_committed[now])
+        seen = torch.maximum((now - delay)[:, None] - self._history, self._begin[now, None])
         n_valid = data.n_valid[now, None]
         ahead = now[:, None] + torch.minimum(self._ahead, n_valid - 1)
+        behind = torch.maximum(now[:, None] + self._behind, self._begin[now, None])
         return Batch(
             history=data.states[seen],
             jaw_rad=data.jaw_before[now],
             text=data.text[now],
+            past=relative(data.before[now], data.before[behind], data.jaw_before[behind]),
+            n_past=data.n_past[now],
+            delay=delay,
             chunk=relative(data.before[now], data.after[ahead], data.jaw[ahead]),
             valid=self._ahead < n_valid,
         )
@@ -127,15 +139,18 @@ class _Track(NamedTuple):
     jaw_before: Tensor
     jaw: Tensor
     text: Tensor
+    n_past: Tensor
+    n_committed: Tensor
     n_valid: Tensor
 
 
-def _track(demonstration: Demonstration, rows: dict[str, int], horizon: int) -> _Track:
+def _track(demonstration: Demonstration, rows: dict[str, int], config: PolicyConfig) -> _Track:
     states = torch.from_numpy(demonstration.states)
     actions = torch.from_numpy(demonstration.actions)
     poses = trajectory(actions.double()).float()
     jaw = actions.reshape(-1, 2, 10)[..., JAW]
-    text = np.array([rows[text] for text in demonstration.texts])
+    text, expert = np.array([rows[text] for text in demonstration.texts]), demonstration.expert
+    n_past, n_committed = _runs_before(expert, np.zeros_like(text)), _runs_before(expert, text)
     return _Track(
         states=states,
         before=poses[:-1],
@@ -143,7 +158,9 @@ def _track(demonstration: Demonstration, rows: dict[str, int], horizon: int) -> 
         jaw_before=torch.cat([fields(states[:1])["joints"][..., 6], jaw[:-1]]),
         jaw=jaw,
         text=torch.from_numpy(text),
-        n_valid=torch.from_numpy(_run_lengths(text, demonstration.expert, horizon)),
+        n_past=torch.from_numpy(np.minimum(n_past, config.past)),
+        n_committed=torch.from_numpy(np.minimum(n_committed, config.max_delay)),
+        n_valid=torch.from_numpy(np.minimum(_runs_after(expert, text), config.horizon)),
     )
 
 
@@ -156,10 +173,18 @@ def _digest(demonstrations: Sequence[Demonstration]) -> str:
     return digest.hexdigest()
 
 
-def _run_lengths(text: NDArray, expert: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
+def _runs_after(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
     """From each step on, how many motions are the expert's for the same words."""
     lengths = np.zeros(len(text) + 1, np.int64)
     for t in reversed(range(len(text))):
         more = t + 1 < len(text) and text[t + 1] == text[t]
         lengths[t] = (1 + more * lengths[t + 1]) * expert[t]
-    return np.minimum(lengths[:-1], most)
+    return lengths[:-1]
+
+
+def _runs_before(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
+    """Up to each step, how many motions were the expert's for the step's words."""
+    lengths = np.zeros(len(text), np.int64)
+    for t in range(1, len(text)):
+        lengths[t] = (1 + lengths[t - 1]) * (expert[t - 1] and text[t] == text[t - 1])
+    return lengths

@@ -43,6 +43,7 @@ class Train:
         """Trains and reports; returns 0."""
         require_writable_folder(self.out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
+        os.environ["OMP_WAIT_POLICY"] = "passive"  # else a core lost to others halts all threads
         import torch
 
         from controller.diffusion import training

@@ -3,7 +3,16 @@
 import numpy as np
 import torch
 
-from controller.diffusion.chunk_frame import actions_of, chunk_of, motion_of, relative, trajectory
+from controller.diffusion.chunk_frame import (
+    JAWS,
+    actions_of,
+    chunk_of,
+    motion_of,
+    past_of,
+    relative,
+    rotations,
+    trajectory,
+)
 from tests.controller.diffusion.demonstrated import motions
 from tissue_sim.frames import rotation_from_6d
 
@@ -37,6 +46,19 @@ def test_a_chunk_does_not_depend_on_where_it_begins():
     poses, jaw_rad = trajectory(given), given.reshape(-1, 2, 10)[..., 9]
     window = relative(poses[7], poses[8 : 8 + N], jaw_rad[7 : 7 + N])
     np.testing.assert_allclose(window.numpy(), chunk_of(given[7 : 7 + N].numpy()), atol=1e-12)
+
+
+def test_past_and_chunk_are_one_run_of_poses():
+    """Seen from the chunk's start, the first row of the past is where the whole run began."""
+    given = motions(N)
+    past, chunk = past_of(given[:5], np.array([0.2, 0.3])), chunk_of(given[5:])
+    np.testing.assert_array_equal(past[0, JAWS], [0.2, 0.3])
+    np.testing.assert_allclose(past[1:, JAWS], given[:4, JAWS])
+    rows = torch.from_numpy(np.stack([past[0], chunk[-1]]).reshape(2, 2, 10))
+    poses = torch.cat([rotations(rows[..., 3:9]), rows[..., :3, None]], dim=-1)
+    jaw_rad = torch.from_numpy(chunk[-1:, JAWS].copy())
+    whole = relative(poses[0], poses[1:], jaw_rad)[0]
+    np.testing.assert_allclose(whole.numpy(), chunk_of(given)[-1], atol=1e-12)
 
 
 def test_what_a_network_says_of_a_rotation_becomes_one():

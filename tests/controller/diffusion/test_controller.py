@@ -97,7 +97,8 @@ def test_a_delay_longer_than_trained_for_is_refused(sampler):
     ("wrong", "said"),
     [
         ({"history": (3, 0)}, "history must begin with the present frame"),
-        ({"horizon": 8}, "a chunk of 8 is too short to play 6 motions after a delay of 4"),
+        ({"play": 17}, "play must be 1 to 16 motions, got 17"),
+        ({"past": 3}, "max_delay must be 0 to 3, .* got 4"),
     ],
 )
 def test_shapes_that_do_not_fit_together_are_refused(wrong, said):

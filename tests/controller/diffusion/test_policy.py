@@ -10,7 +10,7 @@ from controller.diffusion.features import Features
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.diffusion.tracker_noise import noised
-from controller.diffusion.windows import Windows
+from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.observation import VECTOR_SIZE, fields
 
@@ -21,43 +21,44 @@ CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32,
 def policy() -> Policy:
     torch.manual_seed(0)
     policy = Policy(CONFIG)
-    seen = Windows([demonstration()], CONFIG).batch(torch.arange(100))
-    policy.normalise_by(seen.history, seen.jaw_rad, seen.chunk)
+    which = torch.arange(100)
+    policy.normalise_by(Windows([demonstration()], CONFIG).batch(which, torch.zeros_like(which)))
     return policy.eval().requires_grad_(False)
 
 
 @pytest.fixture(scope="module")
-def inputs() -> dict[str, Tensor]:
-    seen = Windows([demonstration(seed=1)], CONFIG).batch(torch.tensor([20]))
+def seen() -> Batch:
+    return Windows([demonstration(seed=1)], CONFIG).batch(torch.tensor([20]), torch.tensor([3]))
+
+
+@pytest.fixture(scope="module")
+def inputs(seen) -> dict[str, Tensor]:
     generator = torch.Generator().manual_seed(0)
     return {
         "history": seen.history,
         "jaw_rad": seen.jaw_rad,
         "words": torch.randn(1, 384, generator=generator),
-        "committed_chunk": seen.chunk,
-        "n_committed": torch.tensor([3]),
+        "past": seen.past,
+        "n_past": seen.n_past,
+        "delay": seen.delay,
         "noise": torch.randn(1, CONFIG.horizon, 20, generator=generator),
     }
 
 
-def test_rows_committed_are_handed_back_and_decide_the_others(policy, inputs):
-    chunk = policy(**inputs)
-    given = inputs["committed_chunk"]
-    torch.testing.assert_close(chunk[:, :3], given[:, :3], atol=1e-6, rtol=0)
-    other = policy(**inputs | {"committed_chunk": given + 0.01})
-    assert (other - chunk)[:, 3:].abs().max() > 1e-5
-
-
-def test_rows_not_committed_have_no_say(policy, inputs):
-    given = inputs["committed_chunk"].clone()
-    given[:, 3:] += 1.0
-    torch.testing.assert_close(policy(**inputs | {"committed_chunk": given}), policy(**inputs))
+def test_the_past_has_a_say_as_far_as_it_is_known(policy, inputs):
+    known = inputs | {"n_past": torch.tensor([2])}
+    for row in range(CONFIG.past):
+        other = inputs["past"].clone()
+        other[:, row] += 0.01
+        change = (policy(**known | {"past": other}) - policy(**known)).abs().max()
+        assert change > 1e-5 if row >= CONFIG.past - 2 else change == 0.0
 
 
 def test_words_and_what_is_seen_have_a_say(policy, inputs):
     chunk = policy(**inputs)
-    for name in ("history", "jaw_rad", "words", "noise"):
-        changed = inputs | {name: inputs[name] + 0.1}
+    for name in ("history", "jaw_rad", "words", "delay", "noise"):
+        by = 1 if name == "delay" else 0.1
+        changed = inputs | {name: inputs[name] + by}
         assert (policy(**changed) - chunk).abs().max() > 1e-5, name
 
 
@@ -66,8 +67,7 @@ def test_a_policy_that_says_nothing_holds_the_jaws_as_commanded(inputs):
     for weights in silent.denoiser.leave.parameters():
         torch.nn.init.zeros_(weights)
     held = torch.tensor([[0.4, -0.3]])
-    none = {"jaw_rad": held, "n_committed": torch.zeros(1, dtype=torch.int64)}
-    chunk = silent(**inputs | none).view(1, CONFIG.horizon, 2, 10)
+    chunk = silent(**inputs | {"jaw_rad": held}).view(1, CONFIG.horizon, 2, 10)
     torch.testing.assert_close(chunk[..., 9], held[:, None].expand(1, CONFIG.horizon, 2))
     assert not chunk[..., :9].any()
 
@@ -77,31 +77,18 @@ def test_the_exported_graph_is_the_network(policy, inputs):
     np.testing.assert_allclose(chunk, policy(**inputs)[0].numpy(), atol=1e-5)
 
 
-def test_the_loss_is_nothing_where_nothing_is_valid_or_all_is_committed(policy, inputs):
-    condition = policy.condition(inputs["history"], inputs["jaw_rad"], inputs["words"])
-    chunk, noise = inputs["committed_chunk"], inputs["noise"][:, None]
-    level, n_committed = torch.full((1, 1), 0.5), torch.tensor([[4]])
-    none, first = torch.zeros(1, 16, dtype=torch.bool), torch.arange(16)[None] < 4
-    for valid in (none, first):
-        assert (
-            policy.loss(condition, inputs["jaw_rad"], chunk, valid, n_committed, level, noise)
-            == 0.0
-        )
-    assert policy.loss(condition, inputs["jaw_rad"], chunk, ~none, n_committed, level, noise) > 0.0
-
-
-def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, inputs):
-    condition = policy.condition(inputs["history"], inputs["jaw_rad"], inputs["words"])
+def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs):
     noise, level = inputs["noise"][:, None], torch.ones(1, 1)  # noise alone: nothing shows through
-    valid, n_committed = torch.arange(16)[None] < 8, torch.zeros(1, 1, dtype=torch.int64)
-    chunk = inputs["committed_chunk"]
-    changed = chunk.clone()
-    changed[:, 8:] += 1.0
-    losses = [
-        policy.loss(condition, inputs["jaw_rad"], c, valid, n_committed, level, noise)
-        for c in (chunk, changed)
-    ]
-    torch.testing.assert_close(*losses, rtol=1e-4, atol=0)
+    first = torch.arange(CONFIG.horizon)[None] < 8
+    losses = []
+    for valid in (first, torch.ones_like(first)):
+        changed = seen.chunk + 0.1 * ~first[..., None]
+        losses += [
+            policy.loss(seen._replace(chunk=c, valid=valid), inputs["words"], level, noise)
+            for c in (seen.chunk, changed)
+        ]
+    torch.testing.assert_close(losses[0], losses[1], rtol=1e-4, atol=0)
+    assert losses[3] > 1.01 * losses[2]
 
 
 def test_features_do_not_depend_on_places_beyond_the_last_clip():
