@@ -17,7 +17,7 @@ from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import Policy
 from planner.instruction import Instruction
-from scenarios.bench_lerobot import lerobot_chunk
+from scenarios.bench_lerobot import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -30,7 +30,7 @@ WARM_UPS, LEROBOT_REPEATS = 10, 1
 
 def bench_controller(
     *, checkpoint: Path | None, seed: int, repeats: int, steps: int
-) -> tuple[Table, Table]:
+) -> list[Table | str]:
     """Times one chunk every way there is, then runs episodes at each delay.
 
     Raises:
@@ -41,7 +41,8 @@ def bench_controller(
         policy = load_checkpoint(chosen(checkpoint))
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
-    return _times_table(policy, repeats), _joints_table(policy, seed, steps)
+    missing = [] if lerobot_version() else [NOT_INSTALLED]
+    return [_times_table(policy, repeats), *missing, _joints_table(policy, seed, steps)]
 
 
 def _times_table(policy: Policy, repeats: int) -> Table:
@@ -55,8 +56,10 @@ def _times_table(policy: Policy, repeats: int) -> Table:
     for _ in range(repeats):
         for name, run in ours.items():
             times_ms[name].append(_time_ms(run))
-    if (run := lerobot_chunk()) is not None:
-        times_ms["LeRobot's DiffusionPolicy"] = [_time_ms(run) for _ in range(LEROBOT_REPEATS)]
+    if number := lerobot_version():
+        run = lerobot_chunk()
+        name = f"LeRobot {number}, DiffusionPolicy"
+        times_ms[name] = [_time_ms(run) for _ in range(LEROBOT_REPEATS)]
     table = Table(title=f"one chunk of {policy.config.horizon} motions, one thread")
     table.add_column("by")
     for heading in ("median (ms)", "p99 (ms)", "times ours"):

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec
+from importlib.metadata import PackageNotFoundError, version
 
 import torch
+from rich.markup import escape
 
 from controller.action import ACTION_SIZE
 from tissue_sim.observation import VECTOR_SIZE
 
+NOT_INSTALLED = escape("LeRobot is not installed; to compare with it: pip install 'calot[lerobot]'")
 
-def lerobot_chunk() -> Callable[[], torch.Tensor] | None:
-    """Samples one chunk by LeRobot's own settings from numbers alone; None if not installed."""
-    if find_spec("lerobot") is None:
+
+def lerobot_version() -> str | None:
+    """None if it is not installed."""
+    try:
+        return version("lerobot")
+    except PackageNotFoundError:
         return None
+
+
+def lerobot_chunk() -> Callable[[], torch.Tensor]:
+    """Samples one chunk by LeRobot's own settings from numbers alone (written for 0.4.4)."""
     from lerobot.configs.types import FeatureType, PolicyFeature  # pyright: ignore
     from lerobot.policies.diffusion.configuration_diffusion import DiffusionConfig  # pyright: ignore
     from lerobot.policies.diffusion.modeling_diffusion import DiffusionPolicy  # pyright: ignore

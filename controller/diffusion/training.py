@@ -35,6 +35,7 @@ class TrainingConfig:
         learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
         average: decay of the weights' moving average, which is what is saved.
         save_every: steps.
+        bfloat16: multiply matrices in it: half again as fast where the processor can.
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
@@ -47,6 +48,7 @@ class TrainingConfig:
     average: float = 0.999
     save_every: int = 1000
     seed: int = 0
+    bfloat16: bool = False
 
 
 PRESETS = {
@@ -135,7 +137,8 @@ def _loss(
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
-    return policy.loss(seen, words[batch.text], level, noise)
+    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):
+        return policy.loss(seen, words[batch.text], level, noise)
 
 
 def _share(step: int, config: TrainingConfig) -> float:

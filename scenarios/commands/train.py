@@ -34,6 +34,8 @@ class Train:
     """Of everything random."""
     threads: Annotated[int, at_least(1)] = 1
     """For torch, on the CPU."""
+    bfloat16: bool = False
+    """Multiply matrices in it: half again as fast where the processor can (AVX-512 BF16)."""
     device: Annotated[str, one_of(DEVICES)] = "cpu"
     """Where to train."""
     out: Path = Path("runs/controller")
@@ -53,7 +55,12 @@ class Train:
             raise BadInputError("--device cuda: there is none; see `calot doctor`")
         torch.set_num_threads(self.threads)
         preset = training.PRESETS[self.preset]
-        config = replace(preset, seed=self.seed, steps=self.steps or preset.steps)
+        config = replace(
+            preset,
+            seed=self.seed,
+            steps=self.steps or preset.steps,
+            bfloat16=self.bfloat16,
+        )
         console = Console(stderr=True)
         try:
             with console.status(f"reading {self.data}"):

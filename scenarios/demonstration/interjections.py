@@ -21,6 +21,16 @@ from tissue_sim.world import World
 CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second
 LASTS_S = (1, 2)
 BETWEEN_S = 2.0  # from the end of one to the next, at least
+RARITY = {  # how much more often each is said where it can be, as most seldom can: about evened out
+    ("left", None): 3.0,
+    ("left", "open"): 8.0,
+    ("left", "close"): 8.0,
+    ("right", None): 1.0,
+    ("right", "open"): 0.3,
+    ("right", "close"): 8.0,
+    ("both", "open"): 8.0,
+    ("both", "close"): 8.0,
+}
 
 
 class PlannerInterjecting:
@@ -45,7 +55,8 @@ class PlannerInterjecting:
             self._correction = None
         elif now_s >= self._until_s + BETWEEN_S and self._rng.uniform() < CHANCE:
             able = [c for c in CORRECTIONS if is_harmless(c, self._world)]
-            self._correction = able[self._rng.integers(len(able))]
+            rarity = np.array([RARITY[c.arm, c.jaw] for c in able])
+            self._correction = able[self._rng.choice(len(able), p=rarity / rarity.sum())]
             self._until_s = now_s + float(self._rng.choice(LASTS_S))
         return replace(said, correction=self._correction)
 

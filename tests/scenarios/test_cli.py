@@ -58,6 +58,8 @@ def complaint(capfd, *words):
         (["run", "--scenario", "latency", "--magnitude", "0.5"], ["--magnitude", "whole number"]),
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
+        (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
+        (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
         (["operate"], ["operate", "run", "doctor"]),
         ([], ["run", "doctor"]),
     ],

@@ -62,3 +62,20 @@ def test_a_file_that_is_no_checkpoint_is_told_in_one_line(capfd, tmp_path, contr
     path.write_text("no weights")
     words = ["run", "--controller", controller, "--checkpoint", str(path)]
     assert said in complaint(capfd, *words, "--out", str(tmp_path / "out"))
+
+
+@pytest.mark.parametrize("words", [["run", "--controller", "diffusion"], ["bench", "controller"]])
+def test_a_checkpoint_that_is_neither_named_nor_shipped_is_told_in_one_line(
+    capfd, tmp_path, monkeypatch, words
+):
+    monkeypatch.setattr("controller.diffusion.checkpoint.SHIPPED", tmp_path / "none")
+    assert "`calot train controller` makes one" in complaint(capfd, *words)
+
+
+def test_the_bench_times_chunks_and_joins_them_at_each_delay(checkpoint, capsys, monkeypatch):
+    monkeypatch.setattr("scenarios.bench_controller.lerobot_version", lambda: None)
+    words = ["--checkpoint", str(checkpoint), "--repeats", "3", "--steps", "30"]
+    assert main(["bench", "controller", *words]) == 0
+    said = capsys.readouterr().out
+    for word in ("ONNX Runtime", "PyTorch, eager", "at joints", "inside", "calot[lerobot]"):
+        assert word in said

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from controller.diffusion.chunk_frame import JAWS, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler
@@ -63,6 +64,23 @@ def test_motions_committed_are_played_as_they_were_first_meant(sampler):
     prompt, late = (played(controller(sampler, delay=d), CONFIG.play + 1) for d in (0, 4))
     np.testing.assert_allclose(late[: CONFIG.play], prompt[: CONFIG.play], atol=1e-9)
     assert not np.allclose(late[CONFIG.play], prompt[CONFIG.play])
+
+
+@pytest.mark.parametrize("delay", [0, 2, 4])
+def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
+    given = []
+    subject = controller(lambda inputs: given.append(inputs) or sampler(inputs), delay=delay)
+    rows = np.concatenate([played(subject, 20), played(subject, 1, CLIP)])
+    joints = [0, 6, 12, 18, 20]
+    assert len(given) == len(joints)
+    for at, inputs in zip(joints, given, strict=True):
+        n = min(at, CONFIG.past)
+        assert inputs["n_past"] == n
+        assert inputs["delay"] == (delay if 0 < at < 20 else 0)
+        if at > n:
+            led = past_of(rows[at - n : at], rows[at - n - 1, JAWS])
+            np.testing.assert_allclose(inputs["past"], led, atol=1e-6)
+            np.testing.assert_allclose(inputs["jaw_rad"], rows[at - 1, JAWS], atol=1e-6)
 
 
 def test_new_words_drop_the_running_chunk_at_once(sampler):
