@@ -39,8 +39,8 @@ class TrainingConfig:
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
-    steps: int = 60_000
-    batch: int = 256
+    steps: int = 45_000
+    batch: int = 512
     noises: int = 2
     learning_rate: float = 1e-3
     weight_decay: float = 1e-4
