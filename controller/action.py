@@ -9,6 +9,7 @@ import numpy as np
 from tissue_sim.frames import Array
 
 CONTROL_STEP_S = 1.0 / 30.0
+ACTION_SIZE = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +33,11 @@ class ToolAction:
             value = np.asarray(getattr(self, name))
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(f"action: {name} must be {shape} finite numbers, got {value!r}")
+
+    def vector(self) -> Array:
+        """(`ACTION_SIZE`,): move, turn, jaw of the left arm, then of the right."""
+        rows = (self.move_endoscope_m, self.turn_tool, np.reshape(self.jaw_rad, (2, 1)))
+        return np.concatenate(rows, axis=1).ravel()
 
 
 Chunk = tuple[ToolAction, ...]

@@ -9,7 +9,7 @@ import numpy as np
 from controller.action import ToolAction
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.arms import JointCommand
-from tissue_sim.frames import Array, inverse_pose, rotation_from_6d
+from tissue_sim.frames import Array, inverse_pose, rotation_from_6d, rotation_to_6d
 from tissue_sim.instruments import Instrument
 from tissue_sim.psm import forward_kinematics
 
@@ -84,3 +84,13 @@ class Driver:
             self.refused += 1
             return
         self._T_rcm_tool[arm] = target
+
+
+def motion_between(rig: Rig, start: Array, end: Array) -> ToolAction:
+    """The action that drives joints (2, 7) from `start` to `end`: the inverse of `Driver.drive`."""
+    moves, turns = np.zeros((2, 3)), np.zeros((2, 6))
+    for arm, instrument in enumerate(rig.instruments):
+        T_start, T_end = (forward_kinematics(q[arm, :6], instrument) for q in (start, end))
+        moves[arm] = (T_end[:3, 3] - T_start[:3, 3]) @ rig.T_rcm_endoscope[arm, :3, :3]
+        turns[arm] = rotation_to_6d(T_start[:3, :3].T @ T_end[:3, :3])
+    return ToolAction(move_endoscope_m=moves, turn_tool=turns, jaw_rad=end[:, 6].copy())

@@ -56,4 +56,8 @@ PLANNERS: dict[str, str] = {
 CONTROLLERS: dict[str, str] = {
     "expert": "controller.expert:ControllerExpert",
     "idle": "controller.idle:ControllerIdle",
+    "diffusion": "controller.diffusion.controller:load_controller",
 }
+
+LEARNED_CONTROLLERS = ("diffusion",)
+"""Made from a checkpoint and a seed; the others from the world, which these never get hold of."""

@@ -11,8 +11,10 @@ from typing import Protocol
 from tyro.extras import subcommand_cli_from_dict
 
 from scenarios.commands.bench import Bench
+from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
+from scenarios.commands.train import Train
 from scenarios.errors import BadInputError
 
 BAD_INPUT = 2
@@ -29,6 +31,8 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "train": Train,
+    "collect": Collect,
     "bench": Bench,
     "doctor": Doctor,
 }

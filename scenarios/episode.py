@@ -21,7 +21,7 @@ from controller.safety.ledger import Entry
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
@@ -48,6 +48,11 @@ def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> Ep
     """
     start_s = time.perf_counter()
     episode = begin(config, render=any(getattr(o, "needs_images", False) for o in observers))
+    return play(episode, observers, start_s)
+
+
+def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> EpisodeResult:
+    """From where it has begun, at `start_s` of `perf_counter`, to its end."""
     for observer in observers:
         observer.on_reset(episode.world)
     for step in episode.steps():
@@ -66,11 +71,18 @@ def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
-        controller=resolve_name(CONTROLLERS[config.controller])(world),
+        controller=_controller(config, world),
         effects=effects,
         observation=observation,
         config=config,
     )
+
+
+def _controller(config: EpisodeConfig, world: World) -> Controller:
+    make = resolve_name(CONTROLLERS[config.controller])
+    if config.controller in LEARNED_CONTROLLERS:
+        return make(config.checkpoint, config.seed)
+    return make(world)
 
 
 def anatomy_of(config: EpisodeConfig) -> Anatomy:
@@ -93,6 +105,8 @@ class Step:
 
     Attributes:
         observation: After the command.
+        asked: What the controller asked for; None while a perturbation or the nurse has the arms.
+        disturbed: Something else than what was asked for reached the driver.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
@@ -103,6 +117,8 @@ class Step:
     command: JointCommand
     observation: Observation
     outcome: Outcome
+    asked: ToolAction | None
+    disturbed: bool
     exchange: bool
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
@@ -133,7 +149,7 @@ class Episode:
     clearance_m: float = math.inf
 
     def __post_init__(self) -> None:
-        self.driver = Driver(_rig(self.world), self.observation.joints)
+        self.driver = Driver(rig_in(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
         self._chunk: Iterator[ToolAction] = iter(())
         self._n_told = 0  # entries of the ledger that observers have been told of
@@ -144,7 +160,8 @@ class Episode:
         while True:
             if self._needs_exchange():
                 yield from self._exchange()
-            step = self._step(self._drive(self._next_action()))
+            asked, action = self._next_action()
+            step = self._step(self._drive(action), asked=asked, disturbed=action is not asked)
             self._note(step)
             yield step
             if self._is_over(step):
@@ -161,13 +178,17 @@ class Episode:
     def _plan_is_due(self) -> bool:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
-    def _next_action(self) -> ToolAction:
-        """The controller's; where a perturbation leads an arm astray, it begins anew after that."""
+    def _next_action(self) -> tuple[ToolAction | None, ToolAction]:
+        """What the controller asks for, and what is done.
+
+        Where a perturbation leads an arm astray, the controller is not asked and begins anew later.
+        """
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._drop_chunk()
             self.controller.reset()
-            return led
-        return self.effects.on_action(self._chosen_action(), self.world)
+            return None, led
+        asked = self._chosen_action()
+        return asked, self.effects.on_action(asked, self.world)
 
     def _chosen_action(self) -> ToolAction:
         """Of the running chunk; when that has ended, the first of a new one."""
@@ -181,7 +202,7 @@ class Episode:
 
     def _drive(self, action: ToolAction) -> JointCommand:
         """Motions are meant in the frame of the endoscope, wherever that is by now."""
-        self.driver.calibrate(_rig(self.world))
+        self.driver.calibrate(rig_in(self.world))
         start, refused = self.driver.joints, self.driver.refused
         asked = self.driver.drive(action)
         if self.driver.refused > refused:
@@ -212,13 +233,20 @@ class Episode:
         self._drop_chunk()
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             yield self._step(command, exchange=True)
-        self.driver.attach(_rig(self.world), joints)
+        self.driver.attach(rig_in(self.world), joints)
         if self.filter is not None:
             self.filter.restart()
         self.controller.reset()
         self.exchange_s += self._time_s - start_s
 
-    def _step(self, command: JointCommand, *, exchange: bool = False) -> Step:
+    def _step(
+        self,
+        command: JointCommand,
+        *,
+        asked: ToolAction | None = None,
+        disturbed: bool = False,
+        exchange: bool = False,
+    ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])
         self._n_told = len(self.ledger)
@@ -233,6 +261,8 @@ class Episode:
                 events=self.world.record.injuries[n_before:],
                 task_done=task_done(task, self.world),
             ),
+            asked=asked,
+            disturbed=disturbed,
             exchange=exchange,
             applied=self.effects.news(),
             altered=altered,
@@ -300,5 +330,6 @@ def _safety(episode: Episode) -> SafetyResult:
     )
 
 
-def _rig(world: World) -> Rig:
+def rig_in(world: World) -> Rig:
+    """As calibrated in this world now."""
     return rig_of(world.arms.T_world_rcm, world.T_world_endoscope, world.arms.mounted)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.perturbation.perturbation import Perturbation
 
 
@@ -21,11 +21,13 @@ class EpisodeConfig:
         controller: A key of `scenarios.catalogue.CONTROLLERS`.
         task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
             default that of SRT-H.
+        checkpoint: File of a learned controller; None for the one that comes with Calot.
         safety_filter: Whether commands pass through the safety filter.
 
     Raises:
-        ValueError: For an unknown name, a magnitude that the scenario does not allow, a seed that
-            is not a whole number of at least 0, or a cap that is not a number above 0.
+        ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
+            for a controller that takes none, a seed that is not a whole number of at least 0, or
+            a cap that is not a number above 0.
     """
 
     scenario: str = "nominal"
@@ -33,6 +35,7 @@ class EpisodeConfig:
     seed: int = 20_000
     planner: str = "scripted"
     controller: str = "expert"
+    checkpoint: str | None = None
     task_cap_s: float = 90.0
     safety_filter: bool = True
 
@@ -41,6 +44,11 @@ class EpisodeConfig:
         _require_known("planner", self.planner, PLANNERS)
         _require_known("controller", self.controller, CONTROLLERS)
         _ = self.perturbations
+        if self.checkpoint is not None and self.controller not in LEARNED_CONTROLLERS:
+            raise ValueError(
+                f"controller {self.controller!r} takes no checkpoint; these do:"
+                f" {', '.join(LEARNED_CONTROLLERS)}"
+            )
         if not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
         if not 0.0 < self.task_cap_s < math.inf:

@@ -9,6 +9,8 @@ PACKAGES = (
     "sapien",
     "warp-lang",
     "torch",
+    "onnxruntime",
+    "tokenizers",
     "casadi",
     "python-fcl",
     "numpy",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,4 +58,29 @@ class Observation:
         return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
 
 
-VECTOR_SIZE = 14 + 24 + 6 + 2 * 3 * TUBE_POINTS + 3 * SAC_POINTS + 3 * MOST_CLIPS + 3 + 2
+VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
+    "joints": (2, 7),
+    "tips_endoscope": (2, 3, 4),
+    "forces_n": (2, 3),
+    "left_tube_m": (TUBE_POINTS, 3),
+    "right_tube_m": (TUBE_POINTS, 3),
+    "sac_m": (SAC_POINTS, 3),
+    "clips_m": (MOST_CLIPS, 3),
+    "n_clips": (1,),
+    "clip_loaded": (1,),
+    "scissors": (1,),
+    "severed": (2,),
+}
+"""What stands where in `Observation.vector()`."""
+
+VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
+
+
+def fields(vectors: Any) -> dict[str, Any]:
+    """The parts of vectors (..., `VECTOR_SIZE`), arrays or tensors, each (..., *shape)."""
+    parts, at = {}, 0
+    for name, shape in VECTOR_LAYOUT.items():
+        size = prod(shape)
+        parts[name] = vectors[..., at : at + size].reshape(*vectors.shape[:-1], *shape)
+        at += size
+    return parts

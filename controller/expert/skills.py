@@ -70,6 +70,8 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
         opening = applier_opening_rad(world.tubes, tube)
     if task.kind == "grab":
         return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
+    if lacks_clip(task, world):
+        return _retreat(opening)
     if task.kind == "clip":
         clip = partial(clip_pose, tube=tube, k=task.clip or 1)
         closing = _close_on(world, tube, clip, opening, "clip_applier", attempt)
@@ -78,25 +80,24 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
         cut = partial(cut_pose, tube=tube)
         closing = _close_on(world, tube, cut, opening, "scissors", attempt)
         return _from_outside(RIGHT_ARM, closing, opening, world)
-    further = Phase(
-        name="further back, clear of what lies in front",
-        arm=RIGHT_ARM,
-        goal=_further_back,
-        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
-    )
-    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
+    return _retreat(opening)
+
+
+def lacks_clip(task: Task, world: World) -> bool:
+    """Whether the task needs a clip and the applier has lost its own: the nurse must reload it."""
+    return task.kind == "clip" and not world.record.clip_loaded
 
 
 def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
     """An arm among tissue opens and draws back first: it may have caught the wrong thing."""
-    if not _among_tissue(arm, world):
+    if not among_tissue(arm, world):
         return phases
     return (*_go_back(arm, max(opening, float(world.target[arm, 6]))), *phases)
 
 
-def _among_tissue(arm: int, world: World) -> bool:
+def among_tissue(arm: int, world: World) -> bool:
     """Whether any tissue lies beside or between the jaws, behind their tips."""
     jaws_m = world.arms.mounted[arm].yaw_to_tip_m
     to_tool = inverse_pose(world.arms.T_world_tool()[arm])
@@ -158,6 +159,16 @@ def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
     open_up = _jaw(arm, "open", opening)
     back = Phase(name="go back", arm=arm, goal=retreat, done=far)
     return open_up, back
+
+
+def _retreat(opening: float) -> tuple[Phase, ...]:
+    further = Phase(
+        name="further back, clear of what lies in front",
+        arm=RIGHT_ARM,
+        goal=_further_back,
+        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
+    )
+    return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
 
 
 def _further_back(world: World, start: Array) -> Goal:

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from tyro.constructors import PrimitiveConstructorSpec
 
 
-def at_least(minimum: int) -> PrimitiveConstructorSpec[int]:
-    """Returns the type of a whole number not below `minimum`, to annotate an int with."""
+def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
+    """Returns the type of a whole number not below `minimum`, to annotate an int or None with."""
 
     def parse(words: list[str]) -> int:
         word = words[0]
@@ -18,7 +18,7 @@ def at_least(minimum: int) -> PrimitiveConstructorSpec[int]:
         nargs=1,
         metavar="N",
         instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, int),
+        is_instance=lambda value: value is None or isinstance(value, int),
         str_from_instance=lambda value: [str(value)],
     )
 

@@ -3,16 +3,18 @@
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 from rich.console import Console
-from tyro.conf import OmitSubcommandPrefixes, subcommand
+from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
 from scenarios.commands.arguments import at_least
 from scenarios.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_RESETS = 50  # fewer say nothing about a slope
+LEAST_STEPS = 30  # some chunks join in them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +140,31 @@ class Safety:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Controller:
+    """How long a chunk of the diffusion controller takes, and how smoothly chunks join."""
+
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Left out, the one that comes with Calot."""
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the anatomy on which chunks are joined."""
+    repeats: Annotated[int, at_least(1)] = 300
+    """Chunks to time."""
+    steps: Annotated[int, at_least(LEAST_STEPS)] = 600
+    """Control steps at each delay."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_controller import bench_controller
+
+        with Console(stderr=True).status("measuring: controller"):
+            report = bench_controller(
+                checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
+            )
+        _show(report)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -147,6 +174,7 @@ class Bench:
         | Annotated[Robustness, subcommand("robustness")]
         | Annotated[Parallel, subcommand("parallel")]
         | Annotated[Safety, subcommand("safety")]
+        | Annotated[Controller, subcommand("controller")]
     ]
 
     def execute(self) -> int:

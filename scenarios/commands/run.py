@@ -11,7 +11,7 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode, broken_off
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
@@ -46,6 +46,8 @@ class Run:
     """Who says what to do next."""
     controller: Annotated[str, one_of(CONTROLLERS)] = "expert"
     """Who moves the arms."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a learned controller; left out, the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -78,6 +80,7 @@ class Run:
 
     def _require_possible(self) -> None:
         self._require_magnitude()
+        self._require_checkpoint()
         if self.video is not None:
             self._require_video_possible(self.video)
         require_writable_folder(self.out, "--out")
@@ -87,6 +90,20 @@ class Run:
             EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude)
         except ValueError as error:
             raise BadInputError(f"--magnitude: {error}") from None
+
+    def _require_checkpoint(self) -> None:
+        if self.controller in LEARNED_CONTROLLERS:
+            from controller.diffusion.checkpoint import CheckpointError, checked_config, chosen
+
+            try:
+                checked_config(chosen(self.checkpoint))
+            except CheckpointError as error:
+                raise BadInputError(f"--checkpoint: {error}") from None
+        elif self.checkpoint is not None:
+            raise BadInputError(
+                f"--checkpoint: controller {self.controller!r} takes none; these do:"
+                f" {', '.join(LEARNED_CONTROLLERS)}"
+            )
 
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:
@@ -120,6 +137,7 @@ class Run:
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,
+                checkpoint=None if self.checkpoint is None else str(self.checkpoint),
                 safety_filter=self.filter,
             )
             for k in range(self.episodes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,8 +20,10 @@ GRASP_SLIPS_S = 3.0
 class ClipDropped(Effect):
     """The applier loses its clip as it nears the tube, `magnitude` times in one task."""
 
+    tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
+
     def drawn_moment(self, rng: np.random.Generator) -> Moment:
-        return AtTask(index=int(rng.choice(CLIP_TASKS)))
+        return AtTask(index=int(rng.choice(self.tasks)))
 
     def before_step(self, world: World, task: Task) -> None:
         left = len(self.applied) < self.magnitude and self.due(world, task)
@@ -32,8 +35,10 @@ class ClipDropped(Effect):
 class GraspSlip(Effect):
     """The grasper's jaws lose a share `magnitude` of their friction for a while."""
 
+    tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
+
     def drawn_moment(self, rng: np.random.Generator) -> Moment:
-        return AtTask(index=int(rng.choice(CLIP_TASKS)))
+        return AtTask(index=int(rng.choice(self.tasks)))
 
     def before_step(self, world: World, task: Task) -> None:
         if not self.applied and self.due(world, task):

@@ -33,3 +33,11 @@ def test_hold_asks_for_no_motion_and_the_jaws_given():
     for six in action.turn_tool:
         np.testing.assert_array_equal(rotation_from_6d(six), np.eye(3))
     np.testing.assert_array_equal(action.jaw_rad, [0.3, -0.1])
+
+
+def test_the_vector_is_move_turn_and_jaw_of_the_left_arm_then_of_the_right():
+    numbers = np.arange(20.0).reshape(2, 10)
+    action = ToolAction(
+        move_endoscope_m=numbers[:, :3], turn_tool=numbers[:, 3:9], jaw_rad=numbers[:, 9]
+    )
+    np.testing.assert_array_equal(action.vector(), np.arange(20.0))

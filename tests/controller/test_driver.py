@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller.action import ToolAction, hold
-from controller.driver import Driver, rig_of
+from controller.driver import Driver, motion_between, rig_of
 from planner.correction import DIRECTION_ENDOSCOPE
 from tissue_sim.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.field import NOMINAL_DISTANCE_M, NOMINAL_PITCH_RAD, endoscope_pose
@@ -161,3 +161,13 @@ def test_the_commanded_joints_are_a_copy():
     np.testing.assert_allclose(
         driver.joints[:, :6], np.tile(HOME_JOINTS[:6], (2, 1)), atol=ROUNDING
     )
+
+
+@given(seeds)
+def test_the_motion_between_joints_is_the_action_that_drives_there(rng):
+    driver = driver_at(home(rng))
+    rig = rig_of(T_WORLD_RCM, ASKEW, (INSTRUMENTS["grasper"], INSTRUMENTS["clip_applier"]))
+    start = driver.joints
+    asked = action(move=rng.uniform(-2e-3, 2e-3, 3), turn=rng.uniform(-0.05, 0.05, 3), jaw=0.2)
+    motion = motion_between(rig, start, driver.drive(asked).joints)
+    np.testing.assert_allclose(motion.vector(), asked.vector(), atol=ROUNDING)

@@ -13,7 +13,18 @@ from scenarios.commands.run import Run, exit_code
 from scenarios.episode_config import EpisodeConfig
 from tests.scenarios.example_results import ERROR, FAILED, PASSED
 
-HEAVY = ("torch", "sapien", "mani_skill", "warp", "casadi", "viser", "trimesh", "fcl")
+HEAVY = (
+    "torch",
+    "onnxruntime",
+    "pyarrow",
+    "sapien",
+    "mani_skill",
+    "warp",
+    "casadi",
+    "viser",
+    "trimesh",
+    "fcl",
+)
 
 
 def complaint(capfd, *words):
@@ -47,6 +58,8 @@ def complaint(capfd, *words):
         (["run", "--scenario", "latency", "--magnitude", "0.5"], ["--magnitude", "whole number"]),
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
+        (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
+        (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
         (["operate"], ["operate", "run", "doctor"]),
         ([], ["run", "doctor"]),
     ],
@@ -130,7 +143,7 @@ def test_help_is_no_error(capsys, words):
     [
         ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
         ({"planner": "oracle"}, "unknown planner 'oracle'; allowed: scripted"),
-        ({"controller": "hand"}, "unknown controller 'hand'; allowed: expert, idle"),
+        ({"controller": "hand"}, "unknown controller 'hand'; allowed: expert, idle, diffusion"),
         ({"seed": -1}, "seed must be a whole number of at least 0, got -1"),
         ({"seed": 1.0}, "seed must be a whole number of at least 0, got 1.0"),
     ],

@@ -1,0 +1,48 @@
+"""Where things lie in a dataset: LeRobot's dataset v3, written from its public description."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from controller.dataset.schema import FEATURES, FPS, SCHEMA_VERSION, TEXTS, Feature
+from tissue_sim.world import WORLD_VERSION
+
+CODEBASE_VERSION = "v3.0"
+FILES_A_CHUNK = 1000
+DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
+TASKS_PATH = "meta/tasks.parquet"
+STATS_PATH = "meta/stats.json"
+INFO_PATH = "meta/info.json"
+DATA_FILE_MOST_MB = 100
+
+
+def data_path(file: int) -> str:
+    """Of the n-th file of frames."""
+    chunk, within = divmod(file, FILES_A_CHUNK)
+    return DATA_PATH.format(chunk_index=chunk, file_index=within)
+
+
+def info(episodes: int, frames: int) -> dict[str, Any]:
+    """Content of meta/info.json; `calot` is ours."""
+    return {
+        "codebase_version": CODEBASE_VERSION,
+        "robot_type": "two simulated da Vinci PSMs",
+        "total_episodes": episodes,
+        "total_frames": frames,
+        "total_tasks": len(TEXTS),
+        "chunks_size": FILES_A_CHUNK,
+        "data_files_size_in_mb": DATA_FILE_MOST_MB,
+        "video_files_size_in_mb": 200,
+        "fps": FPS,
+        "splits": {"train": f"0:{episodes}"},
+        "data_path": DATA_PATH,
+        "video_path": None,
+        "features": {name: _described(feature) for name, feature in FEATURES.items()},
+        "calot": {"schema_version": SCHEMA_VERSION, "world_version": WORLD_VERSION},
+    }
+
+
+def _described(feature: Feature) -> Mapping[str, Any]:
+    return {"dtype": feature.dtype, "shape": [feature.size], "names": None, "fps": FPS}

@@ -1,0 +1,63 @@
+"""One episode in a file of its own, as a worker leaves it: the dataset is merged from these."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from controller.dataset.episode import Episode, Header
+from controller.dataset.schema import DEMONSTRATED, SCHEMA_VERSION
+from controller.dataset.tables import columns_of, table_of
+from tissue_sim.world import WORLD_VERSION
+
+_HEADER = b"calot"
+
+
+def part_bytes(episode: Episode) -> bytes:
+    """The content of an episode's file.
+
+    Raises:
+        ValueError: a column is missing, of another shape or type, or not finite; or there is no
+            frame.
+    """
+    if not len(episode):
+        raise ValueError("an episode must have at least one frame")
+    header = json.dumps(asdict(episode.header), allow_nan=False).encode()
+    table = table_of(episode.columns, DEMONSTRATED).replace_schema_metadata({_HEADER: header})
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
+    return sink.getvalue().to_pybytes()
+
+
+def read_part(path: Path) -> Episode:
+    """Reads an episode's file back.
+
+    Raises:
+        ValueError: it is damaged, of another schema or of another world, in one line.
+    """
+    try:
+        table = pq.read_table(path, page_checksum_verification=True)
+        if _HEADER not in (metadata := table.schema.metadata or {}):
+            raise ValueError("it is no demonstrated episode")
+        header = Header(**json.loads(metadata[_HEADER]))
+        require_versions(header.schema_version, header.world_version)
+        return Episode(header=header, columns=columns_of(table, DEMONSTRATED))
+    except (OSError, ValueError, TypeError, pa.ArrowException) as error:
+        raise ValueError(f"{path}: {one_line(error)}") from error
+
+
+def require_versions(schema_version: int, world_version: int) -> None:
+    """Raises ValueError unless both are today's."""
+    if schema_version != SCHEMA_VERSION:
+        raise ValueError(f"its schema is {schema_version}, not {SCHEMA_VERSION}: collect anew")
+    if world_version != WORLD_VERSION:
+        raise ValueError(f"its world is version {world_version}, not {WORLD_VERSION}: collect anew")
+
+
+def one_line(error: BaseException) -> str:
+    """What an error says, first line."""
+    return next(iter(str(error).splitlines()), type(error).__name__)

@@ -1,0 +1,102 @@
+"""A dataset back into episodes, one at a time, checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from controller.dataset import layout
+from controller.dataset.episode import Episode, Header
+from controller.dataset.part import one_line, require_versions
+from controller.dataset.schema import FEATURES
+from controller.dataset.tables import arrow_schema, columns_of
+
+_HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
+_JSON = ("anatomy", "failures", "versions")
+_PLACE = ("data/chunk_index", "data/file_index")
+_ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
+
+
+def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Iterator[Episode]:
+    """The episodes of a dataset in their order, with the columns asked for.
+
+    The dataset's description is checked at once, an episode when its turn comes.
+
+    Raises:
+        ValueError: in one line: there is no dataset or no episode in it; its schema or its world
+            is another; columns are missing, unknown or of another shape, numbers not finite; a
+            file is missing or damaged.
+    """
+    if unknown := [name for name in columns if name not in FEATURES]:
+        raise ValueError(f"unknown columns {', '.join(unknown)}; there are {', '.join(FEATURES)}")
+    require_dataset(root)
+    return _episodes(root, columns, _table_of_episodes(root))
+
+
+def require_dataset(root: Path) -> None:
+    """Raises ValueError unless there is a dataset of today's schema and world, with episodes."""
+    path = root / layout.INFO_PATH
+    try:
+        found = json.loads(path.read_text())
+    except FileNotFoundError:
+        raise ValueError(f"{root}: there is no dataset, for want of {layout.INFO_PATH}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: it is damaged: {one_line(error)}") from None
+    own = found.get("calot", {}) if isinstance(found, dict) else {}
+    try:
+        require_versions(own.get("schema_version", 0), own.get("world_version", 0))
+    except ValueError as error:
+        raise ValueError(f"{root}: {error}") from None
+    expected = layout.info(found.get("total_episodes", 0), found.get("total_frames", 0))
+    for name, feature in expected["features"].items():
+        if (have := found.get("features", {}).get(name)) != feature:
+            raise ValueError(f"{root}: column {name} is described as {have}, not {feature}")
+    if not found.get("total_episodes"):
+        raise ValueError(f"{root}: the dataset is empty")
+
+
+def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
+    path = root / layout.EPISODES_PATH
+    try:
+        table = pq.read_table(path, page_checksum_verification=True)
+        if missing := [name for name in _ROW if name not in table.column_names]:
+            raise ValueError(f"columns are missing: {', '.join(missing)}")
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise ValueError(f"{path}: {one_line(error)}") from error
+    return table.select(list(_ROW)).to_pylist()
+
+
+def _episodes(root: Path, columns: Sequence[str], rows: list[dict[str, Any]]) -> Iterator[Episode]:
+    features, path = {name: FEATURES[name] for name in columns}, None
+    for row in rows:
+        place = dict(zip(("chunk_index", "file_index"), (row[key] for key in _PLACE), strict=True))
+        before, path = path, root / layout.DATA_PATH.format(**place)
+        try:
+            if path != before:
+                file, group = _opened(path), 0
+            read = columns_of(file.read_row_group(group, columns=[*columns]), features)
+            group += 1
+            episode = Episode(header=_header(row), columns=read)
+            if len(episode) != row["length"]:
+                raise ValueError(f"it has {len(episode)} frames, not {row['length']}")
+        except (OSError, ValueError, IndexError, pa.ArrowException) as error:
+            number = row["episode_index"]
+            raise ValueError(f"{path}, episode {number}: {one_line(error)}") from error
+        yield episode
+
+
+def _opened(path: Path) -> pq.ParquetFile:
+    file = pq.ParquetFile(path, page_checksum_verification=True)
+    if missing := set(arrow_schema(FEATURES).names) - set(file.schema_arrow.names):
+        raise ValueError(f"columns are missing: {', '.join(sorted(missing))}")
+    return file
+
+
+def _header(row: dict[str, Any]) -> Header:
+    plain = {key: json.loads(row[key]) for key in _JSON}
+    return Header(**{key: row[key] for key in _HEADER}, **plain)

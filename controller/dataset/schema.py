@@ -1,0 +1,91 @@
+"""What a dataset holds: the columns of a frame, and the words that may be heard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+
+from controller.action import ACTION_SIZE, CONTROL_STEP_S
+from planner.correction import CORRECTIONS
+from planner.task import TASKS
+from tissue_sim.observation import VECTOR_SIZE
+
+SCHEMA_VERSION = 1  # raise when a column is added, dropped or means something else
+FPS = round(1.0 / CONTROL_STEP_S)
+TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
+
+
+@dataclass(frozen=True, kw_only=True)
+class Feature:
+    """A column: what a number of it is, and how many a frame has.
+
+    Attributes:
+        dtype: numpy's name, or "string".
+    """
+
+    dtype: str
+    size: int = 1
+
+    @property
+    def arrow(self) -> pa.DataType:
+        """As Arrow has it: a list of fixed length where a frame has several numbers."""
+        scalar = pa.type_for_alias(self.dtype)
+        return scalar if self.size == 1 else pa.list_(scalar, self.size)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether statistics of it make sense."""
+        return self.dtype not in ("string", "bool")
+
+    def shape(self, frames: int) -> tuple[int, ...]:
+        """Of the array that holds it."""
+        return (frames,) if self.size == 1 else (frames, self.size)
+
+
+DEMONSTRATED: dict[str, Feature] = {
+    "observation.state": Feature(dtype="float32", size=VECTOR_SIZE),
+    "action": Feature(dtype="float32", size=ACTION_SIZE),
+    "timestamp": Feature(dtype="float32"),
+    "frame_index": Feature(dtype="int64"),
+    "task_index": Feature(dtype="int64"),
+    "instruction": Feature(dtype="string"),
+    "correction": Feature(dtype="string"),
+    "flag": Feature(dtype="bool"),
+    "task": Feature(dtype="int64"),
+    "kind": Feature(dtype="string"),
+    "expert": Feature(dtype="bool"),
+    "segment": Feature(dtype="int64"),
+    "seed": Feature(dtype="int64"),
+}
+"""The columns of one episode by itself.
+
+observation.state: `Observation.vector()` before the action, without a tracker's noise.
+action: `ToolAction.vector()` as commanded, after the safety filter; where injected noise disturbed
+    it, as the expert asked.
+timestamp: s since the first frame; exchanges of tools, in which policies pause, are left out.
+task_index: row of `TEXTS` that was heard, which is also in `instruction`.
+correction: of the 18, the one that was heard or, under the flag, the one that would have asked for
+    the motion that follows; "" when there is none.
+flag: a correction is wanted, since something went wrong and is not undone yet.
+task: the one under way, 1 to 17.
+kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction".
+expert: False where a perturbation or noise led the arms: not to be imitated.
+segment: one more after each exchange of tools, where a policy begins anew.
+"""
+
+FEATURES: dict[str, Feature] = {
+    **DEMONSTRATED,
+    "episode_index": Feature(dtype="int64"),
+    "index": Feature(dtype="int64"),
+}
+"""The columns of a dataset; `index` counts all its frames."""
+
+
+def empty_columns() -> dict[str, np.ndarray]:
+    """The columns of an episode without frames."""
+    return {
+        name: np.empty(feature.shape(0), object if feature.dtype == "string" else feature.dtype)
+        for name, feature in DEMONSTRATED.items()
+    }

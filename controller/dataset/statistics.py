@@ -1,0 +1,44 @@
+"""Statistics of columns, of an episode and of many episodes pooled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from controller.dataset.schema import Feature
+
+Statistics = dict[str, np.ndarray]  # min, max, mean, std: (size,) each; count: (1,)
+
+
+def statistics_of(
+    columns: Mapping[str, np.ndarray], features: Mapping[str, Feature]
+) -> dict[str, Statistics]:
+    """Of each column of numbers, over its frames."""
+    return {n: _of(columns[n].reshape(-1, f.size)) for n, f in features.items() if f.is_number}
+
+
+def pooled(parts: Sequence[Statistics]) -> Statistics:
+    """Of the union of what the parts are of (the law of total variance)."""
+    count, mean, std = (np.stack([p[key] for p in parts]) for key in ("count", "mean", "std"))
+    weight = count / count.sum()
+    middle = (weight * mean).sum(axis=0)
+    variance = (weight * (std**2 + (mean - middle) ** 2)).sum(axis=0)
+    return {
+        "min": np.min([p["min"] for p in parts], axis=0),
+        "max": np.max([p["max"] for p in parts], axis=0),
+        "mean": middle,
+        "std": np.sqrt(variance),
+        "count": count.sum(axis=0),
+    }
+
+
+def _of(rows: np.ndarray) -> Statistics:
+    values = rows.astype(float)
+    return {
+        "min": values.min(axis=0),
+        "max": values.max(axis=0),
+        "mean": values.mean(axis=0),
+        "std": values.std(axis=0),
+        "count": np.array([len(values)]),
+    }

@@ -1,0 +1,83 @@
+"""Chunks as a policy predicts them: poses relative to the one commanded when the chunk begins.
+
+Row k of a chunk is where the tools stand after k + 1 motions: position in the endoscope's frame,
+from the tip commanded at the start; orientation in the frame of the tool at the start (6D); jaws
+absolute. A motion is the same between neighbouring rows, so chunk and motions are each other's
+inverse. This is the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk.
+The past of a chunk is told in the same frame: its rows are where the tools stood before each of the
+motions that lead up to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from controller.action import ACTION_SIZE, ToolAction
+from tissue_sim.frames import Array
+
+MOVE, TURN, JAW = slice(0, 3), slice(3, 9), 9  # of an arm's ten numbers
+JAWS = slice(JAW, ACTION_SIZE, 10)  # of both arms' twenty
+
+
+def motion_of(vector: Array) -> ToolAction:
+    """The motion whose `ToolAction.vector` (20,) this is."""
+    arms = np.asarray(vector, float).reshape(2, 10)
+    return ToolAction(
+        move_endoscope_m=arms[:, MOVE], turn_tool=arms[:, TURN], jaw_rad=arms[:, JAW].copy()
+    )
+
+
+def trajectory(actions: Tensor) -> Tensor:
+    """Poses (n + 1, 2, 3, 4) that motions (n, 20) lead through, from the origin, tool unturned."""
+    arms = actions.reshape(-1, 2, 10)
+    poses = torch.zeros(len(arms) + 1, 2, 3, 4, dtype=actions.dtype)
+    poses[0, :, :, :3] = torch.eye(3)
+    poses[1:, :, :, 3] = arms[..., MOVE].cumsum(dim=0)
+    for k, turn in enumerate(rotations(arms[..., TURN])):
+        poses[k + 1, :, :, :3] = poses[k, :, :, :3] @ turn
+    return poses
+
+
+def relative(start: Tensor, poses: Tensor, jaw_rad: Tensor) -> Tensor:
+    """Rows (..., n, 20) of poses (..., n, 2, 3, 4) and jaws (..., n, 2), from (..., 2, 3, 4)."""
+    start = start[..., None, :, :, :]
+    move = poses[..., 3] - start[..., 3]
+    R = start[..., :3].transpose(-1, -2) @ poses[..., :3]
+    rows = torch.cat([move, R[..., 0], R[..., 1], jaw_rad[..., None]], dim=-1)
+    return rows.flatten(-2)
+
+
+def chunk_of(actions: Array) -> Array:
+    """The chunk (n, 20) of motions (n, 20)."""
+    motions = torch.as_tensor(actions, dtype=torch.float64)
+    poses = trajectory(motions)
+    return relative(poses[0], poses[1:], motions.reshape(-1, 2, 10)[..., JAW]).numpy()
+
+
+def past_of(actions: Array, jaw_rad: Array) -> Array:
+    """The past (n, 20) that motions (n, 20) are, begun with jaws (2,)."""
+    motions = torch.as_tensor(actions, dtype=torch.float64)
+    poses, jaws = trajectory(motions), motions.reshape(-1, 2, 10)[..., JAW]
+    before = torch.cat([torch.as_tensor(jaw_rad, dtype=torch.float64)[None], jaws])[:-1]
+    return relative(poses[-1], poses[:-1], before).numpy()
+
+
+def actions_of(chunk: Array) -> Array:
+    """The motions (n, 20) of a chunk (n, 20)."""
+    arms = torch.as_tensor(chunk, dtype=torch.float64).reshape(-1, 2, 10)
+    out = arms.clone()
+    out[1:, :, MOVE] = arms[..., MOVE].diff(dim=0)
+    R = rotations(arms[..., TURN])
+    turn = torch.cat([R[:1], R[:-1].transpose(-1, -2) @ R[1:]])
+    out[..., TURN] = torch.cat([turn[..., 0], turn[..., 1]], dim=-1)
+    return out.reshape(-1, ACTION_SIZE).numpy()
+
+
+def rotations(six: Tensor) -> Tensor:
+    """(..., 3, 3) rotations from their first two columns (..., 6), made orthonormal."""
+    x = functional.normalize(six[..., :3], dim=-1)
+    y = functional.normalize(six[..., 3:] - (six[..., 3:] * x).sum(-1, keepdim=True) * x, dim=-1)
+    return torch.stack([x, y, torch.linalg.cross(x, y)], dim=-1)

@@ -1,0 +1,49 @@
+"""What a diffusion policy is made of; it is saved in its checkpoint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+WORDS_SIZE = 384  # of a sentence's embedding
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyConfig:
+    """Shapes, in control steps where they are times.
+
+    Attributes:
+        horizon: length of a chunk.
+        history: how long ago each seen frame was, the present one (0) first.
+        past: how many motions before a chunk are given with it.
+        play: how many motions of a chunk are played before the next one takes over.
+        max_delay: the most motions that are played while the next chunk is computed; they are
+            the last of the past.
+        sampling_steps: denoising steps of one chunk.
+        condition_width, condition_blocks: of the encoder of what is seen and said.
+        denoiser_width, denoiser_blocks: of the denoiser.
+
+    Raises:
+        ValueError: the shapes do not fit together.
+    """
+
+    horizon: int = 16
+    history: tuple[int, ...] = (0, 3)
+    past: int = 5
+    play: int = 6
+    max_delay: int = 4
+    sampling_steps: int = 2
+    condition_width: int = 512
+    condition_blocks: int = 2
+    denoiser_width: int = 256
+    denoiser_blocks: int = 2
+
+    def __post_init__(self) -> None:
+        if not self.history or self.history[0] != 0 or min(self.history) < 0:
+            raise ValueError(f"history must begin with the present frame, 0; got {self.history}")
+        if not 0 <= self.max_delay <= min(self.past, self.play):
+            raise ValueError(
+                f"max_delay must be 0 to {min(self.past, self.play)}, as no more motions are given"
+                f" with a chunk or played of one; got {self.max_delay}"
+            )
+        if not 1 <= self.play <= self.horizon:
+            raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")

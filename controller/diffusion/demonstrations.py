@@ -1,0 +1,37 @@
+"""A dataset of demonstrations as training takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from controller.dataset.episode import Episode
+from controller.dataset.reader import read_episodes
+from controller.diffusion.windows import Demonstration
+
+COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
+
+
+def demonstrations(root: Path) -> list[Demonstration]:
+    """All of the dataset in a folder.
+
+    Raises:
+        ValueError: as of `read_episodes`, in one line.
+    """
+    return list(unbroken(read_episodes(root, COLUMNS)))
+
+
+def unbroken(episodes: Iterable[Episode]) -> Iterator[Demonstration]:
+    """Episodes parted where tools were exchanged."""
+    for episode in episodes:
+        states, actions, texts, expert, segment = (episode.columns[name] for name in COLUMNS)
+        for number in np.unique(segment):
+            rows = segment == number
+            yield Demonstration(
+                states=states[rows],
+                actions=actions[rows],
+                texts=texts[rows].tolist(),
+                expert=expert[rows],
+            )

@@ -1,0 +1,98 @@
+"""The network: what is seen and said becomes a condition, under which noisy chunks are cleaned."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.config import WORDS_SIZE, PolicyConfig
+
+LEVEL_WAVES = 16
+
+
+class FilmBlock(nn.Module):
+    """A residual layer that a condition scales and shifts (Perez et al., arXiv 1709.07871)."""
+
+    def __init__(self, width: int, condition: int) -> None:
+        super().__init__()
+        self.norm = nn.LayerNorm(width, elementwise_affine=False)
+        self.film = nn.Linear(condition, 2 * width)
+        self.inner = nn.Linear(width, width)
+        self.outer = nn.Linear(width, width)
+
+    def forward(self, x: Tensor, condition: Tensor) -> Tensor:
+        """Of (B, ..., width) under (B, ..., condition), broadcast."""
+        scale, shift = self.film(condition).chunk(2, dim=-1)
+        modulated = self.norm(x) * (1.0 + scale) + shift
+        return x + self.outer(F.silu(self.inner(modulated)))
+
+
+class ConditionEncoder(nn.Module):
+    """Features under words: the words say what in the features matters."""
+
+    def __init__(self, n_features: int, config: PolicyConfig) -> None:
+        super().__init__()
+        width = config.condition_width
+        n_past, n_delays = config.past * (ACTION_SIZE + 1), config.max_delay + 1
+        self.enter = nn.Linear(n_features + n_past + n_delays, width)
+        self.words = nn.Linear(WORDS_SIZE, width)
+        self.blocks = nn.ModuleList(FilmBlock(width, width) for _ in range(config.condition_blocks))
+
+    def forward(self, features: Tensor, past: Tensor, delay: Tensor, words: Tensor) -> Tensor:
+        """Condition (B, width) of what was seen `delay` motions before the chunk begins.
+
+        Args:
+            features: (B, n) normalised.
+            past: as `Denoiser.forward` takes it.
+            delay: (B, max_delay + 1), 1 at the delay.
+            words: (B, 384) embeddings.
+        """
+        said = F.silu(self.words(words))
+        x = self.enter(torch.cat([features, past, delay], dim=-1))
+        for block in self.blocks:
+            x = block(x, said)
+        return x
+
+
+class Denoiser(nn.Module):
+    """The clean chunk behind a noisy one, led up to by what is given clean: the past.
+
+    Training-time real-time chunking (arXiv 2512.05964) with an MLP that predicts the clean chunk.
+    """
+
+    def __init__(self, config: PolicyConfig) -> None:
+        super().__init__()
+        width, size = config.denoiser_width, config.horizon * ACTION_SIZE
+        past_size = config.past * (ACTION_SIZE + 1)
+        self.enter = nn.Linear(size + past_size + 2 * LEVEL_WAVES, width)
+        self.blocks = nn.ModuleList(
+            FilmBlock(width, config.condition_width) for _ in range(config.denoiser_blocks)
+        )
+        self.norm = nn.LayerNorm(width)
+        self.leave = nn.Linear(width, size)
+
+    def forward(self, noisy: Tensor, past: Tensor, level: Tensor, condition: Tensor) -> Tensor:
+        """Clean chunks (B, M, H, 20) from M noisy ones for each of B conditions.
+
+        Args:
+            noisy: (B, M, H, 20).
+            past: (B, P * 21) rows that lead up to the chunk, and which of them are known.
+            level: (B, M) of noise, 0 clean to 1 noise alone.
+            condition: (B, width).
+        """
+        led = past[:, None].expand(-1, noisy.shape[1], -1)
+        x = torch.cat([noisy.flatten(2), led, _waves(level)], dim=-1)
+        x, condition = self.enter(x), condition[:, None]
+        for block in self.blocks:
+            x = block(x, condition)
+        return self.leave(self.norm(x)).view(noisy.shape)
+
+
+def _waves(level: Tensor) -> Tensor:
+    rates = math.pi * 2.0 ** torch.linspace(-1.0, 5.0, LEVEL_WAVES, device=level.device)
+    angles = level[..., None] * rates
+    return torch.cat([angles.sin(), angles.cos()], dim=-1)

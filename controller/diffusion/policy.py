@@ -1,0 +1,148 @@
+"""The diffusion policy: its loss, and its sampler."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.denoiser import ConditionEncoder, Denoiser
+from controller.diffusion.features import Features
+from controller.diffusion.windows import Batch
+from tissue_sim.observation import VECTOR_SIZE
+
+LEAST_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
+MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
+
+
+class Policy(nn.Module):
+    """Chunks given what is seen and said. Its normalisation belongs to its state.
+
+    Within, jaws are relative to those commanded last: an arm that is to hold then keeps its grip,
+    where a prediction of the opening itself would drift a little with each chunk.
+    """
+
+    feature_mean: Tensor
+    feature_deviation: Tensor
+    past_mean: Tensor
+    past_deviation: Tensor
+    chunk_mean: Tensor
+    chunk_deviation: Tensor
+
+    def __init__(self, config: PolicyConfig) -> None:
+        super().__init__()
+        self.config = config
+        self.features = Features()
+        frames = torch.zeros(1, len(config.history), VECTOR_SIZE)
+        n = self.features(frames, torch.zeros(1, 2)).shape[1]
+        past, shape = (config.past, ACTION_SIZE), (config.horizon, ACTION_SIZE)
+        self.register_buffer("feature_mean", torch.zeros(n))
+        self.register_buffer("feature_deviation", torch.ones(n))
+        self.register_buffer("past_mean", torch.zeros(past))
+        self.register_buffer("past_deviation", torch.ones(past))
+        self.register_buffer("chunk_mean", torch.zeros(shape))
+        self.register_buffer("chunk_deviation", torch.ones(shape))
+        self.encoder = ConditionEncoder(n, config)
+        self.denoiser = Denoiser(config)
+
+    def normalise_by(self, seen: Batch) -> None:
+        """Take mean and deviation of what is seen, of pasts and of chunks from many windows."""
+        for name, values in (
+            ("feature", self.features(seen.history, seen.jaw_rad)),
+            ("past", seen.past - _held(seen.jaw_rad)),
+            ("chunk", seen.chunk - _held(seen.jaw_rad)),
+        ):
+            getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
+            getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=LEAST_DEVIATION))
+
+    def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
+        """Mean squared error of the clean chunk, over valid rows.
+
+        Args:
+            seen: B windows.
+            words: (B, 384) what is said in each.
+            level: (B, M) of noise.
+            noise: (B, M, H, 20) standard normal.
+        """
+        held = _held(seen.jaw_rad)
+        clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
+        past = self._given(seen.past - held, seen.n_past)
+        condition = self._condition(seen.history, seen.jaw_rad, words, past, seen.delay)
+        guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
+        counts = seen.valid[:, None, :, None].to(guess).expand_as(guess)
+        return (counts * (guess - clean) ** 2).sum() / counts.sum()
+
+    def forward(
+        self,
+        history: Tensor,
+        jaw_rad: Tensor,
+        words: Tensor,
+        past: Tensor,
+        n_past: Tensor,
+        delay: Tensor,
+        noise: Tensor,
+    ) -> Tensor:
+        """Sample chunks (B, H, 20), without chance: all noise is given.
+
+        DDIM (Song et al., arXiv 2010.02502) in `config.sampling_steps` equal steps.
+
+        Args:
+            history: (B, K, `VECTOR_SIZE`) frames seen.
+            jaw_rad: (B, 2) commanded last before the chunk.
+            words: (B, 384) the embedding of what is said.
+            past: (B, P, 20) rows that lead up to the chunk.
+            n_past: (B,) how many of them, the last ones, are known.
+            delay: (B,) how many of them come after what is seen.
+            noise: (B, H, 20) standard normal.
+        """
+        held = _held(jaw_rad)
+        given = self._given(past - held, n_past)
+        condition = self._condition(history, jaw_rad, words, given, delay)
+        steps, noisy = self.config.sampling_steps, noise[:, None]
+        clean = noisy
+        for k in range(steps, 0, -1):
+            level, lower = k / steps, (k - 1) / steps
+            at = torch.full_like(n_past[:, None], level, dtype=noise.dtype)
+            clean = self.denoiser(noisy, given, at, condition)
+            signal, share = _signal(level), _noise(level)
+            noisy = _signal(lower) * clean + _noise(lower) * (noisy - signal * clean) / share
+        return clean[:, 0] * self.chunk_deviation + self.chunk_mean + held
+
+    def _condition(
+        self, history: Tensor, jaw_rad: Tensor, words: Tensor, past: Tensor, delay: Tensor
+    ) -> Tensor:
+        features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
+        delays = torch.arange(self.config.max_delay + 1, device=delay.device)
+        marked = (delays == delay[:, None]).to(features)
+        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), past, marked, words)
+
+    def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
+        """(B, P * 21) the past normalised, zeros where it is not known, and where it is."""
+        rows = torch.arange(self.config.past, 0, -1, device=n_past.device)
+        known = (rows <= n_past[:, None]).to(past)
+        normal = known[..., None] * (past - self.past_mean) / self.past_deviation
+        return torch.cat([normal.flatten(1), known], dim=1)
+
+
+def _held(jaw_rad: Tensor) -> Tensor:
+    """(B, 1, 20) that is the jaws (B, 2) where a chunk has its jaws, and else zero."""
+    arms = torch.cat([jaw_rad.new_zeros(len(jaw_rad), 2, JAW), jaw_rad[..., None]], dim=-1)
+    return arms.flatten(1)[:, None]
+
+
+def _signal(level: float) -> float:
+    return math.cos(0.5 * math.pi * level)
+
+
+def _noise(level: float) -> float:
+    return math.sin(0.5 * math.pi * level)
+
+
+def _mixed(clean: Tensor, noise: Tensor, level: Tensor) -> Tensor:
+    """Variance-preserving, on a cosine schedule."""
+    angle = 0.5 * math.pi * level
+    return angle.cos() * clean + angle.sin() * noise

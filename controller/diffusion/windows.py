@@ -1,0 +1,190 @@
+"""Demonstrations, and the windows of them that a policy learns from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW, relative, trajectory
+from controller.diffusion.config import PolicyConfig
+from tissue_sim.observation import VECTOR_SIZE, fields
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demonstration:
+    """An unbroken run of control steps: no tool exchange within it.
+
+    Attributes:
+        states: (n, `VECTOR_SIZE`) `Observation.vector()` before each motion.
+        actions: (n, 20) motions, each a `ToolAction.vector`.
+        texts: (n,) words heard.
+        expert: (n,) the motion may be imitated.
+
+    Raises:
+        ValueError: shapes differ from these, or a number is not finite.
+    """
+
+    states: Floats
+    actions: Floats
+    texts: Sequence[str]
+    expert: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        n = len(self.texts)
+        for name, shape in (
+            ("states", (n, VECTOR_SIZE)), ("actions", (n, ACTION_SIZE)), ("expert", (n,)),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if value.shape != shape:
+                raise ValueError(f"demonstration: {name} must be {shape}, got {value.shape}")
+            if not np.isfinite(value).all():
+                raise ValueError(f"demonstration: {name} has entries that are no finite numbers")
+
+
+class Batch(NamedTuple):
+    """What one training step sees; B windows.
+
+    Attributes:
+        history: (B, K, `VECTOR_SIZE`) frames seen, the newest first.
+        jaw_rad: (B, 2) jaws commanded last before the chunk.
+        text: (B,) rows of `Windows.texts`.
+        past: (B, P, 20) rows that lead up to the chunk, in its frame.
+        n_past: (B,) how many of them, the last ones, are the expert's; the others say nothing.
+        delay: (B,) how many of them come after the newest frame.
+        chunk: (B, H, 20) in the frame of `chunk_frame`.
+        valid: (B, H) rows to be imitated: of the same words, and the expert's; always a first part.
+    """
+
+    history: Tensor
+    jaw_rad: Tensor
+    text: Tensor
+    past: Tensor
+    n_past: Tensor
+    delay: Tensor
+    chunk: Tensor
+    valid: Tensor
+
+
+class Windows:
+    """All windows that begin with an imitable motion, end to end in memory, on one device.
+
+    Attributes:
+        texts: what is said in them.
+        digest: of all that is learnt from, in hex.
+
+    Raises:
+        ValueError: there is none.
+    """
+
+    def __init__(
+        self,
+        demonstrations: Sequence[Demonstration],
+        config: PolicyConfig,
+        device: torch.device | str = "cpu",
+    ) -> None:
+        self.texts = tuple(sorted({text for d in demonstrations for text in d.texts}))
+        rows = {text: k for k, text in enumerate(self.texts)}
+        tracks = [_track(d, rows, config) for d in demonstrations]
+        if not any(track.n_valid.any() for track in tracks):
+            raise ValueError("demonstrations: no motion that may be imitated, nothing to learn")
+        parts = (torch.cat(part).to(device) for part in zip(*tracks, strict=True))
+        self.digest = _digest(demonstrations)
+        self._all, lengths = _Track(*parts), torch.tensor([len(track.text) for track in tracks])
+        begins = torch.cumsum(lengths, 0) - lengths
+        self._begin = torch.repeat_interleave(begins, lengths).to(device)
+        self._where = self._all.n_valid.nonzero()[:, 0]
+        self._history = torch.tensor(config.history, device=device)
+        self._behind = torch.arange(-config.past, 0, device=device)
+        self._ahead = torch.arange(config.horizon, device=device)
+
+    def __len__(self) -> int:
+        return len(self._where)
+
+    def batch(self, which: Tensor, delay: Tensor) -> Batch:
+        """The windows of these numbers (B,), seen as long before (B,) as the words last."""
+        data, now = self._all, self._where[which]
+        delay = torch.minimum(delay, data.n_committed[now])
+        seen = torch.maximum((now - delay)[:, None] - self._history, self._begin[now, None])
+        n_valid = data.n_valid[now, None]
+        ahead = now[:, None] + torch.minimum(self._ahead, n_valid - 1)
+        behind = torch.maximum(now[:, None] + self._behind, self._begin[now, None])
+        return Batch(
+            history=data.states[seen],
+            jaw_rad=data.jaw_before[now],
+            text=data.text[now],
+            past=relative(data.before[now], data.before[behind], data.jaw_before[behind]),
+            n_past=data.n_past[now],
+            delay=delay,
+            chunk=relative(data.before[now], data.after[ahead], data.jaw[ahead]),
+            valid=self._ahead < n_valid,
+        )
+
+
+class _Track(NamedTuple):
+    """One demonstration, its commanded poses summed up once; rows are control steps."""
+
+    states: Tensor
+    before: Tensor
+    after: Tensor
+    jaw_before: Tensor
+    jaw: Tensor
+    text: Tensor
+    n_past: Tensor
+    n_committed: Tensor
+    n_valid: Tensor
+
+
+def _track(demonstration: Demonstration, rows: dict[str, int], config: PolicyConfig) -> _Track:
+    states = torch.from_numpy(demonstration.states)
+    actions = torch.from_numpy(demonstration.actions)
+    poses = trajectory(actions.double()).float()
+    jaw = actions.reshape(-1, 2, 10)[..., JAW]
+    text, expert = np.array([rows[text] for text in demonstration.texts]), demonstration.expert
+    n_past, n_committed = _runs_before(expert, np.zeros_like(text)), _runs_before(expert, text)
+    return _Track(
+        states=states,
+        before=poses[:-1],
+        after=poses[1:],
+        jaw_before=torch.cat([fields(states[:1])["joints"][..., 6], jaw[:-1]]),
+        jaw=jaw,
+        text=torch.from_numpy(text),
+        n_past=torch.from_numpy(np.minimum(n_past, config.past)),
+        n_committed=torch.from_numpy(np.minimum(n_committed, config.max_delay)),
+        n_valid=torch.from_numpy(np.minimum(_runs_after(expert, text), config.horizon)),
+    )
+
+
+def _digest(demonstrations: Sequence[Demonstration]) -> str:
+    digest = sha256()
+    for d in demonstrations:
+        for part in (d.states, d.actions, d.expert):
+            digest.update(part.tobytes())
+        digest.update("\n".join(d.texts).encode())
+    return digest.hexdigest()
+
+
+def _runs_after(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
+    """From each step on, how many motions are the expert's for the same words."""
+    lengths = np.zeros(len(text) + 1, np.int64)
+    for t in reversed(range(len(text))):
+        more = t + 1 < len(text) and text[t + 1] == text[t]
+        lengths[t] = (1 + more * lengths[t + 1]) * expert[t]
+    return lengths[:-1]
+
+
+def _runs_before(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
+    """Up to each step, how many motions were the expert's for the step's words."""
+    lengths = np.zeros(len(text), np.int64)
+    for t in range(1, len(text)):
+        lengths[t] = (1 + lengths[t - 1]) * (expert[t - 1] and text[t] == text[t - 1])
+    return lengths

@@ -1,0 +1,121 @@
+"""`calot collect`: demonstrations by the expert, as a dataset."""
+
+import time
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+
+from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.output_path import require_writable_folder
+from scenarios.demonstration.demonstrate import (
+    PARTS,
+    Outcome,
+    broken_off,
+    demonstrate,
+    is_finished,
+)
+from scenarios.demonstration.mix import MIXES, TRAINING_SEEDS, Demonstration, demonstrations
+from scenarios.errors import BadInputError
+from scenarios.pool import run_side_by_side
+from scenarios.progress import ProgressDisplay
+
+ERROR = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Collect:
+    """Have the expert demonstrate the procedure; go on where an earlier call stopped.
+
+    Exit code: 0 done, 2 bad input or a full disk, 3 some episodes broke off, 130 interrupted.
+    """
+
+    out: Path
+    """Folder of the dataset, which gains what is asked for."""
+    seed: Annotated[int, at_least(0)] = 0
+    """Seed of the first episode; each further one takes the next. Training seeds end at 9999."""
+    episodes: Annotated[int, at_least(0)] = 100
+    """How many episodes; 0 makes the dataset anew of those that are there."""
+    workers: Annotated[int, at_least(1)] = 1
+    """How many episodes run side by side."""
+    mix: Annotated[str, one_of(MIXES)] = "all"
+    """What is demonstrated: all goes well, failures are undone, corrections are obeyed, or all."""
+    noise: bool = True
+    """Whether bursts of noise disturb the expert's motion, which it makes good."""
+
+    def execute(self) -> int:
+        """Collects what is not there yet, makes the dataset, reports; returns the exit code."""
+        self._require_possible()
+        asked = demonstrations(self.mix, self.seed, self.episodes, noise=self.noise)
+        waiting = [d for d in asked if not is_finished(d, self.out)]
+        start_s = time.perf_counter()
+        outcomes = self._collect(waiting)
+        console = Console()
+        for line in _report(asked, outcomes, time.perf_counter() - start_s):
+            console.print(line, highlight=False, markup=False, soft_wrap=True)
+        console.print(self._merge(), highlight=False, markup=False, soft_wrap=True)
+        return ERROR if any(outcome.error for outcome in outcomes) else 0
+
+    def _require_possible(self) -> None:
+        if self.seed + self.episodes > TRAINING_SEEDS.stop:
+            raise BadInputError(
+                f"--seed {self.seed} --episodes {self.episodes}: demonstrations take training seeds"
+                f" only, 0 to {TRAINING_SEEDS.stop - 1}"
+            )
+        require_writable_folder(self.out, "--out")
+
+    def _collect(self, waiting: Sequence[Demonstration]) -> list[Outcome]:
+        outcomes: list[Outcome] = []
+        display = ProgressDisplay(len(waiting), Console(stderr=True))
+        with display, closing(self._outcomes(waiting)) as arriving:
+            for outcome in arriving:
+                if outcome.unwritable:
+                    raise BadInputError(
+                        f"--out: cannot write {outcome.unwritable}; what was finished before is"
+                        " whole: make room and call again"
+                    )
+                outcomes.append(outcome)
+                display.advance()
+        return outcomes
+
+    def _outcomes(self, waiting: Sequence[Demonstration]) -> Generator[Outcome, None, None]:
+        attempt = partial(demonstrate, out=self.out)
+        if self.workers > 1:
+            yield from run_side_by_side(attempt, waiting, self.workers, broken_off)
+        else:
+            yield from map(attempt, waiting)
+
+    def _merge(self) -> str:
+        from controller.dataset.merge import merge
+
+        parts = sorted((self.out / PARTS).glob("*.parquet"))
+        try:
+            frames = merge(parts, self.out)
+        except OSError as error:
+            raise BadInputError(
+                f"--out: cannot write the dataset in {self.out} ({error.strerror or error});"
+                " its episodes are whole: make room and call again"
+            ) from None
+        except ValueError as error:
+            raise BadInputError(str(error)) from None
+        return f"dataset: {self.out}, {len(parts)} episodes, {frames} frames"
+
+
+def _report(
+    asked: Sequence[Demonstration], outcomes: Sequence[Outcome], wall_s: float
+) -> list[str]:
+    broken = [outcome for outcome in outcomes if outcome.error]
+    passed = sum(outcome.success for outcome in outcomes)
+    lines = [f"{o.demonstration.name} broke off: {o.error}" for o in broken]
+    if outcomes:
+        lines.append(
+            f"collected {len(outcomes)} episodes in {wall_s:.0f} s: {passed} passed,"
+            f" {len(outcomes) - passed - len(broken)} failed and are kept apart"
+        )
+    if there := len(asked) - len(outcomes):
+        lines.append(f"{there} were there before")
+    return lines

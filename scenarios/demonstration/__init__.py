@@ -1,0 +1,1 @@
+"""Demonstrations by the expert: nominal, recovering from failures set up on purpose, corrected."""

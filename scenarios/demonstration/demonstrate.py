@@ -1,0 +1,137 @@
+"""One demonstration, from its seed to its file."""
+
+from __future__ import annotations
+
+import os
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.atomic_write import write_atomic
+from scenarios.demonstration.mix import CORRECTION, Demonstration
+from scenarios.errors import describe_error
+from scenarios.results import EpisodeResult
+
+if TYPE_CHECKING:  # both are heavy to import
+    from controller.dataset.episode import Episode as Demonstrated
+    from scenarios.episode import Episode as Running
+
+PARTS, FAILED, ERRORS = "parts", "failed", "errors"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What a demonstration came to.
+
+    Attributes:
+        success: kept for the dataset; else kept apart, or not at all.
+        error: why it broke off; None if it did not.
+        unwritable: why its file could not be written; None if it was.
+    """
+
+    demonstration: Demonstration
+    success: bool = False
+    error: str | None = None
+    unwritable: str | None = None
+    frames: int = 0
+    wall_s: float = 0.0
+
+
+def part_path(demonstration: Demonstration, out: Path, folder: str = PARTS) -> Path:
+    """Where its frames are kept."""
+    return out / folder / f"{demonstration.name}.parquet"
+
+
+def is_finished(demonstration: Demonstration, out: Path) -> bool:
+    """Whether it was done before, whatever it came to; one that broke off was not."""
+    return any(part_path(demonstration, out, f).exists() for f in (PARTS, FAILED))
+
+
+def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
+    """Runs it and leaves its file in `out`; an exception in the episode becomes its error."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
+    from controller.dataset.part import part_bytes
+
+    start_s = time.perf_counter()
+    try:
+        episode = run(demonstration)
+    except Exception as error:
+        trace = traceback.format_exc().encode()
+        return _written(
+            broken_off(demonstration, error),
+            out / ERRORS / f"{demonstration.name}.txt",
+            trace,
+        )
+    success = episode.header.success
+    outcome = Outcome(
+        demonstration=demonstration,
+        success=success,
+        frames=len(episode),
+        wall_s=time.perf_counter() - start_s,
+    )
+    path = part_path(demonstration, out, PARTS if success else FAILED)
+    return _written(outcome, path, part_bytes(episode))
+
+
+def run(demonstration: Demonstration) -> Demonstrated:
+    """The whole of it, in memory."""
+    from controller.dataset.episode import Episode, Header
+    from scenarios.demonstration.witness import Witness
+    from scenarios.episode import play
+    from scenarios.strict_json import plain
+    from scenarios.versions import versions
+
+    seed, kind = demonstration.seed, demonstration.kind
+    episode, witness = begun(demonstration), Witness(kind)
+    result = play(episode, [witness], time.perf_counter())
+    header = Header(
+        seed=seed,
+        kind=kind,
+        scenario=demonstration.scenario,
+        success=result.success,
+        failures=_failures(result),
+        anatomy=plain(episode.world.anatomy),
+        versions=versions(),
+    )
+    return Episode(header=header, columns=witness.columns(seed, kind))
+
+
+def begun(demonstration: Demonstration) -> Running:
+    """The expert ready to demonstrate, and what will go wrong arranged."""
+    import numpy as np
+
+    from scenarios.demonstration.failures import failures
+    from scenarios.demonstration.interjections import PlannerInterjecting
+    from scenarios.demonstration.noise import NOISE
+    from scenarios.episode import begin
+    from scenarios.episode_config import EpisodeConfig
+    from scenarios.perturbation.effects import Effects
+
+    seed, scenario = demonstration.seed, demonstration.scenario
+    rng = np.random.default_rng([0xDE30, seed])
+    episode = begin(EpisodeConfig(seed=seed, scenario=scenario))
+    noise = (NOISE,) if demonstration.noise else ()
+    episode.effects = Effects((*failures(scenario, rng), *noise), seed)
+    if demonstration.kind == CORRECTION:
+        episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
+    return episode
+
+
+def _failures(result: EpisodeResult) -> list[str]:
+    injuries = [f"{i.event} at {i.time_s:.1f} s" for i in result.injuries]
+    return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.success]
+
+
+def _written(outcome: Outcome, path: Path, content: bytes) -> Outcome:
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        return Outcome(demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}")
+    return outcome
+
+
+def broken_off(demonstration: Demonstration, error: Exception) -> Outcome:
+    """Returns the outcome of a demonstration that `error` ended."""
+    return Outcome(demonstration=demonstration, error=describe_error(error))

@@ -1,0 +1,65 @@
+"""Failures set up on purpose, and whether one is undone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pkgutil import resolve_name
+
+import numpy as np
+
+from controller.expert.skills import among_tissue
+from planner.scripted import HELD_PINCH_N
+from scenarios.catalogue import SCENARIOS
+from scenarios.perturbation.perturbation import AtTask, Perturbation
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.world import World
+
+MOST_FAILURES = 3  # in an episode, each in a task of its own
+WEAKEST = 0.5  # of the scenario's own magnitude
+SLIP = "grasp-slip"
+SLIPS_WHILE_WHOLE = (2, 4, 6)  # once a tube is cut the gallbladder is not grasped anew
+
+
+def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...]:
+    """The scenario's perturbation in several tasks, each as strong as is drawn."""
+    return tuple(
+        replace(p, at=AtTask(index=int(task)), magnitude=_drawn_magnitude(p, rng))
+        for p in SCENARIOS[scenario].perturbations
+        for task in _drawn_tasks(p, rng)
+    )
+
+
+def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
+    tasks = SLIPS_WHILE_WHOLE if p.name == SLIP else resolve_name(p.effect).tasks
+    return sorted(rng.choice(tasks, size=min(MOST_FAILURES, len(tasks)), replace=False).tolist())
+
+
+def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:
+    """A grasper that keeps some of its friction does not slip."""
+    full = p.whole or p.name == SLIP
+    return p.magnitude if full else p.magnitude * float(rng.uniform(WEAKEST, 1.0))
+
+
+def is_undone(name: str, world: World) -> bool:
+    """Whether the failure that perturbation `name` brought about no longer stands."""
+    return UNDONE[name](world)
+
+
+def _arm_is_out(arm: int) -> Callable[[World], bool]:
+    return lambda world: not among_tissue(arm, world)
+
+
+def _holds_again(world: World) -> bool:
+    return world.conditions.grip == 1.0 and world.record.grasp.pinch_n >= HELD_PINCH_N
+
+
+UNDONE: dict[str, Callable[[World], bool]] = {
+    "grasp-missed-above": _arm_is_out(LEFT_ARM),
+    "grasp-missed-below": _arm_is_out(LEFT_ARM),
+    "wrong-tube": _arm_is_out(RIGHT_ARM),
+    "both-tubes": _arm_is_out(RIGHT_ARM),
+    "overshoot": _arm_is_out(RIGHT_ARM),
+    SLIP: _holds_again,
+    "clip-dropped": lambda world: world.record.clip_loaded,
+}

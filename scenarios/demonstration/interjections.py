@@ -1,0 +1,111 @@
+"""A planner that, now and then, gives one of the 18 corrections for no reason but to have it shown.
+
+SRT-H's controller hears one string; while it is a correction, the task waits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from controller.expert.skills import PULL_MOST_N
+from planner.base import Planner
+from planner.correction import CORRECTIONS, Correction
+from planner.instruction import Instruction
+from planner.scripted import HELD_PINCH_N
+from tissue_sim.observation import Observation
+from tissue_sim.outcome import right_arm_back, tubes_spread
+from tissue_sim.world import World
+
+CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second
+LASTS_S = (1, 2)
+BETWEEN_S = 2.0  # from the end of one to the next, at least
+RARITY = {  # how much more often each is said where it can be, as most seldom can: about evened out
+    ("left", None): 3.0,
+    ("left", "open"): 8.0,
+    ("left", "close"): 8.0,
+    ("right", None): 1.0,
+    ("right", "open"): 0.3,
+    ("right", "close"): 8.0,
+    ("both", "open"): 8.0,
+    ("both", "close"): 8.0,
+}
+
+
+class PlannerInterjecting:
+    """Says what another planner says, with random corrections between."""
+
+    def __init__(
+        self, planner: Planner[Observation], world: World, rng: np.random.Generator
+    ) -> None:
+        self._planner, self._world, self._rng = planner, world, rng
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets the episode so far; goes on with its random numbers."""
+        self._planner.reset()
+        self._correction: Correction | None = None
+        self._until_s = 0.0
+
+    def plan(self, observation: Observation) -> Instruction:
+        """The other planner's task, and with it perhaps a correction."""
+        said, now_s = self._planner.plan(observation), observation.time_s
+        if self._correction is not None and now_s >= self._until_s - 1e-9:
+            self._correction = None
+        elif now_s >= self._until_s + BETWEEN_S and self._rng.uniform() < CHANCE:
+            able = [c for c in CORRECTIONS if is_harmless(c, self._world)]
+            rarity = np.array([RARITY[c.arm, c.jaw] for c in able])
+            self._correction = able[self._rng.choice(len(able), p=rarity / rarity.sum())]
+            self._until_s = now_s + float(self._rng.choice(LASTS_S))
+        return replace(said, correction=self._correction)
+
+
+def is_harmless(correction: Correction, world: World) -> bool:
+    """Whether it may be carried out as things are, without injury and against no interlock."""
+    arms = ("left", "right") if correction.arm == "both" else (correction.arm,)
+    return all(_ALLOWED[arm, correction.jaw](world) for arm in arms)
+
+
+def _grasper_may_open(world: World) -> bool:
+    """What it holds it lets go, and must be able to take up again."""
+    return not _holds(world) or not world.record.clips
+
+
+def _grasper_may_close(world: World) -> bool:
+    return not _holds(world)
+
+
+def _grasper_may_move(world: World) -> bool:
+    """While it holds, only from where it should be: random motions would add up to a walk away."""
+    if not _holds(world):
+        return True
+    return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MOST_N
+
+
+def _right_jaws_may_close(world: World) -> bool:
+    return right_arm_back(world)
+
+
+def _right_arm_may_move(world: World) -> bool:
+    """Jaws that have closed on a tube would drag it along."""
+    return world.record.jaws_opened or right_arm_back(world)
+
+
+def _always(world: World) -> bool:
+    del world
+    return True
+
+
+def _holds(world: World) -> bool:
+    return world.record.grasp.pinch_n >= HELD_PINCH_N
+
+
+_ALLOWED = {
+    ("left", None): _grasper_may_move,
+    ("left", "open"): _grasper_may_open,
+    ("left", "close"): _grasper_may_close,
+    ("right", None): _right_arm_may_move,
+    ("right", "open"): _always,
+    ("right", "close"): _right_jaws_may_close,
+}

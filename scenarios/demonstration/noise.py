@@ -1,0 +1,86 @@
+"""Noise in the expert's motion, so that its way back is seen from everywhere it may stray to.
+
+After Laskey et al., "DART: noise injection for robust imitation learning", 2017. Here the noise
+comes in bursts with quiet between: a chunk of actions that is imitated must not answer to noise
+which its observation could not show yet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S, ToolAction
+from scenarios.perturbation.effect import Effect
+from scenarios.perturbation.minimum_jerk import progress
+from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
+from tissue_sim.world import World
+
+QUIET_S = (1.5, 4.0)
+BURST_S = (0.3, 0.6)
+CLOSE_M = 0.004  # nearer to tissue than this nothing is disturbed
+SHARE_OF_DISTANCE = 0.25  # of the rest of the way to tissue
+MOST_M, MOST_RAD = 0.005, 0.15
+
+NOISE = Perturbation(
+    name="noise",
+    description="the expert's arms are pushed about a little",
+    effect="scenarios.demonstration.noise:NoiseBursts",
+    magnitude=1.0,
+    most=2.0,
+    unit="of the usual strength",
+)
+
+
+class NoiseBursts(Effect):
+    """Now and then an arm is carried smoothly some mm any way, the less the nearer to tissue."""
+
+    def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
+        super().__init__(perturbation, rng)
+        self._rng = rng
+        self._rest()
+
+    def on_action(self, action: ToolAction, world: World) -> ToolAction:
+        self._quiet_steps -= 1
+        if self._quiet_steps > 0:
+            return action
+        if self._quiet_steps == 0:
+            self._start(world)
+        share, self._shares = self._shares[0], self._shares[1:]
+        if not len(self._shares):
+            self._rest()
+        moved, turned = share * self._offset_m, exponential(share * self._turn_rad)
+        return self._added(action, moved, turned) if self._offset_m.any() else action
+
+    def _rest(self) -> None:
+        self._quiet_steps = _steps(self._rng.uniform(*QUIET_S))
+
+    def _start(self, world: World) -> None:
+        rng = self._rng
+        room = [_room(world, arm) for arm in (LEFT_ARM, RIGHT_ARM)]
+        self._arm = int(rng.uniform() * sum(room) >= room[LEFT_ARM])  # more often the freer one
+        n = _steps(rng.uniform(*BURST_S))
+        self._shares: Array = np.diff(progress(np.linspace(0.0, 1.0, n + 1)))
+        strength = self.magnitude * room[self._arm] * rng.uniform(0.3, 1.0)
+        self._offset_m: Array = strength * MOST_M * unit(rng.normal(size=3))
+        self._turn_rad: Array = strength * MOST_RAD * unit(rng.normal(size=3))
+
+    def _added(self, action: ToolAction, moved_m: Array, turned: Array) -> ToolAction:
+        moves, turns = action.move_endoscope_m.copy(), action.turn_tool.copy()
+        moves[self._arm] += moved_m
+        turns[self._arm] = rotation_to_6d(rotation_from_6d(turns[self._arm]) @ turned)
+        return replace(action, move_endoscope_m=moves, turn_tool=turns)
+
+
+def _room(world: World, arm: int) -> float:
+    """0 close to tissue to 1 well away from it."""
+    tip = world.arms.T_world_tool()[arm, :3, 3]
+    off_m = float(np.linalg.norm(world.tissue.positions() - tip, axis=1).min())
+    return float(np.clip(SHARE_OF_DISTANCE * (off_m - CLOSE_M) / MOST_M, 0.0, 1.0))
+
+
+def _steps(time_s: float) -> int:
+    return round(time_s / CONTROL_STEP_S)

@@ -1,0 +1,107 @@
+"""Laws of the dataset: what is written is read back, bit for bit, wherever it came to lie."""
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from controller.dataset import layout
+from controller.dataset.merge import merge
+from controller.dataset.part import part_bytes, read_part
+from controller.dataset.reader import read_episodes
+from controller.dataset.schema import DEMONSTRATED, FEATURES, TEXTS
+from tests.controller.dataset.episodes import random_episode, write_parts
+
+SEEDS = (3, 4, 5, 6)
+
+
+def assert_same_bits(a, b):
+    assert a.keys() == b.keys()
+    for name in a:
+        assert a[name].dtype == b[name].dtype
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def contents(root):
+    """Every file of the dataset, by its path in it."""
+    files = [path for part in ("data", "meta") for path in (root / part).rglob("*.*")]
+    return {str(path.relative_to(root)): path.read_bytes() for path in files}
+
+
+def test_a_part_is_read_back_bit_for_bit(tmp_path):
+    episode = random_episode(0)
+    path = tmp_path / "part.parquet"
+    path.write_bytes(part_bytes(episode))
+    read = read_part(path)
+    assert_same_bits(dict(read.columns), dict(episode.columns))
+    assert read.header.anatomy == episode.header.anatomy
+
+
+@pytest.mark.parametrize("file_most_mb", [1e-6, 0.05, 100.0])
+def test_a_dataset_is_its_episodes_in_order_however_many_files_it_has(tmp_path, file_most_mb):
+    frames = merge(write_parts(tmp_path / "parts", SEEDS), tmp_path, file_most_mb)
+    read = list(read_episodes(tmp_path))
+    assert [episode.header.seed for episode in read] == list(SEEDS)
+    for number, (seed, episode) in enumerate(zip(SEEDS, read, strict=True)):
+        own = {name: episode.columns[name] for name in DEMONSTRATED}
+        assert_same_bits(own, dict(random_episode(seed).columns))
+        assert (episode.columns["episode_index"] == number).all()
+    index = np.concatenate([episode.columns["index"] for episode in read])
+    np.testing.assert_array_equal(index, np.arange(frames))
+
+
+def test_more_parts_later_give_the_dataset_that_all_give_at_once(tmp_path):
+    parts = write_parts(tmp_path / "parts", SEEDS)
+    merge(parts, tmp_path / "at once")
+    merge(parts[:2], tmp_path / "by and by")
+    merge(parts, tmp_path / "by and by")
+    assert contents(tmp_path / "by and by") == contents(tmp_path / "at once")
+
+
+def test_statistics_are_those_of_all_frames_together(tmp_path):
+    merge(write_parts(tmp_path / "parts", SEEDS[:2]), tmp_path)
+    merge(
+        [
+            *write_parts(tmp_path / "parts", SEEDS[:2]),
+            *write_parts(tmp_path / "long", (9,), frames=500),
+        ],
+        tmp_path,
+    )
+    statistics = json.loads((tmp_path / layout.STATS_PATH).read_text())
+    columns = [episode.columns for episode in read_episodes(tmp_path)]
+    for name, feature in FEATURES.items():
+        if not feature.is_number:
+            assert name not in statistics
+            continue
+        values = np.concatenate([c[name] for c in columns]).astype(float).reshape(-1, feature.size)
+        for key in ("min", "max", "mean", "std"):
+            expected = getattr(np, key)(values, axis=0)
+            np.testing.assert_allclose(statistics[name][key], expected, rtol=1e-9, atol=1e-12)
+        assert statistics[name]["count"] == [len(values)]
+
+
+def test_the_words_are_found_by_their_index(tmp_path):
+    merge(write_parts(tmp_path / "parts", SEEDS[:1]), tmp_path)
+    table = pq.read_table(tmp_path / layout.TASKS_PATH).to_pydict()
+    assert table["__index_level_0__"] == list(TEXTS)
+    assert table["task_index"] == list(range(35))
+
+
+def test_only_the_columns_asked_for_are_read(tmp_path):
+    merge(write_parts(tmp_path / "parts", SEEDS[:1]), tmp_path)
+    (episode,) = read_episodes(tmp_path, columns=("action", "expert"))
+    assert set(episode.columns) == {"action", "expert"}
+
+
+def test_stretches_are_the_expert_s_frames_unbroken():
+    for seed in range(20):
+        episode = random_episode(seed, frames=40)
+        expert, segment = episode.columns["expert"], episode.columns["segment"]
+        covered = np.zeros(40, int)
+        for stretch in episode.stretches():
+            covered[stretch] += 1
+            assert len(set(segment[stretch].tolist())) == 1
+            if stretch.stop < 40:
+                assert not expert[stretch.stop] or segment[stretch.stop] != segment[stretch.start]
+        np.testing.assert_array_equal(covered, expert.astype(int))

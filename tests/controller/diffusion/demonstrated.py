@@ -1,0 +1,46 @@
+"""Motions made up for tests: tools wander, turn and open; some frames are not to imitate."""
+
+import numpy as np
+
+from controller.action import ToolAction
+from controller.diffusion.windows import Demonstration
+from tissue_sim.frames import exponential, rotation_to_6d
+from tissue_sim.observation import VECTOR_SIZE, fields
+
+
+def motions(n: int, seed: int = 0) -> np.ndarray:
+    """(n, 20) random motions of a plausible size."""
+    chance = np.random.default_rng(seed)
+    return np.stack(
+        [
+            ToolAction(
+                move_endoscope_m=chance.normal(scale=1e-3, size=(2, 3)),
+                turn_tool=np.stack(
+                    [rotation_to_6d(exponential(v)) for v in chance.normal(scale=0.04, size=(2, 3))]
+                ),
+                jaw_rad=chance.uniform(-0.3, 1.0, size=2),
+            ).vector()
+            for _ in range(n)
+        ]
+    )
+
+
+def demonstration(n: int = 120, seed: int = 0) -> Demonstration:
+    """The right tip is led to the first point of the tube that the words name."""
+    chance = np.random.default_rng(seed)
+    states, actions = np.zeros((n, VECTOR_SIZE), np.float32), motions(n, seed).astype(np.float32)
+    seen = fields(states)
+    seen["tips_endoscope"][..., :3] = np.eye(3)
+    for tube in ("left_tube_m", "right_tube_m"):
+        seen[tube][:] = chance.normal(scale=0.01, size=seen[tube].shape)
+    texts = ["clipping first clip left tube"] * (n // 2)
+    texts += ["clipping first clip right tube"] * (n - n // 2)
+    named = np.where(
+        np.array(["left" in text for text in texts])[:, None],
+        seen["left_tube_m"][:, 0],
+        seen["right_tube_m"][:, 0],
+    )
+    actions[:, 10:13] = 0.1 * (named - seen["tips_endoscope"][:, 1, :, 3])
+    return Demonstration(
+        states=states, actions=actions, texts=texts, expert=np.arange(n) % 40 != 39
+    )

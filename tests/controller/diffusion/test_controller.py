@@ -1,0 +1,124 @@
+"""Laws of the controller: chunks take over where promised, and new words are obeyed at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from controller.diffusion.chunk_frame import JAWS, past_of
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.controller import ControllerDiffusion
+from controller.diffusion.graph import Sampler
+from controller.diffusion.policy import Policy
+from planner.instruction import TASKS, Instruction
+from tissue_sim.observation import Observation
+
+CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
+GRAB, CLIP = (Instruction(task=task) for task in TASKS[:2])
+SEEN = Observation(
+    time_s=0.0,
+    joints=np.full((2, 7), 0.1),
+    tips_endoscope=np.tile(np.eye(4), (2, 1, 1)),
+    forces_n=np.zeros((2, 3)),
+    tools=("grasper", "clip_applier"),
+    clip_loaded=True,
+    left_tube_m=np.linspace(0.0, 0.03, 24).reshape(8, 3),
+    right_tube_m=np.linspace(0.01, 0.02, 24).reshape(8, 3),
+    sac_m=np.linspace(0.02, 0.04, 15).reshape(5, 3),
+    clips_m=np.zeros((8, 3)),
+    n_clips=0,
+    severed=np.zeros(2, bool),
+)
+
+
+@pytest.fixture(scope="module")
+def sampler() -> Sampler:
+    torch.manual_seed(0)
+    policy = Policy(CONFIG)
+    policy.chunk_mean += torch.arange(16.0)[:, None] * 1e-3 + 0.1
+    policy.chunk_deviation *= 1e-3
+    return Sampler(policy.eval().requires_grad_(False))
+
+
+def controller(sampler: Sampler, **options) -> ControllerDiffusion:
+    return ControllerDiffusion(CONFIG, sampler, **options)
+
+
+def played(controller: ControllerDiffusion, n: int, said: Instruction = GRAB) -> np.ndarray:
+    seen = [replace(SEEN, forces_n=np.full((2, 3), 0.1 * k)) for k in range(n)]
+    return np.stack([controller.act(s, said)[0].vector() for s in seen])
+
+
+@pytest.mark.parametrize("delay", [0, 2, 4])
+def test_a_chunk_takes_over_after_the_motions_promised_whatever_the_delay(sampler, delay):
+    subject, places = controller(sampler, delay=delay), []
+    for _ in range(2 * CONFIG.play + 1):
+        _ = subject.act(SEEN, GRAB)
+        places.append(subject.place)
+    inside = ["inside"] * (CONFIG.play - 1)
+    assert places == ["fresh", *inside, "joint", *inside, "joint"]
+
+
+def test_motions_committed_are_played_as_they_were_first_meant(sampler):
+    prompt, late = (played(controller(sampler, delay=d), CONFIG.play + 1) for d in (0, 4))
+    np.testing.assert_allclose(late[: CONFIG.play], prompt[: CONFIG.play], atol=1e-9)
+    assert not np.allclose(late[CONFIG.play], prompt[CONFIG.play])
+
+
+@pytest.mark.parametrize("delay", [0, 2, 4])
+def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
+    given = []
+    subject = controller(lambda inputs: given.append(inputs) or sampler(inputs), delay=delay)
+    rows = np.concatenate([played(subject, 20), played(subject, 1, CLIP)])
+    joints = [0, 6, 12, 18, 20]
+    assert len(given) == len(joints)
+    for at, inputs in zip(joints, given, strict=True):
+        n = min(at, CONFIG.past)
+        assert inputs["n_past"] == n
+        assert inputs["delay"] == (delay if 0 < at < 20 else 0)
+        if at > n:
+            led = past_of(rows[at - n : at], rows[at - n - 1, JAWS])
+            np.testing.assert_allclose(inputs["past"], led, atol=1e-6)
+            np.testing.assert_allclose(inputs["jaw_rad"], rows[at - 1, JAWS], atol=1e-6)
+
+
+def test_new_words_drop_the_running_chunk_at_once(sampler):
+    subject = controller(sampler, delay=2)
+    _ = played(subject, 3)
+    motion = played(subject, 1, CLIP)
+    assert subject.place == "fresh"
+    assert not np.allclose(motion, played(controller(sampler, delay=2), 4)[3])
+
+
+def test_the_same_seed_moves_the_same_and_another_otherwise(sampler):
+    first, again, other = (played(controller(sampler, seed=seed), 20) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert not np.allclose(first, other)
+
+
+def test_after_a_reset_nothing_is_left_of_what_was_seen(sampler):
+    subject = controller(sampler)
+    _ = played(subject, 9)
+    subject.reset()
+    again = played(subject, 1)
+    assert subject.place == "fresh"
+    assert not np.allclose(again, played(controller(sampler), 10)[9])
+
+
+def test_a_delay_longer_than_trained_for_is_refused(sampler):
+    with pytest.raises(ValueError, match="delay must be 0 to 4 control steps, got 5"):
+        controller(sampler, delay=5)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"history": (3, 0)}, "history must begin with the present frame"),
+        ({"play": 17}, "play must be 1 to 16 motions, got 17"),
+        ({"past": 3}, "max_delay must be 0 to 3, .* got 4"),
+    ],
+)
+def test_shapes_that_do_not_fit_together_are_refused(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        PolicyConfig(**wrong)

@@ -1,0 +1,112 @@
+"""Laws of the policy: what is committed stays, and the graph is the network."""
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.features import Features
+from controller.diffusion.graph import Sampler
+from controller.diffusion.policy import Policy
+from controller.diffusion.tracker_noise import noised
+from controller.diffusion.windows import Batch, Windows
+from tests.controller.diffusion.demonstrated import demonstration
+from tissue_sim.observation import VECTOR_SIZE, fields
+
+CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32, denoiser_blocks=1)
+
+
+@pytest.fixture(scope="module")
+def policy() -> Policy:
+    torch.manual_seed(0)
+    policy = Policy(CONFIG)
+    which = torch.arange(100)
+    policy.normalise_by(Windows([demonstration()], CONFIG).batch(which, torch.zeros_like(which)))
+    return policy.eval().requires_grad_(False)
+
+
+@pytest.fixture(scope="module")
+def seen() -> Batch:
+    return Windows([demonstration(seed=1)], CONFIG).batch(torch.tensor([20]), torch.tensor([3]))
+
+
+@pytest.fixture(scope="module")
+def inputs(seen) -> dict[str, Tensor]:
+    generator = torch.Generator().manual_seed(0)
+    return {
+        "history": seen.history,
+        "jaw_rad": seen.jaw_rad,
+        "words": torch.randn(1, 384, generator=generator),
+        "past": seen.past,
+        "n_past": seen.n_past,
+        "delay": seen.delay,
+        "noise": torch.randn(1, CONFIG.horizon, 20, generator=generator),
+    }
+
+
+def test_the_past_has_a_say_as_far_as_it_is_known(policy, inputs):
+    known = inputs | {"n_past": torch.tensor([2])}
+    for row in range(CONFIG.past):
+        other = inputs["past"].clone()
+        other[:, row] += 0.01
+        change = (policy(**known | {"past": other}) - policy(**known)).abs().max()
+        assert change > 1e-5 if row >= CONFIG.past - 2 else change == 0.0
+
+
+def test_words_and_what_is_seen_have_a_say(policy, inputs):
+    chunk = policy(**inputs)
+    for name in ("history", "jaw_rad", "words", "delay", "noise"):
+        by = 1 if name == "delay" else 0.1
+        changed = inputs | {name: inputs[name] + by}
+        assert (policy(**changed) - chunk).abs().max() > 1e-5, name
+
+
+def test_a_policy_that_says_nothing_holds_the_jaws_as_commanded(inputs):
+    silent = Policy(CONFIG)
+    for weights in silent.denoiser.leave.parameters():
+        torch.nn.init.zeros_(weights)
+    held = torch.tensor([[0.4, -0.3]])
+    chunk = silent(**inputs | {"jaw_rad": held}).view(1, CONFIG.horizon, 2, 10)
+    torch.testing.assert_close(chunk[..., 9], held[:, None].expand(1, CONFIG.horizon, 2))
+    assert not chunk[..., :9].any()
+
+
+def test_the_exported_graph_is_the_network(policy, inputs):
+    chunk = Sampler(policy)({name: value[0].numpy() for name, value in inputs.items()})
+    np.testing.assert_allclose(chunk, policy(**inputs)[0].numpy(), atol=1e-5)
+
+
+def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs):
+    noise, level = inputs["noise"][:, None], torch.ones(1, 1)  # noise alone: nothing shows through
+    first = torch.arange(CONFIG.horizon)[None] < 8
+    losses = []
+    for valid in (first, torch.ones_like(first)):
+        changed = seen.chunk + 0.1 * ~first[..., None]
+        losses += [
+            policy.loss(seen._replace(chunk=c, valid=valid), inputs["words"], level, noise)
+            for c in (seen.chunk, changed)
+        ]
+    torch.testing.assert_close(losses[0], losses[1], rtol=1e-4, atol=0)
+    assert losses[3] > 1.01 * losses[2]
+
+
+def test_features_do_not_depend_on_places_beyond_the_last_clip():
+    history = torch.from_numpy(demonstration().states[None, :2]).clone()
+    fields(history)["n_clips"][:] = 2.0
+    moved = history.clone()
+    fields(moved)["clips_m"][:, :, 2:] += 0.02
+    features, jaw_rad = Features(), torch.zeros(1, 2)
+    torch.testing.assert_close(features(moved, jaw_rad), features(history, jaw_rad))
+    fields(moved)["clips_m"][:, :, 1] += 0.02
+    assert (features(moved, jaw_rad) - features(history, jaw_rad)).abs().max() > 0.1
+
+
+def test_tracker_noise_is_on_what_is_tracked_and_on_nothing_else():
+    clean = torch.zeros(500, 1, VECTOR_SIZE)
+    seen = fields(noised(clean, torch.Generator().manual_seed(0)))
+    assert not clean.any()
+    for name in ("n_clips", "clip_loaded", "scissors", "severed"):
+        assert not seen[name].any()
+    assert not seen["tips_endoscope"][..., :3].any()
+    torch.testing.assert_close(seen["sac_m"].std(), torch.tensor(2e-4), rtol=0.05, atol=0)

@@ -1,0 +1,33 @@
+"""An applier without a clip is drawn back for a new one; it does not close on the tube."""
+
+import numpy as np
+
+from controller.expert import ControllerExpert
+from planner.instruction import TASKS, Instruction
+from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.world import World
+
+CLIP = TASKS[1]
+
+
+def advance_m(expert, world):
+    """How far the next chunk takes the applier along its own axis, forward."""
+    chunk = expert.act(world.observe(), Instruction(task=CLIP))
+    moved = sum(action.move_endoscope_m[RIGHT_ARM] for action in chunk)
+    forward = world.arms.T_world_tool()[RIGHT_ARM, :3, 2]
+    return float(world.T_world_endoscope[:3, :3] @ moved @ forward)
+
+
+def test_it_goes_on_with_a_clip_and_back_once_it_is_lost():
+    world = World()
+    world.reset(anatomy_from_seed(10_001))
+    expert = ControllerExpert(world)
+    assert advance_m(expert, world) > 0
+    world.drop_clip()
+    assert advance_m(expert, world) == 0  # the jaws open first
+    for _ in range(int(np.ceil(1.2 * 30))):
+        world.step(JointCommand(joints=world.target))
+    assert advance_m(expert, world) < 0
+    world.equip("clip_applier")
+    assert advance_m(expert, world) > 0

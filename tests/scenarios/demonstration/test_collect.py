@@ -1,0 +1,108 @@
+"""Laws of `calot collect`: it goes on where it stopped, keeps apart what failed, loses nothing."""
+
+import resource
+from dataclasses import replace
+
+import pytest
+
+from controller.dataset.part import part_bytes
+from controller.dataset.reader import read_episodes
+from scenarios.cli import main
+from scenarios.demonstration.demonstrate import FAILED, PARTS, demonstrate, is_finished, part_path
+from scenarios.demonstration.mix import Demonstration, demonstrations
+from tests.controller.dataset.episodes import random_episode
+from tests.controller.dataset.test_round_trip import contents
+
+ASKED = demonstrations("nominal", 0, 3)
+
+
+@pytest.fixture
+def out(tmp_path):
+    """All of ASKED demonstrated before, the second without success."""
+    for demonstration, folder in zip(ASKED, (PARTS, FAILED, PARTS), strict=True):
+        path = part_path(demonstration, tmp_path, folder)
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(part_bytes(random_episode(demonstration.seed)))
+    return tmp_path
+
+
+def collect(out, episodes=3, **options):
+    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    return main(
+        ["collect", "--out", str(out), "--mix", "nominal", "--episodes", str(episodes), *words]
+    )
+
+
+def test_what_is_there_is_not_done_again_and_what_failed_stays_out(out, capfd):
+    assert all(is_finished(demonstration, out) for demonstration in ASKED)
+    assert collect(out) == 0
+    assert "3 were there before" in capfd.readouterr().out
+    assert [episode.header.seed for episode in read_episodes(out)] == [0, 2]
+
+
+def complaint(capfd, code, out):
+    assert code == 2
+    (line,) = filter(None, capfd.readouterr().err.splitlines())
+    assert line.startswith("calot: ")
+    assert str(out) in line
+    return line
+
+
+def test_a_damaged_part_is_one_clear_line_and_the_old_dataset_stays(out, capfd):
+    collect(out)
+    before = contents(out)
+    path = part_path(ASKED[2], out)
+    path.write_bytes(path.read_bytes()[:-50])
+    capfd.readouterr()
+    complaint(capfd, collect(out), path)
+    assert contents(out) == before
+
+
+@pytest.fixture
+def full_disk():
+    """No file may grow beyond 20 kB."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_is_one_clear_line_and_nothing_whole_is_lost(out, capfd, request):
+    collect(out)
+    before, there = contents(out), sorted(out.rglob("*"))
+    capfd.readouterr()
+    request.getfixturevalue("full_disk")
+    assert "File too large" in complaint(capfd, collect(out), out)
+    assert contents(out) == before
+    assert sorted(out.rglob("*")) == there
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], ["--out"]),
+        (["--out", "d", "--mix", "some"], ["--mix", "'some'", "nominal", "recovery"]),
+        (["--out", "d", "--seed", "9990", "--episodes", "11"], ["--seed", "training", "9999"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    line = complaint(capfd, main(["collect", *words]), "")
+    assert all(word in line for word in said)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_in_one_go_or_bit_by_bit_the_dataset_is_the_same(tmp_path):
+    assert collect(tmp_path / "one go", episodes=2, workers=2) == 0
+    assert collect(tmp_path / "by and by", episodes=1) == 0
+    assert collect(tmp_path / "by and by", episodes=2) == 0
+    assert contents(tmp_path / "by and by") == contents(tmp_path / "one go")
+
+
+@pytest.mark.slow
+def test_an_episode_that_finds_no_room_says_so_and_leaves_no_half_file(tmp_path, full_disk):
+    outcome = demonstrate(Demonstration(seed=0, kind="nominal"), tmp_path)
+    assert "File too large" in (outcome.unwritable or "")
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    assert replace(outcome, unwritable=None).success is False

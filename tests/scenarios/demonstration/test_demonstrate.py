@@ -1,0 +1,120 @@
+"""Laws of what is demonstrated: who led is told apart, failures are flagged until undone."""
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from planner.correction import CORRECTIONS, correction_from_text
+from planner.instruction import TASKS, Instruction
+from scenarios.demonstration.demonstrate import begun
+from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
+from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.witness import Witness
+
+SEED = 10_001
+SEEN_TIPS = slice(14, 38)  # in `Observation.vector`: (2, 3, 4)
+
+
+class Shown:
+    """The first frames of a demonstration, and the steps they are of."""
+
+    def __init__(self, kind, frames, noise=True):
+        self.witness = Witness(kind)
+        self.episode = begun(Demonstration(seed=SEED, kind=kind, noise=noise))
+        self.witness.on_reset(self.episode.world)
+        self.first = self.episode.observation
+        self.steps = []
+        for step in islice(self.episode.steps(), frames):
+            self.witness.on_step(step)
+            self.steps.append(step)
+        self.columns = self.witness.columns(SEED, kind)
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    return Shown("nominal", 300)
+
+
+@pytest.fixture(scope="module")
+def recovery():
+    return Shown("recovery:grasp-missed-below", 400)
+
+
+def test_a_frame_is_what_was_seen_before_it_was_acted_on(nominal):
+    seen = [nominal.first, *(step.observation for step in nominal.steps)]
+    pairs = zip(nominal.steps, seen[:-1], strict=True)
+    expected = [observation.vector() for step, observation in pairs if not step.exchange]
+    np.testing.assert_array_equal(nominal.columns["observation.state"], np.stack(expected))
+
+
+def test_under_noise_the_label_is_what_the_expert_asked_for(nominal):
+    steps = [step for step in nominal.steps if not step.exchange]
+    disturbed = np.array([step.disturbed for step in steps])
+    assert 0 < disturbed.sum() < 0.5 * len(steps)
+    np.testing.assert_array_equal(nominal.columns["expert"], ~disturbed)
+    asked = np.stack([step.asked.vector() for step in steps]).astype(np.float32)
+    labels = nominal.columns["action"]
+    np.testing.assert_array_equal(labels[disturbed], asked[disturbed])
+    altered = np.array([bool(step.altered) for step in steps])
+    untouched = ~disturbed & ~altered
+    np.testing.assert_allclose(labels[untouched], asked[untouched], atol=1e-6)
+
+
+def test_a_burst_of_noise_moves_the_arm_and_the_expert_makes_it_good(nominal):
+    steps = [step for step in nominal.steps if not step.exchange]
+    commands = np.stack([step.command.joints for step in steps])
+    k = int(np.flatnonzero([step.disturbed for step in steps])[0])
+    quiet = Shown("nominal", k + 2, noise=False)
+    np.testing.assert_array_equal(quiet.steps[k - 1].command.joints, commands[k - 1])
+    assert not np.allclose(quiet.steps[k + 1].command.joints, commands[k + 1], atol=1e-6)
+    assert quiet.columns["expert"].all()
+
+
+def test_what_leads_astray_is_not_the_expert_s_and_is_flagged_until_undone(recovery):
+    expert, flag = recovery.columns["expert"], recovery.columns["flag"]
+    steps = [step for step in recovery.steps if not step.exchange]
+    led = np.flatnonzero([step.asked is None for step in steps])
+    after = led[-1] + 1
+    assert len(led) > 10
+    assert not expert[led].any()
+    assert not flag[: led[-1] + 1].any()
+    assert flag[after : after + 5].all()
+    assert not flag[-1]
+    assert ((recovery.columns["correction"] != "") == flag).all()
+    assert (recovery.columns["instruction"] == TASKS[0].text)[flag].all()
+
+
+def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
+    frames = np.flatnonzero(recovery.columns["flag"])
+    tips = recovery.columns["observation.state"][:, SEEN_TIPS].reshape(-1, 2, 3, 4)[..., 3]
+    named = [correction_from_text(recovery.columns["correction"][k]) for k in frames]
+    moving = [(k, c) for k, c in zip(frames, named, strict=True) if c.direction]
+    assert moving
+    for k, c in moving:
+        moved = tips[k + 30, ["left", "right"].index(c.arm)] - tips[k, 0 if c.arm == "left" else 1]
+        axis = {"left": 0, "right": 0, "higher": 1, "lower": 1}.get(c.direction, 2)
+        assert (moved[axis] > 0) == (c.direction in ("left", "higher", "away"))
+
+
+def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
+    class Silent:
+        def reset(self):
+            pass
+
+        def plan(self, observation):
+            return Instruction(task=TASKS[3], time_s=observation.time_s)
+
+    world, seen = nominal.episode.world, nominal.episode.observation
+    planner = PlannerInterjecting(Silent(), world, np.random.default_rng(0))
+    times = np.arange(0.0, 3000.0)
+    said = [planner.plan(replace(seen, time_s=t)) for t in times]
+    assert all(i.task == TASKS[3] for i in said)
+    given = [i.correction for i in said]
+    runs = np.flatnonzero([a != b for a, b in zip([None, *given], [*given, None], strict=True)])
+    lengths = np.diff(runs)
+    assert set(lengths[::2]) == {1, 2}
+    assert lengths[1::2].min() >= 2
+    able = {c.text for c in CORRECTIONS if is_harmless(c, world)}
+    assert {c.text for c in given if c} == able

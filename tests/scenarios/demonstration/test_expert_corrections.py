@@ -1,0 +1,90 @@
+"""The expert obeys each of the 18 corrections, in the open and at work, and hurts nobody by it."""
+
+from itertools import islice
+from pkgutil import resolve_name
+
+import numpy as np
+import pytest
+
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
+from planner.instruction import Instruction
+from planner.task import TASKS
+from scenarios.catalogue import CONTROLLERS
+from scenarios.demonstration.interjections import is_harmless
+from scenarios.episode import Episode, begin
+from scenarios.episode_config import EpisodeConfig
+
+CONFIG = EpisodeConfig(seed=10_001)
+WITHIN_STEPS = 60  # 2 s
+LEAST_M, LEAST_RAD = 3e-3, 0.2
+ASIDE = 0.5  # of the motion: tissue gives way, and the filter slides along what is in the way
+ASTRIDE_M = 0.006  # the tip this near to a tube's middle line
+ROWS = {"left": [0], "right": [1], "both": [0, 1]}
+
+
+class Saying:
+    """A planner that says one thing."""
+
+    def __init__(self, instruction):
+        self.instruction = instruction
+
+    def plan(self, observation):
+        return self.instruction
+
+
+@pytest.fixture(scope="module", params=[TASKS[0], TASKS[1]], ids=["in the open", "at work"])
+def scene(request):
+    """An episode before the grasp, or with the applier's open jaws astride a tube; its state."""
+    episode, task = begin(CONFIG), request.param
+    for step in episode.steps():
+        far = step.time_s > 1.5 if task == TASKS[0] else is_astride(episode.world)
+        if step.instruction.task == task and far:
+            return episode.world, episode.world.state(), task
+
+
+def is_astride(world):
+    tip = world.arms.T_world_tool()[1, :3, 3]
+    centres = np.concatenate([world.tubes.centres(tube) for tube in world.organ.tubes])
+    return np.linalg.norm(centres - tip, axis=1).min() < ASTRIDE_M
+
+
+def begun_again(scene, correction):
+    world, state, task = scene
+    world.restore(state)
+    episode = Episode(
+        config=CONFIG,
+        world=world,
+        planner=Saying(Instruction(task=task, correction=correction)),
+        controller=resolve_name(CONTROLLERS["expert"])(world),
+        observation=world.observe(),
+    )
+    episode.driver.follow(world.target)
+    return episode
+
+
+@pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
+def test_the_named_arm_moves_as_named_within_two_seconds_and_the_other_stays(scene, correction):
+    episode = begun_again(scene, correction)
+    if not is_harmless(correction, episode.world):
+        pytest.skip("it would do harm here, and is not demonstrated")
+    start, rows = episode.observation, ROWS[correction.arm]
+    for step in islice(episode.steps(), WITHIN_STEPS):
+        moved_m = (step.observation.tips_endoscope - start.tips_endoscope)[:, :3, 3]
+        opened_rad = step.observation.joints[:, 6] - start.joints[:, 6]
+        if is_obeyed(correction, moved_m[rows], opened_rad[rows]):
+            break
+    else:
+        pytest.fail(f"moved by {moved_m} m, jaws by {opened_rad} rad")
+    others = [arm for arm in (0, 1) if arm not in rows or correction.jaw]
+    assert np.linalg.norm(moved_m[others], axis=1).max(initial=0.0) < LEAST_M
+    assert episode.world.record.injuries == ()
+
+
+def is_obeyed(correction, moved_m, opened_rad):
+    if correction.direction is None:
+        sign = 1.0 if correction.jaw == "open" else -1.0
+        return (sign * opened_rad >= LEAST_RAD).all()
+    along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
+    far_m = moved_m @ along
+    aside_m = np.linalg.norm(moved_m - far_m[:, None] * along, axis=1)
+    return (far_m >= LEAST_M).all() and (aside_m < ASIDE * far_m).all()

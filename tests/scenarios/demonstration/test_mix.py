@@ -1,0 +1,30 @@
+"""What is demonstrated follows from seed and mix alone."""
+
+import pytest
+
+from planner.correction import CORRECTIONS
+from planner.task import TASKS
+from scenarios.catalogue import SCENARIOS
+from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
+
+
+@pytest.mark.parametrize("mix", MIXES)
+def test_more_episodes_only_add(mix):
+    many = demonstrations(mix, 0, 100)
+    assert many[:40] == demonstrations(mix, 0, 40)
+    assert many[40:] == demonstrations(mix, 40, 60)
+    assert [d.seed for d in many] == list(range(100))
+    assert [d.name for d in many] == sorted({d.name for d in many})
+    assert all(d.scenario in SCENARIOS for d in many)
+
+
+def test_all_of_the_recovery_set_comes_up():
+    for mix in ("recovery", "all"):
+        kinds = {d.kind for d in demonstrations(mix, 0, 28)}
+        assert {f"recovery:{name}" for name in RECOVERIES} <= kinds
+
+
+def test_one_number_stands_for_each_thing_that_may_be_heard():
+    from controller.dataset.schema import TEXTS
+
+    assert len(set(TEXTS)) == len(TASKS) + len(CORRECTIONS) == 35

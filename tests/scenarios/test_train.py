@@ -1,0 +1,81 @@
+"""From a dataset to a moving robot; what cannot be learnt from or run is refused in one line."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from controller.dataset.merge import merge
+from scenarios.cli import main
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from tests.controller.dataset.episodes import write_parts
+from tests.scenarios.test_cli import complaint
+
+SEED = 10_003
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    root = tmp_path_factory.mktemp("data")
+    merge(write_parts(root / "parts", (0, 1)), root)
+    return root
+
+
+@pytest.fixture(scope="module")
+def checkpoint(data, tmp_path_factory):
+    out = tmp_path_factory.mktemp("trained")
+    words = ["train", "controller", "--preset", "smoke", "--data", str(data), "--out", str(out)]
+    assert main(words) == 0
+    before = (out / "policy.safetensors").read_bytes()
+    assert main(words) == 0  # nothing is left to do
+    assert (out / "policy.safetensors").read_bytes() == before
+    return out / "policy.safetensors"
+
+
+def commands(checkpoint):
+    """Joints (n, 2, 7) commanded in an episode's first half second."""
+    config = EpisodeConfig(seed=SEED, controller="diffusion", checkpoint=str(checkpoint))
+    return np.array([step.command.joints for step in islice(begin(config).steps(), 15)])
+
+
+def test_what_was_trained_moves_the_arms_and_each_time_the_same(checkpoint):
+    first, again = commands(checkpoint), commands(checkpoint)
+    np.testing.assert_array_equal(first, again)
+    assert np.ptp(first, axis=0).max() > 1e-4
+
+
+def test_no_dataset_is_told_in_one_line(capfd, tmp_path):
+    words = ["train", "controller", "--data", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert "there is no dataset" in complaint(capfd, *words)
+
+
+@pytest.mark.parametrize(
+    ("controller", "said"),
+    [
+        ("diffusion", "is no checkpoint of a diffusion policy"),
+        ("expert", "controller 'expert' takes none; these do: diffusion"),
+    ],
+)
+def test_a_file_that_is_no_checkpoint_is_told_in_one_line(capfd, tmp_path, controller, said):
+    path = tmp_path / "policy.safetensors"
+    path.write_text("no weights")
+    words = ["run", "--controller", controller, "--checkpoint", str(path)]
+    assert said in complaint(capfd, *words, "--out", str(tmp_path / "out"))
+
+
+@pytest.mark.parametrize("words", [["run", "--controller", "diffusion"], ["bench", "controller"]])
+def test_a_checkpoint_that_is_neither_named_nor_shipped_is_told_in_one_line(
+    capfd, tmp_path, monkeypatch, words
+):
+    monkeypatch.setattr("controller.diffusion.checkpoint.SHIPPED", tmp_path / "none")
+    assert "`calot train controller` makes one" in complaint(capfd, *words)
+
+
+def test_the_bench_times_chunks_and_joins_them_at_each_delay(checkpoint, capsys, monkeypatch):
+    monkeypatch.setattr("scenarios.bench_controller.lerobot_version", lambda: None)
+    words = ["--checkpoint", str(checkpoint), "--repeats", "3", "--steps", "30"]
+    assert main(["bench", "controller", *words]) == 0
+    said = capsys.readouterr().out
+    for word in ("ONNX Runtime", "PyTorch, eager", "at joints", "inside", "calot[lerobot]"):
+        assert word in said
