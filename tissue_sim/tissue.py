@@ -246,7 +246,13 @@ class Tissue:
         surface[:] = 0
         surface[np.unique(faces)] = 1
         surface[self.host("covered")[b] != 0] = 0
+        surface[self._within_the_sac(b)] = 0
         self.host("contact_shape")[b, surface == 0] = -1
+
+    def _within_the_sac(self, b: int) -> Indices:
+        """Vertices of tubes that are tied into the sac's wall, which is touched in their place."""
+        tied = self.host("tie_stiffness")[b] > 0.0
+        return self.host("tie_corner")[b][tied, 0]
 
     def take_loose_from_parts(self, b: int) -> None:
         """Pieces that hang on nothing belong to no rigid part of the preconditioner.

@@ -424,3 +424,31 @@ def test_what_pushes_the_artery_pushes_the_duct_back() -> None:
     assert np.abs(f).max() > 0.01
     np.testing.assert_allclose(f.sum(axis=0), 0.0, atol=50 * EPS * np.abs(f).sum())
     assert (f[artery[6]].sum(axis=0)) @ to < 0 < (f[duct].sum(axis=(0, 1))) @ to
+
+
+def test_a_tube_s_end_within_the_sac_is_touched_only_once_it_is_out() -> None:
+    """A finger that runs into the neck touches the sac there; torn out, the end is like any."""
+    organ = build_organ(anatomy_from_seed(1))
+    tissue = Tissue([organ])
+    ring = organ.rings["duct"][-1]
+    outer = ring[-(len(ring) // 2) :]
+    assert not contact_of(tissue, outer).any()
+    torn = np.isin(organ.tie_vertex, organ.rings["duct"])
+    tissue.host("tie_stiffness")[0, : len(torn)][torn] = 0.0
+    tissue.rewire(0)
+    assert contact_of(tissue, outer).any()
+
+
+def contact_of(tissue: Tissue, vertices: Array) -> Array:
+    """Which vertices touch a ball put where they are."""
+    middle = tissue.positions()[vertices].mean(axis=0).astype(float)
+    ball = {
+        "a": middle,
+        "b": middle,
+        "half_width": np.zeros(3),
+        "radius": 0.004,
+        "T_world_link": pose(np.eye(3), middle),
+    }
+    place(tissue, {LEFT_FINGERS[0]: ball})
+    tissue.step()
+    return tissue.host("contact_shape")[0, vertices] >= 0
