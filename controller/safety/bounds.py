@@ -93,21 +93,19 @@ class AllBounds:
         self.least = np.array([b.lower for b in single.values()]).reshape(-1, N_MOTION)
         self.most = np.array([b.upper for b in single.values()]).reshape(-1, N_MOTION)
         self.others = _joined(others.values())
-        self._named = [*single.items(), *others.items()]
+        ordered = single | others
+        self._names, self._what = list(ordered), [b.what for b in ordered.values()]
+        self._first = np.cumsum([0, *(len(b.lower) for b in ordered.values())])
 
     def broken(self, motion: Array) -> dict[str, float]:
         """Which bounds a motion breaks, and by how much; rad or m."""
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
-        rows = np.flatnonzero(excess > TOLERANCE).tolist()
-        return {self._name(row): float(excess[row]) for row in rows}
-
-    def _name(self, row: int) -> str:
-        for name, bound in self._named:
-            if row < len(bound.lower):
-                return f"{name}: {bound.what[row]}"
-            row -= len(bound.lower)
-        raise IndexError(f"no row {row} after the last")
+        rows = np.flatnonzero(excess > TOLERANCE)
+        whose = np.searchsorted(self._first, rows, side="right") - 1
+        within = rows - self._first[whose]
+        table = zip(whose.tolist(), within.tolist(), excess[rows].tolist(), strict=True)
+        return {f"{self._names[k]}: {self._what[k][row]}": over for k, row, over in table}
 
 
 def _joined(bounds: Iterable[Bounds]) -> Bounds:

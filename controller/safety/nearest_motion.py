@@ -53,7 +53,7 @@ class _Program:
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
         dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(capacity, _N)}
-        self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
+        self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": True})
         self._buffer, self._run = self._solver.buffer()
         self._x = np.empty(_N)
         self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
@@ -92,8 +92,11 @@ class _Program:
 
     def solve(self) -> Array | None:
         """The motion (14,), in rad and m; None when there is none."""
-        self._run()
-        return self._x[:N_MOTION] * UNIT if self._buffer.stats()["success"] else None
+        try:
+            self._run()
+        except RuntimeError:  # how CasADi says so; its statistics take longer than the solution
+            return None
+        return self._x[:N_MOTION] * UNIT
 
 
 def tool_weight(jacobians: Array) -> Array:
