@@ -93,19 +93,23 @@ class AllBounds:
         self.least = np.array([b.lower for b in single.values()]).reshape(-1, N_MOTION)
         self.most = np.array([b.upper for b in single.values()]).reshape(-1, N_MOTION)
         self.others = _joined(others.values())
-        ordered = single | others
-        self._names, self._what = list(ordered), [b.what for b in ordered.values()]
-        self._first = np.cumsum([0, *(len(b.lower) for b in ordered.values())])
+        self._named = single | others
 
     def broken(self, motion: Array) -> dict[str, float]:
         """Which bounds a motion breaks, and by how much; rad or m."""
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
         rows = np.flatnonzero(excess > TOLERANCE)
-        whose = np.searchsorted(self._first, rows, side="right") - 1
-        within = rows - self._first[whose]
-        table = zip(whose.tolist(), within.tolist(), excess[rows].tolist(), strict=True)
-        return {f"{self._names[k]}: {self._what[k][row]}": over for k, row, over in table}
+        return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if len(rows) else {}
+
+    def _names(self, rows: NDArray[np.integer]) -> list[str]:
+        names, what = list(self._named), [bound.what for bound in self._named.values()]
+        first = np.cumsum([0, *map(len, what)])
+        whose = np.searchsorted(first, rows, side="right") - 1
+        within = (rows - first[whose]).tolist()
+        return [
+            f"{names[k]}: {what[k][row]}" for k, row in zip(whose.tolist(), within, strict=True)
+        ]
 
 
 def _joined(bounds: Iterable[Bounds]) -> Bounds:
