@@ -20,7 +20,7 @@ from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
     """(6, 6) from the rates of joints (6,) to the tip's velocity (rows 0-2) and turning rate."""
-    return symbolic.evaluate(symbolic.tool_jacobian(instrument), joints).reshape(6, 6).T
+    return symbolic.tool_jacobian(instrument)(joints).reshape(6, 6).T
 
 
 def link_poses(joints: Array, instrument: Instrument) -> Array:
@@ -28,7 +28,7 @@ def link_poses(joints: Array, instrument: Instrument) -> Array:
 
     Origin and z axis are those of the link's joint; of the fingers' joints it is the x axis.
     """
-    columns = symbolic.evaluate(symbolic.link_poses(instrument), joints).reshape(-1, 4, 4)
+    columns = symbolic.link_poses(instrument)(joints).reshape(-1, 4, 4)
     return columns.transpose(0, 2, 1)
 
 
@@ -69,9 +69,7 @@ class Rates:
 def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> Rates:
     """Of arms at joints (n_arm, 7) with remote centres at poses (n_arm, 4, 4)."""
     n = len(joints)
-    entries = symbolic.evaluate(
-        symbolic.rates(tuple(instruments)), joints.ravel(), T_world_rcm.ravel()
-    )
+    entries = symbolic.rates(tuple(instruments))(joints.ravel(), T_world_rcm.ravel())
     return Rates(
         tool_jacobian=entries[: 36 * n].reshape(n, 6, 6).transpose(0, 2, 1),
         twists=entries[36 * n :].reshape(n, 12, 6),

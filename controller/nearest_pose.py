@@ -82,7 +82,7 @@ def _search(target: Array, instrument: Instrument, start: Array) -> NearestPose:
 @cache
 def _solver(instrument: Instrument) -> ca.Function:
     joints, target = ca.SX.sym("joints", 6), ca.SX.sym("T_rcm_tool", 4, 4)
-    difference = symbolic.tool_pose(instrument)(joints) - target
+    difference = symbolic.tool_pose(instrument).symbolic(joints) - target
     position = ca.sumsqr(difference[:3, 3]) / METRES_PER_RADIAN**2
     rotation = ca.sumsqr(difference[:3, :3]) / 2  # its chord squared, 4 sin^2(angle / 2)
     problem = {"x": joints, "p": target, "f": position + rotation}

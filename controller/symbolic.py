@@ -7,6 +7,7 @@ where the jaw's sign says, also below zero, where real ones press on each other.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Sequence
 from functools import cache
 
@@ -25,28 +26,28 @@ EYE = ca.SX.eye(4)
 
 
 @cache
-def tool_pose(instrument: Instrument) -> ca.Function:
+def tool_pose(instrument: Instrument) -> Function:
     """Joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
     joints = ca.SX.sym("joints", 6)
     return function("tool_pose", [joints], _T_rcm_tool(joints, instrument))
 
 
 @cache
-def tool_jacobian(instrument: Instrument) -> ca.Function:
+def tool_jacobian(instrument: Instrument) -> Function:
     """Joints (6,) to the geometric Jacobian (6, 6): the tip's velocity, then the turning rate."""
     joints = ca.SX.sym("joints", 6)
     return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
 
 
 @cache
-def link_poses(instrument: Instrument) -> ca.Function:
+def link_poses(instrument: Instrument) -> Function:
     """Joints (7,) to the poses of `MOVING_LINKS` in the RCM frame, side by side (4, 4 * 8)."""
     joints = ca.SX.sym("joints", 7)
     return function("link_poses", [joints], ca.horzcat(*_links(joints, instrument).values()))
 
 
 @cache
-def rates(instruments: tuple[Instrument, ...]) -> ca.Function:
+def rates(instruments: tuple[Instrument, ...]) -> Function:
     """How the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
 
     First the tool Jacobians, each as `tool_jacobian` has it. Then (6, 12) of each arm, for each
@@ -78,39 +79,48 @@ def patch_poses(
     return [of_arm[name] for of_arm in links for name in PATCH_LINKS]
 
 
-def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> ca.Function:
+class Function(threading.local):
+    """Of joints, and `T_world_rcm` if given, for numbers; `symbolic` is the same for symbols.
+
+    Through a buffer and vectors of its own in each thread: a plain call takes several times longer.
+    """
+
+    def __init__(self, symbolic: ca.Function) -> None:
+        """Called in each thread that uses it."""
+        self.symbolic = symbolic
+        self._buffer, self._run = symbolic.buffer()
+        self._inputs = [np.empty(symbolic.numel_in(k)) for k in range(symbolic.n_in())]
+        self._output = np.empty(symbolic.numel_out(0))
+        for k, vector in enumerate(self._inputs):
+            self._buffer.set_arg(k, vector.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_res(0, self._output.data)  # pyright: ignore[reportCallIssue]
+
+    def __call__(self, *inputs: Array) -> Array:
+        """The output's entries (n,), column after column, for a vector of each input.
+
+        Raises:
+            ValueError: a vector has another length than the function's input.
+        """
+        for k, (own, vector) in enumerate(zip(self._inputs, inputs, strict=True)):
+            if (shape := np.shape(vector)) != own.shape:
+                name = self.symbolic.name()
+                raise ValueError(f"{name} takes {len(own)} {INPUTS[k]}, not shape {shape}")
+            own[:] = vector
+        self._run()
+        return self._output.copy()
+
+
+def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> Function:
     """Of joints, and `T_world_rcm` if given."""
     names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
-    return ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})
+    return Function(
+        ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})
+    )
 
 
 def entries(parts: Iterable[ca.SX]) -> ca.SX:
     """(n,) of all parts, one after the other, each column after column."""
     return ca.vertcat(*map(ca.vec, parts))
-
-
-def evaluate(function: ca.Function, *inputs: Array) -> Array:
-    """The output's entries (n,), column after column, for a vector of each input.
-
-    Through a buffer of its own for each call: a third of the time of a plain call, and safe when
-    several threads use one function.
-
-    Raises:
-        ValueError: a vector has another length than the function's input.
-    """
-    buffer, run = function.buffer()
-    vectors = [np.array(values, float) for values in inputs]  # alive till run
-    for k, vector in enumerate(vectors):
-        if vector.shape != (function.numel_in(k),):
-            raise ValueError(
-                f"{function.name()} takes {function.numel_in(k)} {function.name_in(k)}, "
-                f"not shape {vector.shape}"
-            )
-        buffer.set_arg(k, vector.data)  # pyright: ignore[reportCallIssue]
-    outputs = np.empty(function.numel_out(0))
-    buffer.set_res(0, outputs.data)  # pyright: ignore[reportCallIssue]
-    run()
-    return outputs
 
 
 def _T_rcm_tool(joints: ca.SX, instrument: Instrument) -> ca.SX:

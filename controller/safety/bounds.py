@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import expm1
 from typing import Protocol
@@ -77,8 +77,43 @@ def between(rows: Array, lower: Array, upper: Array, what: Sequence[str]) -> Bou
 NO_BOUNDS = at_least(np.zeros((0, N_MOTION)), np.zeros(0), ())
 
 
-def joined(bounds: Iterable[Bounds]) -> Bounds:
-    """All rows, one after the other; `what` is left to the single bounds."""
+class AllBounds:
+    """What several limits bound, joined once: single joints apart from all other rows.
+
+    Attributes:
+        least: (k, 14) lower bounds on the joints' own motion.
+        most: (k, 14) upper bounds on it.
+        others: all rows that are not on single joints; `what` is left to the single bounds.
+    """
+
+    def __init__(self, bounds: Mapping[str, Bounds]) -> None:
+        """`bounds` by the limits' names."""
+        single = {name: b for name, b in bounds.items() if b.rows is EACH_JOINT}
+        others = {name: b for name, b in bounds.items() if b.rows is not EACH_JOINT}
+        self.least = np.array([b.lower for b in single.values()]).reshape(-1, N_MOTION)
+        self.most = np.array([b.upper for b in single.values()]).reshape(-1, N_MOTION)
+        self.others = _joined(others.values())
+        self._named = single | others
+
+    def broken(self, motion: Array) -> dict[str, float]:
+        """Which bounds a motion breaks, and by how much; rad or m."""
+        single = np.maximum(self.least - motion, motion - self.most)
+        excess = np.concatenate([single.ravel(), self.others.excess(motion)])
+        rows = np.flatnonzero(excess > TOLERANCE)
+        return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if len(rows) else {}
+
+    def _names(self, rows: NDArray[np.integer]) -> list[str]:
+        names, what = list(self._named), [bound.what for bound in self._named.values()]
+        first = np.cumsum([0, *map(len, what)])
+        whose = np.searchsorted(first, rows, side="right") - 1
+        within = (rows - first[whose]).tolist()
+        return [
+            f"{names[k]}: {what[k][row]}" for k, row in zip(whose.tolist(), within, strict=True)
+        ]
+
+
+def _joined(bounds: Iterable[Bounds]) -> Bounds:
+    """All rows, one after the other."""
     bounds = (NO_BOUNDS, *bounds)
     return Bounds(
         rows=np.concatenate([b.rows for b in bounds]),

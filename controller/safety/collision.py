@@ -77,7 +77,7 @@ class NearPairs:
 
     def of(self, *names: str) -> NDArray[np.bool_]:
         """(n,) whether the obstacle is one of these."""
-        return np.isin(self.names, names)[self.what]
+        return _among(self.names, names)[self.what]
 
     def pair(self, row: int) -> Pair:
         """Who is near to what; the capsules of a chain are one obstacle."""
@@ -202,6 +202,12 @@ def _near_pairs(
         others_m=others_m,
         links=links,
     )
+
+
+@cache
+def _among(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.bool_]:
+    """(n,) which names are wanted."""
+    return np.isin(names, wanted)
 
 
 def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:

@@ -13,7 +13,7 @@ from math import sqrt
 
 import numpy as np
 
-from controller.safety.bounds import N_MOTION, TOLERANCE, Bounds, Limit, joined
+from controller.safety.bounds import N_MOTION, AllBounds, Limit
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
@@ -80,9 +80,11 @@ class SafetyFilter:
         situation = self._watch.see(start, self._rate, asked, instruction)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
         aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
-        broken, motion = _broken(bounds, situation.motion), situation.motion
+        kept, motion = AllBounds(bounds), situation.motion
+        broken = kept.broken(motion)
+        overridden = AllBounds(aside).broken(motion) if aside else ()
         if broken:
-            motion = self._nearest(motion, tool_weight(situation.tool_jacobian), bounds.values())
+            motion = self._nearest(motion, tool_weight(situation.tool_jacobian), kept)
         share = 0.0 if motion is None else self._watch.safe_share(situation, motion)
         if share < 1.0 and motion is not None:
             broken["keep-out: on the way"] = 1.0 - share
@@ -91,25 +93,12 @@ class SafetyFilter:
         self._rate = (joints - start) / self._control_step_s
         return Allowed(
             joints=joints,
-            entry=_entry(situation, moved, broken, tuple(_broken(aside, situation.motion)), time_s),
+            entry=_entry(situation, moved, broken, tuple(overridden), time_s),
             clearance_m=_clearance_m(situation),
         )
 
     def _set_aside(self, instruction: Instruction) -> list[Limit]:
         return [lock for lock in self._interlocks if lock.name in instruction.overrides]
-
-
-def _broken(bounds: dict[str, Bounds], motion: Array) -> dict[str, float]:
-    """Which bounds a motion breaks, and by how much; rad or m."""
-    if not bounds:
-        return {}
-    excess = joined(bounds.values()).excess(motion)
-    broken = np.flatnonzero(excess > TOLERANCE).tolist()
-    if not broken:
-        return {}
-    rows = [(name, bound, k) for name, bound in bounds.items() for k in range(len(bound.lower))]
-    named = ((rows[row], float(excess[row])) for row in broken)
-    return {f"{name}: {bound.what[k]}": over for (name, bound, k), over in named}
 
 
 def _entry(

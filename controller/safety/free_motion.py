@@ -66,11 +66,11 @@ def free_share(
         if near is None or not _holds_all(near, highest_m, way_m):
             within_m = highest_m + way_m[:N_LINK].max() + way_m[N_LINK:].max()
             near = model.near(joints, instruments, surroundings, within_m=within_m)
-        room = _room_m(near, floor_m)
-        rows = _may_meet(near, room, way_m)
+        room, ways = _room_m(near, floor_m), _of_pairs(near, way_m)
+        rows = _may_meet(room, ways)
         if len(rows) == 0:
             return 1.0
-        by_speed = room[rows] / _of_pairs(near, way_m)[rows]
+        by_speed = room[rows] / ways[rows]
         by_plane = _above(room[rows], _parting_m(near, last, rows), _of_pairs(near, bends)[rows])
         share = float(np.maximum(by_speed, by_plane).min())
         if share == 1.0:
@@ -85,7 +85,7 @@ def _stays_off(near: NearPairs, floor_m: Floor, highest_m: float, way_m: Array) 
     """Whether nothing can come down to its floor on ways (8,)."""
     if not _holds_all(near, highest_m, way_m):
         return False
-    return len(_may_meet(near, _room_m(near, floor_m), way_m)) == 0
+    return len(_may_meet(_room_m(near, floor_m), _of_pairs(near, way_m))) == 0
 
 
 def _room_m(near: NearPairs, floor_m: Floor) -> Array:
@@ -93,9 +93,8 @@ def _room_m(near: NearPairs, floor_m: Floor) -> Array:
     return np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
 
 
-def _may_meet(near: NearPairs, room: Array, way_m: Array) -> NDArray[np.integer]:
-    """Rows of pairs that may come down to their floors on ways (8,)."""
-    ways = _of_pairs(near, way_m)
+def _may_meet(room: Array, ways: Array) -> NDArray[np.integer]:
+    """Rows of pairs that may come down to their floors on ways (n,) of both sides."""
     return np.flatnonzero((room <= ways) & (ways > 0.0))
 
 

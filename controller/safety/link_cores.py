@@ -27,6 +27,7 @@ FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
 N_LINK = len(PATCH_LINKS)
 _INSERTION = JOINT_NAMES.index("insertion")
 _ROUND_A_PLATE = np.array([(-1.0, 0.0, -1.0), (1.0, 0.0, -1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)])
+_TWICE_BEFORE = 2.0 * np.triu(np.ones((7, 7)), 1) + np.eye(7)  # sum of all before, twice, and own
 _DEEP = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 _SIGNS = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
 _Z_ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -84,7 +85,7 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
     Fingers that press on each other (a jaw below 0) are closed.
     """
     of_both = tuple(instruments)
-    entries = symbolic.evaluate(_core_poses(of_both), joints.ravel(), T_world_rcm.ravel())
+    entries = _core_poses(of_both)(joints.ravel(), T_world_rcm.ravel())
     cores = entries.reshape(2 * N_LINK, 5, 3)
     return LinkCores(
         centre_m=cores[:, 0],
@@ -111,20 +112,20 @@ def most_motion_m(
         does to a point, which is no more than the later one's change times its distance. A jaw
         that starts to open, or is closed, on the way strays from its chord as if it bent so much.
     """
-    depths_m = np.abs(np.stack([start, end])[..., _INSERTION] - INSERTION_AT_RCM_M)
-    levers = (
-        _levers_m(tuple(instruments)) + np.repeat(depths_m.max(axis=0), N_LINK)[:, None] * _DEEP
+    most, least = np.maximum(start, end), np.minimum(start, end)
+    depth_m = np.maximum(
+        most[:, _INSERTION] - INSERTION_AT_RCM_M, INSERTION_AT_RCM_M - least[:, _INSERTION]
     )
-    change = np.repeat(np.abs(end - start), N_LINK, axis=0)
-    twice = 2.0 * np.cumsum(change, axis=1) - change
-    shut_on_the_way = np.minimum(start[:, 6], end[:, 6]) < 0.0
-    twice[:, 6] += 2.0 * np.repeat(shut_on_the_way, N_LINK)
-    travel = levers * change
-    return travel.sum(axis=1), (travel * twice).sum(axis=1)
+    levers = _levers_m(tuple(instruments)) + depth_m[:, None, None] * _DEEP
+    change = most - least
+    twice = change @ _TWICE_BEFORE
+    twice[:, 6] += 2.0 * (least[:, 6] < 0.0)
+    both = levers @ np.stack([change, change * twice], axis=-1)
+    return both[..., 0].ravel(), both[..., 1].ravel()
 
 
 @cache
-def _core_poses(instruments: tuple[Instrument, ...]) -> ca.Function:
+def _core_poses(instruments: tuple[Instrument, ...]) -> symbolic.Function:
     """Of `symbolic.symbols` each link's centre, R_world_core row by row, and half size."""
     joints, T_world_rcm = symbolic.symbols(instruments)
     closed = ca.vertcat(joints[:6, :], ca.fmax(joints[6, :], 0.0))
@@ -171,7 +172,7 @@ def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
 
 @cache
 def _levers_m(instruments: tuple[Instrument, ...]) -> Array:
-    """(8, 7) greatest distance of each link's core from each joint's axis; 1 for the insertion.
+    """(2, 4, 7) greatest distance of each link's core from each joint's axis; 1 for the insertion.
 
     With the wrist at the remote centre; deeper, the axes there are farther by as much: `_DEEP`.
     """
@@ -185,4 +186,4 @@ def _levers_m(instruments: tuple[Instrument, ...]) -> Array:
             [a, a, 1.0, a, a, 0.0, 0.0],
             *[[a + reach, a + reach, 1.0, a + reach, a + reach, reach, 0.5 * reach]] * len(FINGERS),
         ]
-    return np.array(levers)
+    return np.array(levers).reshape(-1, N_LINK, 7)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
 import casadi as ca
 import numpy as np
 
-from controller.safety.bounds import EACH_JOINT, N_MOTION, Bounds, joined
+from controller.safety.bounds import N_MOTION, AllBounds, Bounds
 from tissue_sim.frames import Array
 
 TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
@@ -19,7 +17,7 @@ _FAR = 1e3  # stands for no bound, in units of a row's motion
 _SIZE = np.repeat([TIP_M, TURN_RAD], 3)
 _JOINT_WEIGHT = np.diag(JOINT_SHARE / UNIT**2)
 _JOINT_WEIGHT[6::7, 6::7] += np.eye(2) / TURN_RAD**2  # what the jaws alone move
-_INPUTS = "h", "g", "a", "lba", "uba", "lbx", "ubx"
+_UNITS = np.outer(UNIT, UNIT)
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
 
@@ -29,7 +27,7 @@ class NearestMotion:
     def __init__(self) -> None:
         self._programs = [_Program(rows) for rows in CAPACITIES]
 
-    def __call__(self, motion: Array, weight: Array, bounds: Iterable[Bounds]) -> Array | None:
+    def __call__(self, motion: Array, weight: Array, bounds: AllBounds) -> Array | None:
         """The motion (14,) nearest to one asked for; None when there is none, or no room.
 
         Args:
@@ -37,27 +35,16 @@ class NearestMotion:
             weight: (14, 14) of squared changes, positive definite.
             bounds: to keep.
         """
-        bounds = tuple(bounds)
-        least, most = _box(bounds)
-        others = joined(b for b in bounds if b.rows is not EACH_JOINT)
-        n = len(others.rows)
+        least = bounds.least.max(axis=0, initial=-np.inf) / UNIT
+        most = bounds.most.min(axis=0, initial=np.inf) / UNIT
+        n = len(bounds.others.lower)
         program = next((p for p in self._programs if n <= p.capacity), None)
         if program is None or (least > most).any():
             return None
-        rows = others.rows * UNIT
-        scale = np.sqrt((rows * rows).sum(axis=1))
-        scale[scale == 0.0] = 1.0
-        a = np.zeros((program.capacity, _N))
-        low, high = np.full(program.capacity, -_FAR), np.full(program.capacity, _FAR)
-        a[:n, :N_MOTION] = rows / scale[:, None]
-        a[:n, N_MOTION] = others.gives * 1e-3 / scale
-        low[:n], high[:n] = _within_reach(others.lower / scale), _within_reach(others.upper / scale)
-        h, g = np.zeros((_N, _N)), np.zeros(_N)
-        h[:N_MOTION, :N_MOTION] = UNIT[:, None] * weight * UNIT
-        g[:N_MOTION] = -h[:N_MOTION, :N_MOTION] @ (motion / UNIT)
-        h[N_MOTION, N_MOTION], g[N_MOTION] = GIVING_PRICE, 0.0
-        found = program.solve(h=h, g=g, a=a, lba=low, uba=high, lbx=least, ubx=most)
-        return None if found is None else found[:N_MOTION] * UNIT
+        program.set_box(least, most)
+        program.set_rows(bounds.others)
+        program.set_aim(motion, weight)
+        return program.solve()
 
 
 class _Program:
@@ -66,22 +53,50 @@ class _Program:
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
         dense = {"h": ca.Sparsity.dense(_N, _N), "a": ca.Sparsity.dense(capacity, _N)}
-        solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": False})
-        self._buffer, self._run = solver.buffer()
-        self._inputs, self._x = {}, np.empty(_N)
-        for name in _INPUTS:
-            values = np.zeros(solver.size_in(name), order="F")
-            self._inputs[name] = values.squeeze()
-            self._buffer.set_arg(solver.index_in(name), values.T.data)  # pyright: ignore[reportCallIssue]
+        self._solver = ca.conic("nearest_motion", "daqp", dense, {"error_on_fail": True})
+        self._buffer, self._run = self._solver.buffer()
+        self._x = np.empty(_N)
         self._buffer.set_res(0, self._x.data)  # pyright: ignore[reportCallIssue]
-        self._solver = solver
+        self._h, self._g, self._a = self._input("h"), self._input("g"), self._input("a")
+        self._low, self._high = self._input("lba"), self._input("uba")
+        self._least, self._most = self._input("lbx"), self._input("ubx")
+        self._h[N_MOTION, N_MOTION] = GIVING_PRICE
+        self._least[N_MOTION], self._most[N_MOTION] = -_FAR, _FAR
 
-    def solve(self, **values: Array) -> Array | None:
-        """The solution (15,); None when there is none."""
-        for name, value in values.items():
-            self._inputs[name][:] = value
-        self._run()
-        return self._x.copy() if self._buffer.stats()["success"] else None
+    def _input(self, name: str) -> Array:
+        """Where the solver reads it."""
+        values = np.zeros(self._solver.size_in(name), order="F")
+        self._buffer.set_arg(self._solver.index_in(name), values.T.data)  # pyright: ignore[reportCallIssue]
+        return values.squeeze()
+
+    def set_box(self, least: Array, most: Array) -> None:
+        """Bounds (14,) on the joints, in units of the program, as are all that follow."""
+        np.maximum(least, -_FAR, out=self._least[:N_MOTION])
+        np.minimum(most, _FAR, out=self._most[:N_MOTION])
+
+    def set_rows(self, bounds: Bounds) -> None:
+        """What else is bounded; each row made to be of length 1."""
+        n, rows = len(bounds.lower), bounds.rows * UNIT
+        scale = np.sqrt(np.vecdot(rows, rows))
+        scale[scale == 0.0] = 1.0
+        np.divide(rows, scale[:, None], out=self._a[:n, :N_MOTION])
+        np.divide(bounds.gives * 1e-3, scale, out=self._a[:n, N_MOTION])
+        np.maximum(bounds.lower / scale, -_FAR, out=self._low[:n])
+        np.minimum(bounds.upper / scale, _FAR, out=self._high[:n])
+        self._a[n:], self._low[n:], self._high[n:] = 0.0, -_FAR, _FAR
+
+    def set_aim(self, motion: Array, weight: Array) -> None:
+        """The motion (14,) to come near to, and the weight (14, 14) of its change."""
+        np.multiply(weight, _UNITS, out=self._h[:N_MOTION, :N_MOTION])
+        self._g[:N_MOTION] = -UNIT * (weight @ motion)
+
+    def solve(self) -> Array | None:
+        """The motion (14,), in rad and m; None when there is none."""
+        try:
+            self._run()
+        except RuntimeError:  # how CasADi says so; its statistics take longer than the solution
+            return None
+        return self._x[:N_MOTION] * UNIT
 
 
 def tool_weight(jacobians: Array) -> Array:
@@ -92,18 +107,3 @@ def tool_weight(jacobians: Array) -> Array:
         own = slice(7 * arm, 7 * arm + 6)
         weight[own, own] += squares
     return weight
-
-
-def _box(bounds: Sequence[Bounds]) -> tuple[Array, Array]:
-    """(15,) the least and the most that all bounds on joints leave, in units of the program."""
-    least, most = np.full(_N, -_FAR), np.full(_N, _FAR)
-    boxes = [bound for bound in bounds if bound.rows is EACH_JOINT]
-    if boxes:
-        least[:N_MOTION] = np.maximum(-_FAR, np.max([b.lower for b in boxes], axis=0) / UNIT)
-        most[:N_MOTION] = np.minimum(_FAR, np.min([b.upper for b in boxes], axis=0) / UNIT)
-    return least, most
-
-
-def _within_reach(ends: Array) -> Array:
-    """Of rows, in units of the program."""
-    return np.minimum(np.maximum(ends, -_FAR), _FAR)

@@ -15,6 +15,8 @@ from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
 
+_EYE = np.eye(3)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Situation:
@@ -94,7 +96,7 @@ def _along_and_aside(direction: Array) -> Array:
     """
     length = sqrt(direction @ direction)
     if length == 0.0:
-        return np.eye(3)
+        return _EYE
     mirror = direction / length
     mirror[0] += 1.0 if mirror[0] >= 0.0 else -1.0
-    return np.eye(3) - np.outer(mirror, mirror) * (2.0 / (mirror @ mirror))
+    return _EYE - mirror[:, None] * (mirror * (2.0 / (mirror @ mirror)))

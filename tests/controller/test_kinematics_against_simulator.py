@@ -11,7 +11,7 @@ import sapien
 from scipy.spatial.transform import Rotation
 
 from controller.links import link_poses
-from controller.symbolic import MOVING_LINKS, evaluate, tool_pose
+from controller.symbolic import MOVING_LINKS, tool_pose
 from tests.joints import within_limits
 from tissue_sim.frames import pose
 from tissue_sim.instruments import INSTRUMENTS
@@ -85,7 +85,7 @@ def test_a_thousand_poses_agree_to_a_micrometre_and_a_microradian(arm, reading):
         joints = np.array([*qpos[:6], qpos[6] + qpos[7]], float)
         T = np.array([rigid(link) for link in simulator.link_poses(qpos)])[1:]  # less the base
         links.append((T, link_poses(joints, instrument)))
-        tool = evaluate(tool_pose(instrument), joints[:6]).reshape(4, 4).T
+        tool = tool_pose(instrument)(joints[:6]).reshape(4, 4).T
         tools.append((T[PALM] @ T_palm_tool, tool))
     for pairs in (links, tools):
         distance, angle = off(*np.array(pairs).swapaxes(0, 1))

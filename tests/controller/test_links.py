@@ -37,7 +37,7 @@ def drawn(fraction, instrument):
 @given(unit_interval, instruments)
 def test_tool_and_link_poses_are_those_of_the_dh_table(fraction, instrument):
     joints = drawn(fraction, instrument)
-    T = symbolic.evaluate(symbolic.tool_pose(instrument), joints[:6]).reshape(4, 4).T
+    T = symbolic.tool_pose(instrument)(joints[:6]).reshape(4, 4).T
     np.testing.assert_allclose(T, forward_kinematics(joints[:6], instrument), atol=1e-15)
     frames = joint_frames(joints[:6], instrument)
     np.testing.assert_allclose(link_poses(joints, instrument)[:6], frames, atol=1e-15)

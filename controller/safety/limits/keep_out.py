@@ -65,8 +65,8 @@ class PairNames(Sequence[str]):
     @cached_property
     def _names(self) -> list[str]:
         near, pairs = self._near, self._pairs
-        columns = (of_all[pairs].tolist() for of_all in (near.arm, near.link, near.obstacle))
+        columns = (of_all[pairs].tolist() for of_all in (near.arm, near.link, near.what))
         return [
-            f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}"
-            for arm, link, obstacle in zip(*columns, strict=True)
+            f"{ARMS[arm]} {PATCH_LINKS[link]} to {near.names[what]}"
+            for arm, link, what in zip(*columns, strict=True)
         ]

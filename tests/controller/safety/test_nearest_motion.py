@@ -8,15 +8,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.safety.bounds import N_MOTION, at_least, between, on_joints
+from controller.safety.bounds import N_MOTION, AllBounds, at_least, between, on_joints
 from controller.safety.nearest_motion import CAPACITIES, NearestMotion, tool_weight
 from tests.controller.safety.situations import situation
 
 WEIGHT = tool_weight(situation().tool_jacobian)
 SIZE = np.tile([0.05, 0.05, 0.005, 0.1, 0.1, 0.1, 0.1], 2)  # of a step
-NEAREST = NearestMotion()
+SOLVER = NearestMotion()
 CLOSE = 1e-7  # rad or m
 seeds = st.integers(0, 2**32 - 1)
+
+
+def nearest(asked, weight, bounds, solver=SOLVER):
+    named = {str(k): bound for k, bound in enumerate(bounds)}
+    return solver(asked, weight, AllBounds(named))
 
 
 def random_bounds(rng, rows):
@@ -41,7 +46,7 @@ def most_of(direction, bounds):
 def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
     rng = np.random.default_rng(seed)
     asked, bounds = SIZE * rng.normal(size=N_MOTION), random_bounds(rng, rows)
-    found = NEAREST(asked, WEIGHT, [bounds])
+    found = nearest(asked, WEIGHT, [bounds])
     assert found is not None
     assert (bounds.excess(found) < CLOSE).all()
     least = cost(found, asked)
@@ -53,7 +58,7 @@ def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
 
 def test_what_keeps_the_bounds_is_its_own_answer():
     asked = 0.5 * SIZE
-    found = NEAREST(asked, WEIGHT, [between(np.eye(N_MOTION), -SIZE, SIZE, [""] * N_MOTION)])
+    found = nearest(asked, WEIGHT, [between(np.eye(N_MOTION), -SIZE, SIZE, [""] * N_MOTION)])
     np.testing.assert_allclose(found, asked, atol=CLOSE)
 
 
@@ -63,39 +68,39 @@ def test_bounds_that_no_motion_keeps_have_no_answer():
         at_least(row, np.array([0.01]), [""]),
         at_least(-row, np.array([0.01]), [""]),
     )
-    assert NEAREST(np.zeros(N_MOTION), WEIGHT, [upwards, downwards]) is None
+    assert nearest(np.zeros(N_MOTION), WEIGHT, [upwards, downwards]) is None
 
 
 def test_a_row_that_gives_is_kept_where_it_can_be_and_never_breaks_one_that_does_not():
     row = np.eye(N_MOTION)[2:3]
     out = replace(at_least(row, np.array([0.002]), [""]), gives=np.array([True]))
-    found = NEAREST(np.zeros(N_MOTION), WEIGHT, [out])
+    found = nearest(np.zeros(N_MOTION), WEIGHT, [out])
     assert found is not None
     assert found[2] == pytest.approx(0.002, rel=0.02)
     stops = between(row, np.array([-0.001]), np.array([0.0005]), [""])
-    found = NEAREST(np.zeros(N_MOTION), WEIGHT, [out, stops])
+    found = nearest(np.zeros(N_MOTION), WEIGHT, [out, stops])
     assert found is not None
     assert found[2] == pytest.approx(0.0005, abs=CLOSE)
 
 
 def test_more_bounds_than_there_is_room_for_have_no_answer():
     rng, asked = np.random.default_rng(0), np.zeros(N_MOTION)
-    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1])]) is not None
-    assert NEAREST(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1] + 1)]) is None
+    assert nearest(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1])]) is not None
+    assert nearest(asked, WEIGHT, [random_bounds(rng, CAPACITIES[-1] + 1)]) is None
 
 
 def test_bounds_on_joints_are_kept_together():
     asked = np.full(N_MOTION, 1.0)
     boxes = [on_joints(-SIZE, SIZE), on_joints(np.full(N_MOTION, -1.0), 0.5 * SIZE)]
-    found = NEAREST(asked, np.eye(N_MOTION), boxes)
+    found = nearest(asked, np.eye(N_MOTION), boxes)
     np.testing.assert_allclose(found, 0.5 * SIZE, atol=CLOSE)
-    assert NEAREST(asked, WEIGHT, [on_joints(SIZE, SIZE), on_joints(-SIZE, -SIZE)]) is None
+    assert nearest(asked, WEIGHT, [on_joints(SIZE, SIZE), on_joints(-SIZE, -SIZE)]) is None
 
 
 def answers(seed):
-    rng, nearest = np.random.default_rng(seed), NearestMotion()
+    rng, solver = np.random.default_rng(seed), NearestMotion()
     return [
-        nearest(SIZE * rng.normal(size=N_MOTION), WEIGHT, [random_bounds(rng, 30)])
+        nearest(SIZE * rng.normal(size=N_MOTION), WEIGHT, [random_bounds(rng, 30)], solver)
         for _ in range(100)
     ]
 
