@@ -24,7 +24,8 @@ def other_work() -> Iterator[OtherWork]:
     work = OtherWork()
     start_s, start_others_s = perf_counter(), _others_s()
     yield work
-    work.cores = (_others_s() - start_others_s) / (perf_counter() - start_s)
+    others_s = max(0.0, _others_s() - start_others_s)  # the kernel counts in ticks
+    work.cores = others_s / (perf_counter() - start_s)
 
 
 def _others_s() -> float:
