@@ -10,6 +10,7 @@ import numpy as np
 
 from controller.expert.motion import Goal, distance
 from controller.expert.targets import (
+    STANDOFF_M,
     applier_opening_rad,
     before,
     catches_another,
@@ -32,7 +33,6 @@ GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
-STANDOFF_M = 0.020
 RETREAT_M = 0.030
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06

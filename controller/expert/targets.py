@@ -7,14 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.kinematics import Unreachable, inverse_kinematics
+from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.cut import BLADE_LENGTH_M
 from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
-from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.instruments import INSTRUMENTS, Instrument
 from tissue_sim.jaws import MOUTHS
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import straightness
+from tissue_sim.psm import JOINT_NAMES, joint_limits
 from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
 from tissue_sim.tubes import Tubes
 from tissue_sim.world import World
@@ -30,6 +33,9 @@ OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side
 WIDER_RAD = 0.2  # so much wider than the jaws open nothing else shall be
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
+STANDOFF_M = 0.020  # in front of where the tool is going
+REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves on while the arm is on its way
+TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
 TAUT = 0.990
 LEAST_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
@@ -100,11 +106,12 @@ def clear_approach(
 ) -> Approach:
     """The first approach by which the open tool, as things lie now, takes in this tube alone.
 
-    If the gallbladder is in the way of all, it is the one that leaves it the most room. Further
-    attempts (1, 2, ...) take others, by turns from the list's end, which differ most: the tool
-    itself may have pushed something in.
+    Only those within reach count, if any is. If the gallbladder is in the way of all, it is the
+    one that leaves it the most room. Further attempts (1, 2, ...) take others, by turns from the
+    list's end, which differ most: the tool itself may have pushed something in.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
+    poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
     wide_rad = opening_rad + WIDER_RAD
     single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
     room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
@@ -112,6 +119,23 @@ def clear_approach(
     best = roomy or sorted(single, key=room_m.__getitem__, reverse=True) or [USUAL]
     turn = attempt // 2 % len(best)
     return best[-1 - turn] if attempt % 2 else best[turn]
+
+
+def in_reach(world: World, T_world_tool: Array, tool: str) -> bool:
+    """Whether the right arm gets to a pose, and in front of it, some way off its joints' limits."""
+    stand = before(T_world_tool, STANDOFF_M)
+    return all(_has_room(world, T, INSTRUMENTS[tool]) for T in (stand, T_world_tool))
+
+
+def _has_room(world: World, T_world_tool: Array, instrument: Instrument) -> bool:
+    target = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
+    try:
+        joints = inverse_kinematics(target, instrument, world.target[RIGHT_ARM, :6])
+    except Unreachable:
+        return False
+    lower, upper = joint_limits(instrument)[TURNING].T
+    room_rad = np.minimum(joints[TURNING] - lower, upper - joints[TURNING])
+    return bool((room_rad > REACH_ROOM_RAD).all())
 
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:

@@ -16,10 +16,12 @@ from tissue_sim.frames import Array
 
 INSIDE_M = 1e-4  # what is nearer than this counts as inside
 MARGIN_M = INSIDE_M + 1e-6  # where a motion from outside stops
-DEEPER_M = 1e-5  # more than this is deeper
-BESIDE_M = MARGIN_M + DEEPER_M  # what is nearer to a surface than this counts as inside
+DEEPER_M = 1e-5  # more than this is deeper in what yields
+BESIDE_M = INSIDE_M + DEEPER_M  # what is nearer to a surface than this counts as inside
+ROUNDING_M = 1e-7
 LOOKS = 9  # of half a millisecond each; a motion that would need more is cut to what is sure
 HALVINGS = 4
+POINTS = 6  # of a motion: a millimetre apart at the speed that tips may have
 
 SURFACES = (LIVER, PORT_WALL)
 
@@ -29,7 +31,7 @@ def safe_share(
 ) -> float:
     """How much of a motion (14,) surely meets nothing, and goes no deeper than it is.
 
-    Of what is in a surface, which need not be convex, only the end is looked at.
+    Of what is in a surface, which need not be convex, it is looked at along the way.
     """
     start, change = situation.start, motion.reshape(2, 7)
     inside_m = _inside_m(situation.near, situation.kept_out)
@@ -45,14 +47,34 @@ def safe_share(
         most_looks=LOOKS,
     )
     in_surface = {pair: d for pair, d in inside_m.items() if pair[2] in SURFACES}
-    for _ in range(HALVINGS) if in_surface else ():
-        end = start + share * change
-        now = model.near(end, situation.instruments, surroundings, within_m=BESIDE_M)
-        now_m = _inside_m(now, kept_out(now, situation.worked_on))
-        if all(now_m.get(pair, BESIDE_M) > d - DEEPER_M for pair, d in in_surface.items()):
+    if not in_surface:
+        return share
+    for _ in range(HALVINGS):
+        ways = np.linspace(0.0, share, POINTS + 1)[1:]
+        if all(
+            _no_deeper(model, surroundings, situation, way * change, in_surface) for way in ways
+        ):
             return share
         share *= 0.5
-    return 0.0 if in_surface else share
+    return 0.0
+
+
+def _no_deeper(
+    model: CollisionModel,
+    surroundings: Surroundings,
+    situation: Situation,
+    change: Array,
+    in_surface: dict[Pair, float],
+) -> bool:
+    """Whether what is in a surface is no deeper in it after a change of joints (2, 7)."""
+    near = model.near(
+        situation.start + change, situation.instruments, surroundings, within_m=BESIDE_M
+    )
+    now_m = _inside_m(near, kept_out(near, situation.worked_on))
+    return all(
+        now_m.get(pair, BESIDE_M) > min(distance_m, INSIDE_M) - ROUNDING_M
+        for pair, distance_m in in_surface.items()
+    )
 
 
 def _floor_m(worked_on: str, inside_m: dict[Pair, float], near: NearPairs) -> Array:

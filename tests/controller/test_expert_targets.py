@@ -17,18 +17,22 @@ from controller.expert.targets import (
     clip_pose,
     clip_stations_m,
     cut_pose,
+    in_reach,
     sac_room_m,
 )
+from controller.kinematics import inverse_kinematics
 from planner.task import task_from_text
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.clip import CLIP_WIDTH_M
+from tissue_sim.frames import inverse_pose
 from tissue_sim.organ import TUBES
 from tissue_sim.thresholds import CUFF_LEAST_M
 from tissue_sim.world import World
 
 APPLIER = "clip_applier"
 OPEN_RAD = 0.3
+SLANT_RAD = -0.5
 
 
 @pytest.fixture
@@ -53,6 +57,25 @@ def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) ->
             world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER, OPEN_RAD
         )
         assert chosen == Approach()
+
+
+def test_what_is_out_of_reach_is_not_tried(world: World) -> None:
+    """Nor what is in reach while the place in front of it is not."""
+
+    def pose(world: World, approach: Approach) -> np.ndarray:
+        T = clip_pose(world, "duct", 2, approach)
+        if approach.turn_rad == 0.0:
+            c, s = np.cos(SLANT_RAD), np.sin(SLANT_RAD)
+            T[:3, :3] = T[:3, :3] @ [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
+        return T
+
+    usual = pose(world, Approach())
+    assert not in_reach(world, usual, APPLIER)
+    target = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ usual
+    inverse_kinematics(target, world.arms.mounted[RIGHT_ARM], world.target[RIGHT_ARM, :6])
+    chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
+    assert chosen.turn_rad != 0.0
+    assert in_reach(world, pose(world, chosen), APPLIER)
 
 
 def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> None:
