@@ -76,24 +76,34 @@ def grasp_pose(world: World) -> Array:
 
 
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
-    """`T_world_tool` of the applier with the k-th clip's place between its jaws."""
+    """`T_world_tool` of the applier with the k-th clip's place between its jaws.
+
+    It is farther up if the clip below sits higher than was meant.
+    """
     station_m = clip_stations_m(world.tubes, tube, approach.aside)[k - 1]
+    below = sorted(clips_at_m(world, tube))[: k - 1]
+    if below and len(below) == k - 1:
+        room_m = (SPACING_M, CUT_ROOM_M)[k - 2]
+        highest_m = world.tubes.length_m[tube] - HIGH_MARGIN_M
+        station_m = min(max(station_m, below[-1] + room_m), highest_m)
     return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach)
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     """`T_world_tool` of the scissors between clips 2 and 3, midway unless aside."""
-    stations = [
-        crossing.station_m
-        for clip in world.record.clips
-        if not clip.lost and (crossing := clip.on(tube)) is not None
-    ]
+    stations = clips_at_m(world, tube)
     if len(stations) < 3:
         stations = list(clip_stations_m(world.tubes, tube))
     low, high = sorted(stations)[1:3]
     spare = max(high - low - CUT_ROOM_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
+
+
+def clips_at_m(world: World, tube: str) -> list[float]:
+    """Stations of the clips that sit on a tube, in the order in which they were set."""
+    crossings = [clip.on(tube) for clip in world.record.clips if not clip.lost]
+    return [crossing.station_m for crossing in crossings if crossing is not None]
 
 
 def clear_approach(

@@ -1,5 +1,6 @@
 """Laws of the expert's approach: the usual one where it is clear, and never two things in one."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,12 +11,14 @@ from controller.expert.targets import (
     APPROACHES,
     OFF_CENTRE_M,
     SAC_ROOM_M,
+    SPACING_M,
     Approach,
     applier_opening_rad,
     catches_another,
     clear_approach,
     clip_pose,
     clip_stations_m,
+    clips_at_m,
     cut_pose,
     in_reach,
     sac_room_m,
@@ -24,10 +27,11 @@ from controller.kinematics import inverse_kinematics
 from planner.task import task_from_text
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.clip import CLIP_WIDTH_M
+from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.frames import inverse_pose
 from tissue_sim.organ import TUBES
 from tissue_sim.thresholds import CUFF_LEAST_M
+from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 APPLIER = "clip_applier"
@@ -88,6 +92,22 @@ def test_a_third_clip_moves_down_from_what_lies_over_its_place(world: World) -> 
     chosen = clear_approach(world, "duct", pose, APPLIER, OPEN_RAD)
     assert not catches_another(world, "duct", pose(world, chosen), APPLIER, OPEN_RAD)
     assert clip_stations_m(world.tubes, "duct", chosen.aside)[2] < usual
+
+
+@pytest.mark.parametrize("higher_m", [0.0, 0.004])
+def test_a_second_clip_keeps_its_distance_from_where_the_first_one_sits(
+    world: World, higher_m: float
+) -> None:
+    tubes, (first, second, _) = world.tubes, clip_stations_m(world.tubes, "duct")
+    sits_m = first + higher_m
+    T = astride(tubes, "duct", sits_m, beyond_m=0.5 * CLIP_LENGTH_M)
+    clip = latch(tubes, T, number=1, time_s=0.0)
+    world.record = replace(world.record, clips=(clip,))
+    goes_m = max(second, clips_at_m(world, "duct")[0] + SPACING_M)
+    assert (goes_m > second) == (higher_m > 0.0)
+    point, _ = tubes.point("duct", goes_m)
+    T = clip_pose(world, "duct", 2)
+    np.testing.assert_allclose(T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2], point, atol=1e-6)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
