@@ -69,7 +69,8 @@ def subdivided(values: Array, parts: int) -> Array:
 
 def section_axes(centreline: Array) -> tuple[Array, Array]:
     """Two unit vectors (n, 3) across the centreline at each station, free of twist."""
-    tangent = unit(np.gradient(centreline, axis=0))
+    steps_m = np.linalg.norm(np.diff(centreline, axis=0), axis=1)
+    tangent = unit(np.gradient(centreline, np.append(0.0, np.cumsum(steps_m)), axis=0))
     side = np.cross(tangent[0], [0.0, 0.0, 1.0])
     if np.linalg.norm(side) < 1e-3:
         side = np.cross(tangent[0], [1.0, 0.0, 0.0])

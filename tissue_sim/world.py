@@ -198,7 +198,7 @@ class World:
             self.record = replace(self.record, pull=None)
             return
         for vertices, force in ((list(clip.vertices), force_world_n), (clamp, -force_world_n)):
-            load[vertices] += force / len(vertices)
+            load[vertices] += force / max(len(vertices), 1)  # a clip may have caught none
         before = self.record.pull
         if before is not None and before.number == number:
             grip = before.grip_n

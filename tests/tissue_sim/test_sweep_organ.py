@@ -260,3 +260,18 @@ def test_a_longer_duct_is_longer_and_leaves_the_artery_alone() -> None:
         for o in (short, long)
     ]
     np.testing.assert_allclose(*heading, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", [*range(60), 6344, 6941])
+def test_no_section_cuts_through_the_next_one(seed: int) -> None:
+    """Where a line bends and its steps grow, sections askew would fold elements between them."""
+    organ = build_organ(anatomy_from_seed(seed))
+    for rings in (*organ.rings.values(), organ.sac_rings):
+        x = organ.vertices[rings]
+        centre, outer = x[:, 0], x[:, 1 + (x.shape[1] - 1) // 2 :]
+        normal = np.cross(outer[:, 0] - centre, outer[:, 1] - centre)
+        normal *= np.sign(np.einsum("ri,ri->r", normal[:-1], np.diff(centre, axis=0)))[[0]]
+        ahead = np.einsum("rki,ri->rk", outer[1:] - centre[:-1, None], normal[:-1])
+        behind = np.einsum("rki,ri->rk", outer[:-1] - centre[1:, None], normal[1:])
+        assert (ahead > 0.0).all()
+        assert (behind < 0.0).all()
