@@ -90,11 +90,15 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
-    """`T_world_tool` of the scissors between clips 2 and 3, midway unless aside."""
-    stations = clips_at_m(world, tube)
+    """`T_world_tool` of the scissors between clips 2 and 3, midway unless aside.
+
+    Where there are more, as some were set again: in the widest gap above two of them.
+    """
+    stations = sorted(clips_at_m(world, tube))
     if len(stations) < 3:
         stations = list(clip_stations_m(world.tubes, tube))
-    low, high = sorted(stations)[1:3]
+    k = 1 + int(np.argmax(np.diff(stations[1:])))
+    low, high = stations[k : k + 2]
     spare = max(high - low - CUT_ROOM_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)

@@ -28,6 +28,7 @@ from planner.task import task_from_text
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.cut import BLADE_LENGTH_M
 from tissue_sim.frames import inverse_pose
 from tissue_sim.organ import TUBES
 from tissue_sim.thresholds import CUFF_LEAST_M
@@ -138,6 +139,19 @@ def test_every_approach_leaves_room_for_clips_and_cuffs(
     share = (cut - low) @ (high - low) / ((high - low) @ (high - low))
     room = (0.5 * CLIP_WIDTH_M + CUFF_LEAST_M) / (third - second)
     assert room - 0.05 < share < 1 - room + 0.05
+
+
+def test_the_cut_goes_into_the_widest_gap_above_two_clips(world: World) -> None:
+    tubes, (first, second, third) = world.tubes, clip_stations_m(world.tubes, "duct")
+    clips = []
+    for number, station_m in enumerate((first, first + 0.0006, second, third), start=1):
+        T = astride(tubes, "duct", station_m, beyond_m=0.5 * CLIP_LENGTH_M)
+        clips.append(latch(tubes, T, number=number, time_s=0.0))
+    world.record = replace(world.record, clips=tuple(clips))
+    sit_m = clips_at_m(world, "duct")
+    T = cut_pose(world, "duct")
+    middle, _ = tubes.point("duct", 0.5 * (sit_m[2] + sit_m[3]))
+    np.testing.assert_allclose(T[:3, 3] - 0.5 * BLADE_LENGTH_M * T[:3, 2], middle, atol=1e-6)
 
 
 def test_the_jaws_stay_open_while_another_tube_is_between_them(world: World) -> None:
