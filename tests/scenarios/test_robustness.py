@@ -17,7 +17,7 @@ from tissue_sim.frames import Array
 from tissue_sim.psm import forward_kinematics
 from tissue_sim.world import World
 
-SEED = 10_016
+SEED = 10_004  # and the next five: among them are tears, clips and cuts
 CUT_TWICE = 10_243  # a piece of artery is free: nothing but inertia resists its rigid motion
 
 
