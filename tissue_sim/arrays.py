@@ -77,11 +77,13 @@ class TissueArrays:
     bed_along: wp.array(dtype=wp.vec3)
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
-    # tubes: rings of outer vertices, for contact between them; n_ring is 0 where one is absent
+    # tubes: rings of outer vertices, and the same as the side above a cut has them; n_ring is 0
+    # where one is absent
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
-    ring_joined: wp.array3d(dtype=int)
+    ring_above: wp.array4d(dtype=int)
     ring_centre: wp.array3d(dtype=wp.vec3)
+    ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
     # walls: each element's tube or sac and segment or patch (see `walls`), and their loads
     wall: wp.array2d(dtype=wp.vec2i)

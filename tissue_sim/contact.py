@@ -198,12 +198,31 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 
 @wp.func
-def votes_for_inside(t: TissueArrays, b: int, tube: int, r: int, c: int):
-    """Of a ring's corners on finger c: how many, and their sides' sum."""
+def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
+    """Vertex k of a tube's section: 2 r is ring r seen from below, 2 r + 1 the same from above."""
+    r = section / 2
+    if section % 2 == 0:
+        return t.ring[b, tube, r, k]
+    return t.ring_above[b, tube, r, k]
+
+
+@wp.func
+def parted(t: TissueArrays, b: int, tube: int, r: int):
+    """Whether the two sides of a ring share no corner."""
+    shared = int(0)
+    for k in range(t.ring.shape[3]):
+        if t.ring_above[b, tube, r, k] == t.ring[b, tube, r, k]:
+            shared = shared + 1
+    return shared == 0
+
+
+@wp.func
+def votes_for_inside(t: TissueArrays, b: int, tube: int, section: int, c: int):
+    """Of a section's corners on finger c: how many, and their sides' sum."""
     count = int(0)
     votes = float(0.0)
     for k in range(t.ring.shape[3]):
-        i = t.ring[b, tube, r, k]
+        i = corner(t, b, tube, section, k)
         if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
             count = count + 1
             votes = votes + t.contact_side[b, i]
@@ -211,9 +230,9 @@ def votes_for_inside(t: TissueArrays, b: int, tube: int, r: int, c: int):
 
 
 @wp.func
-def put_on_side(t: TissueArrays, b: int, tube: int, r: int, c: int, side: float):
+def put_on_side(t: TissueArrays, b: int, tube: int, section: int, c: int, side: float):
     for k in range(t.ring.shape[3]):
-        i = t.ring[b, tube, r, k]
+        i = corner(t, b, tube, section, k)
         if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
             t.contact_side[b, i] = side
 
@@ -223,21 +242,23 @@ def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
     """Have neighbouring rings of a tube that touch finger c lie on the side where most of them do.
 
     A tube is on one side of a finger. Corners that the finger ran past in a fast motion would
-    else hold to the other side, and the tube would stay skewered.
+    else hold to the other side, and the tube would stay skewered. Each stump is a tube of its own.
     """
     first = int(0)
     total = float(0.0)
-    for r in range(t.n_ring[b, tube] + 1):
+    n = 2 * t.n_ring[b, tube]
+    for section in range(n + 1):
         count = int(0)
         votes = float(0.0)
-        if r < t.n_ring[b, tube]:
-            count, votes = votes_for_inside(t, b, tube, r, c)
-        total = total + votes
-        if count == 0:
-            for s in range(first, r):
+        if section < n:
+            count, votes = votes_for_inside(t, b, tube, section, c)
+        stump_begins = section % 2 == 1 and parted(t, b, tube, section / 2)
+        if count == 0 or stump_begins:
+            for s in range(first, section):
                 put_on_side(t, b, tube, s, c, wp.where(total > 0.0, 1.0, -1.0))
-            first = r + 1
+            first = section
             total = float(0.0)
+        total = total + votes
 
 
 @wp.func
@@ -261,17 +282,44 @@ def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
 
 
 @wp.func
-def ring_centre(t: TissueArrays, b: int, tube: int, r: int):
+def ring_centre(
+    ring: wp.array4d(dtype=int), x: wp.array2d(dtype=wp.vec3), b: int, tube: int, r: int
+):
+    """Mean of a ring's corners, which are at x."""
     c = wp.vec3()
-    n = t.ring.shape[3]
+    n = ring.shape[3]
     for k in range(n):
-        c = c + t.position[b, t.ring[b, tube, r, k]]
+        c = c + x[b, ring[b, tube, r, k]]
     return c / float(n)
 
 
 @wp.func
+def find_ring_centres(t: TissueArrays, b: int, tube: int, r: int):
+    t.ring_centre[b, tube, r] = ring_centre(t.ring, t.position, b, tube, r)
+    t.ring_centre_above[b, tube, r] = ring_centre(t.ring_above, t.position, b, tube, r)
+
+
+@wp.func
+def along_segment(p: wp.vec3, u: wp.vec3):
+    """Share of a segment u from the origin at which it is nearest to p."""
+    return wp.clamp(wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
+
+
+@wp.func
+def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
+    """Whether vertex i was in the tube's segment r as the step began."""
+    c = ring_centre(t.ring_above, t.previous, b, tube, r)
+    u = ring_centre(t.ring, t.previous, b, tube, r + 1) - c
+    p = t.previous[b, i] - c
+    return wp.length(p - u * along_segment(p, u)) < t.tube_radius[b, tube]
+
+
+@wp.func
 def push_apart(t: TissueArrays, b: int, i: int, tube: int):
-    """Vertex i of another tube against a tube's capsules; the reaction goes to two rings."""
+    """Vertex i of another tube against a tube's capsules; the reaction goes to two rings.
+
+    A contact that stands at the start of the step holds to its end, as on the bed.
+    """
     radius = t.tube_radius[b, tube]
     x = t.position[b, i]
     nearest = float(1.0e9)
@@ -279,18 +327,20 @@ def push_apart(t: TissueArrays, b: int, i: int, tube: int):
     share = float(0.0)
     offset = wp.vec3()
     for r in range(t.n_ring[b, tube] - 1):
-        if t.ring_joined[b, tube, r] != 0:
-            c = t.ring_centre[b, tube, r]
-            u = t.ring_centre[b, tube, r + 1] - c
-            s = wp.clamp(wp.dot(x - c, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
-            q = x - c - u * s
-            d = wp.length(q)
-            if d < nearest:
-                nearest = d
-                segment = r
-                share = s
-                offset = q
-    if segment >= 0 and nearest < radius:
+        c = t.ring_centre_above[b, tube, r]
+        u = t.ring_centre[b, tube, r + 1] - c
+        s = along_segment(x - c, u)
+        q = x - c - u * s
+        d = wp.length(q)
+        if d < nearest:
+            nearest = d
+            segment = r
+            share = s
+            offset = q
+    touches = nearest < radius
+    if segment >= 0 and not touches and nearest < 2.0 * radius:
+        touches = touched_before(t, b, i, tube, segment)
+    if touches:
         n = offset / (nearest + 1.0e-9)
         f = n * (TUBE_STIFFNESS * (radius - nearest))
         # The pattern has no place for the coupling [[K, -K], [-K, K]] of the two tubes. Twice its
@@ -300,19 +350,27 @@ def push_apart(t: TissueArrays, b: int, i: int, tube: int):
         count = t.ring.shape[3]
         K = K / float(count)
         for k in range(count):
-            near = t.ring[b, tube, segment, k]
+            near = t.ring_above[b, tube, segment, k]
             far = t.ring[b, tube, segment + 1, k]
             add_vertex_term(t, b, near, f * ((share - 1.0) / float(count)), K * (1.0 - share))
             add_vertex_term(t, b, far, f * (-share / float(count)), K * share)
 
 
 @wp.func
-def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
-    """Corner k of a tube's ring r against the tubes before it."""
-    i = t.ring[b, tube, r, k]
+def push_from_earlier(t: TissueArrays, b: int, i: int, tube: int):
     if t.fixed[b, i] == 0:
         for earlier in range(tube):
             push_apart(t, b, i, earlier)
+
+
+@wp.func
+def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
+    """Corner k of a tube's ring r, on both sides of a cut, against the tubes before it."""
+    below = t.ring[b, tube, r, k]
+    above = t.ring_above[b, tube, r, k]
+    push_from_earlier(t, b, below, tube)
+    if above != below:
+        push_from_earlier(t, b, above, tube)
 
 
 @wp.func
@@ -320,7 +378,7 @@ def add_tube_contact(t: TissueArrays, b: int):
     """Each tube's surface against the tubes before it."""
     for tube in range(t.ring.shape[1] - 1):
         for r in range(t.n_ring[b, tube]):
-            t.ring_centre[b, tube, r] = ring_centre(t, b, tube, r)
+            find_ring_centres(t, b, tube, r)
     for later in range(1, t.ring.shape[1]):
         for r in range(t.n_ring[b, later]):
             for k in range(t.ring.shape[3]):

@@ -17,9 +17,9 @@ from tissue_sim.contact import (
     add_bed_contact,
     add_tool_contact,
     agree_on_sides,
+    find_ring_centres,
     part_from_earlier,
     react,
-    ring_centre,
 )
 from tissue_sim.implicit import add_inertia, finish, predict
 from tissue_sim.springs import (
@@ -119,7 +119,7 @@ def anchors(t: TissueArrays):
 def ring_centres(t: TissueArrays):
     b, tube, r = wp.tid()
     if r < t.n_ring[b, tube]:
-        t.ring_centre[b, tube, r] = ring_centre(t, b, tube, r)
+        find_ring_centres(t, b, tube, r)
 
 
 @wp.kernel

@@ -87,15 +87,13 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
     n_tube, n_ring = len(organ.tubes), max(len(rings) for rings in organ.rings.values())
     n_around = _around(organ)
     ring = np.zeros((n_tube, n_ring, n_around), np.int32)
-    joined = np.zeros((n_tube, n_ring), np.int32)
     radius = np.zeros(n_tube)
-    for k, (tube, rings) in enumerate(organ.rings.items()):
+    for k, rings in enumerate(organ.rings.values()):
         ring[k, : len(rings)] = rings[:, 1 + n_around :]
-        joined[k, : organ.neck_ring[tube]] = 1
         spokes = organ.vertices[rings[:, 1 + n_around]] - organ.vertices[rings[:, 0]]
         radius[k] = np.linalg.norm(spokes, axis=1).mean()
     n_joined = np.array([organ.neck_ring[tube] + 1 for tube in organ.tubes])
-    return {"ring": ring, "ring_joined": joined, "n_ring": n_joined, "tube_radius": radius}
+    return {"ring": ring, "ring_above": ring, "n_ring": n_joined, "tube_radius": radius}
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
@@ -134,8 +132,9 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "link_slot": (LINK_CAPACITY, 4),
         "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
         "anchor_strength": (n_anchor,),
-        "ring": (n_tube, n_ring, n_around), "n_ring": (n_tube,), "ring_joined": (n_tube, n_ring),
-        "ring_centre": (n_tube, n_ring), "tube_radius": (n_tube,),
+        "ring": (n_tube, n_ring, n_around), "ring_above": (n_tube, n_ring, n_around),
+        "n_ring": (n_tube,), "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
+        "tube_radius": (n_tube,),
         "wall": (n_tet,), "segment_gradient": segments, "segment_lie": segments,
         "segment_volume": segments, "segment_pull": segments,
         "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),

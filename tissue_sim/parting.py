@@ -53,8 +53,8 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     tissue.tets(b)[:] = tets
     for k, parent in enumerate(parents):
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
-    if ring in tubes.severed_rings(tube):
-        tissue.host("ring_joined")[b, tubes.organ.tubes.index(tube), ring] = 0
+    around = tissue.host("ring_above")[b, tubes.organ.tubes.index(tube), ring]
+    around[:] = tubes.above[tube][ring, -len(around) :]
     tissue.take_loose_from_parts(b)
     tissue.rewire(b)
     return True

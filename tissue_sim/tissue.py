@@ -30,7 +30,7 @@ STATE = (
     "surface", "covered", "load", "tet", "tet_alive", "folded",
     "lam", "stiffness_at", "stiffness_holds",
     "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
-    "contact_shape", "contact_side", "contact_force", "stick_point", "ring", "ring_joined",
+    "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
     "bed_force",
 )  # fmt: skip
 

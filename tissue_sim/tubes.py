@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform, unit
 from tissue_sim.organ import Organ
@@ -140,11 +139,10 @@ class Tubes:
             half_gap_m: how far from the jaws' middle it may lie; as a rule, as they close.
         """
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
-        joined = self._joined(tube)
         x = centres[:, 0]
-        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:]) & joined)
+        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:]))
         best = None
-        for k in spans:
+        for k in np.setdiff1d(spans, self.severed_rings(tube)):
             t = x[k] / (x[k] - x[k + 1])
             point = centres[k] + t * (centres[k + 1] - centres[k])
             if not (-reach_m <= point[2] <= self.radius_m(tube)):
@@ -214,11 +212,6 @@ class Tubes:
         tets = self.tissue.tets(self.b)[self._tube_tets[tube]]
         label = components(self.tissue.n_vertex(self.b), tets)
         return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
-
-    def _joined(self, tube: str) -> NDArray[np.bool_]:
-        k = self.organ.tubes.index(tube)
-        n = self.organ.neck_ring[tube]
-        return self.tissue.host("ring_joined")[self.b, k, :n] != 0
 
     def _lumen_areas(self, positions: Array, tube: str) -> Array:
         """(n_ring,) area of the inner ring's polygon, m^2."""

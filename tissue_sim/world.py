@@ -33,7 +33,7 @@ from tissue_sim.world_state import copied, require_state
 if TYPE_CHECKING:
     from tissue_sim.rendering import View
 
-WORLD_VERSION = 4  # raise when physics changes: checkpoints record it
+WORLD_VERSION = 5  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 

@@ -84,7 +84,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
     return {
         "tissue/tet": vertex,
         "tissue/link": vertex,
-        "tissue/ring": vertex,
+        "tissue/ring_above": vertex,
         "tissue/part": Bound(low=-1, high=int(state["tissue"]["n_part"][0]) - 1),
         "tissue/tet_alive": FLAG,
         "tissue/folded": FLAG,
@@ -92,7 +92,6 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "tissue/stiffness_holds": FLAG,
         "tissue/surface": FLAG,
         "tissue/covered": POSITIVE,
-        "tissue/ring_joined": FLAG,
         "tissue/contact_shape": Bound(low=-1, high=N_SHAPES - 1),
         "tissue/mass": POSITIVE,
         "tissue/*_stiffness": POSITIVE,

@@ -17,13 +17,14 @@ from tissue_sim.frames import Array
 from tissue_sim.psm import forward_kinematics
 from tissue_sim.world import World
 
-SEED = 10_004  # and the next five: among them are tears, clips and cuts
+SEED = 10_016
+STORMS = 10  # among them are clips, cuts and tears
 CUT_TWICE = 10_243  # a piece of artery is free: nothing but inertia resists its rigid motion
 
 
 @pytest.fixture(scope="module")
 def trials() -> list[Trial]:
-    return [run_trial(SEED + k) for k in range(6)]
+    return [run_trial(SEED + k) for k in range(STORMS)]
 
 
 def test_tissue_stays_tissue(trials: list[Trial]) -> None:

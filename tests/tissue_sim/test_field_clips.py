@@ -256,13 +256,14 @@ def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
 def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
     """The artery can pass where the duct is parted, and no jaws can close on the gap."""
     clipped_and_cut(world, CUFF_LEAST_M)
-    saved, joined = world.state(), world.tissue.host("ring_joined").copy()
-    ring = world.record.cuts[0].ring
-    assert joined[0, TUBES.index("duct"), ring] == 0
+    saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
+    upper = world.tissue.host("ring_above")[0, duct, ring].copy()
+    assert not set(upper) & set(world.tissue.host("ring")[0, duct, ring])
+    assert set(upper) <= set(world.tubes.above["duct"][ring])
     world.reset(anatomy_from_seed(SEED))
-    assert world.tissue.host("ring_joined")[0, TUBES.index("duct"), ring] == 1
+    assert not set(upper) & set(world.tissue.host("ring_above")[0, duct, ring])
     world.restore(saved)
-    np.testing.assert_array_equal(world.tissue.host("ring_joined"), joined)
+    np.testing.assert_array_equal(world.tissue.host("ring_above")[0, duct, ring], upper)
 
 
 def test_of_several_crossings_the_one_in_the_jaws_middle_counts(world: World) -> None:
