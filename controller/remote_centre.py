@@ -15,9 +15,8 @@ def shaft_offset_m(point_m: Array, axis: Array) -> Array:
 
     A line with NaN or without direction is infinitely far, so that no limit takes it for good.
     """
-    along = (point_m * axis).sum(axis=-1, keepdims=True)
-    square = (axis * axis).sum(axis=-1, keepdims=True)
-    aside = point_m * square - along * axis
-    scaled, square = np.sqrt((aside * aside).sum(axis=-1)), square[..., 0]
+    along, square = np.vecdot(point_m, axis), np.vecdot(axis, axis)
+    aside = point_m * square[..., None] - along[..., None] * axis
+    scaled = np.sqrt(np.vecdot(aside, aside))
     known = np.isfinite(scaled) & (square > 0.0)
     return np.divide(scaled, square, out=np.full_like(scaled, np.inf), where=known)

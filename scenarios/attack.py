@@ -69,12 +69,13 @@ class Field:
 
 def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
     """Points (n, 3) of each keep-out that does not move by itself."""
-    tubes = [c.start_m for name, c in around.chains.items() if name == "duct" or "artery" in name]
+    round_ones = around.capsules
+    tubes = [name for name in round_ones.names if name == "duct" or "artery" in name]
     return {
         LIVER: rigid.liver.points_m + around.moved_m[LIVER],
         PORT_WALL: rigid.port_wall.points_m,
-        COMMON_DUCT: around.chains[COMMON_DUCT].start_m,
-        "tubes": np.concatenate(tubes),
+        COMMON_DUCT: round_ones.start_m[round_ones.of(COMMON_DUCT)],
+        "tubes": np.concatenate([round_ones.start_m[round_ones.of(name)] for name in tubes]),
     }
 
 

@@ -26,6 +26,7 @@ STEPS = 40
 LOOKS = 4  # in each step at the way that is commanded, as often as the world moves the drives
 CLEAR_M = 0.001  # from every keep-out at the start, at least
 TRIES = 10_000
+ANY_NUMBER = range(10_000)
 
 
 @dataclass(kw_only=True)
@@ -101,10 +102,10 @@ class Attacked:
             without, filtered = (self._run(k, kind, in_world, f) for f in (False, True))
             yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
 
-    def ask_at_random(self, rng: np.random.Generator, least_pairs: int) -> None:
-        """Has the filter answer one wish, at rest among this many near pairs or more."""
+    def ask_at_random(self, rng: np.random.Generator, pairs: range) -> None:
+        """Has the filter answer one wish, at rest among so many near pairs."""
         self._begin(rng)
-        start = self._clear_start(rng, least_pairs)
+        start = self._clear_start(rng, pairs)
         kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
         asked = ATTACKS[kind](self._field(), start, rng)(start)
         self._filter.allow(start, asked, self._instruction, 0.0)
@@ -165,12 +166,12 @@ class Attacked:
             if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, worked_on):
                 yield obstacle, -float(near.distance_m[k])
 
-    def _clear_start(self, rng: np.random.Generator, least_pairs: int = 0) -> Array:
-        """Joints (2, 7) out of every keep-out and near to this many or more; the arms go there."""
+    def _clear_start(self, rng: np.random.Generator, pairs: range = ANY_NUMBER) -> Array:
+        """Joints (2, 7) out of every keep-out and near to so many pairs; the arms go there."""
         for _ in range(TRIES):
             joints = random_start(rng)
             depths_m = [depth_m for _, depth_m in self._depths(joints, ACTIVATION_M)]
-            if len(depths_m) >= least_pairs and max(depths_m, default=-np.inf) < -CLEAR_M:
+            if len(depths_m) in pairs and max(depths_m, default=-np.inf) < -CLEAR_M:
                 self._world.arms.set_joints(joints)
                 return joints
         raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES}")

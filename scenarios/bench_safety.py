@@ -16,7 +16,7 @@ from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
 from controller.safety.nearest_motion import NearestMotion
 from controller.safety.watch import Watch
-from scenarios.attack_trial import Attacked, Pair, Run, Trial, attempt_trial, lost_trial
+from scenarios.attack_trial import ANY_NUMBER, Attacked, Pair, Run, Trial, attempt_trial, lost_trial
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
 from scenarios.stopwatch import Stopwatch
@@ -25,7 +25,7 @@ from tissue_sim.frames import Array
 
 ALLOWED_M = 1e-4
 ROUNDING = 1e-9  # rad or m
-LEAST_PAIRS = 20
+CROWDS = {"20 to 29 near pairs": ANY_NUMBER[20:30], "30 or more": ANY_NUMBER[30:]}
 CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
 
@@ -102,7 +102,8 @@ class Laps:
 
 def time_table(seed: int) -> Table:
     """How long the filter takes, stage by stage: among many near pairs, and in an episode."""
-    laps = {f"{LEAST_PAIRS} near pairs or more": _crowded(seed), "the expert": _in_episode(seed)}
+    laps = {name: _crowded(seed, pairs) for name, pairs in CROWDS.items()}
+    laps["the expert"] = _in_episode(seed)
     table = Table(title=f"safety filter, seed {seed}, one thread: median and 99 % (ms)")
     table.add_column("stage")
     for name, of_case in laps.items():
@@ -129,14 +130,14 @@ def _cell(times_s: Array) -> str:
     return f"{median:.3f}  {p99:.3f}"
 
 
-def _crowded(seed: int) -> Laps:
+def _crowded(seed: int, pairs: range) -> Laps:
     """Wishes anywhere about one patient, both arms amid what they must not hit."""
     attacked, rng = Attacked(seed), np.random.default_rng(seed)
     for _ in range(WARM_UP):  # until each tool was mounted once
-        attacked.ask_at_random(rng, LEAST_PAIRS)
+        attacked.ask_at_random(rng, pairs)
     with _watched() as (whole, seeing):
         for _ in range(CALLS):
-            attacked.ask_at_random(rng, LEAST_PAIRS)
+            attacked.ask_at_random(rng, pairs)
     return _laps(whole, seeing)
 
 

@@ -140,12 +140,13 @@ class Tubes:
         """
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
         x = centres[:, 0]
-        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:]))
+        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:])).tolist()
+        severed = set(self.severed_rings(tube).tolist()) if spans else ()
         best = None
-        for k in np.setdiff1d(spans, self.severed_rings(tube)):
+        for k in spans:
             t = x[k] / (x[k] - x[k + 1])
             point = centres[k] + t * (centres[k + 1] - centres[k])
-            if not (-reach_m <= point[2] <= self.radius_m(tube)):
+            if k in severed or not (-reach_m <= point[2] <= self.radius_m(tube)):
                 continue
             if abs(point[1]) < half_gap_m and (
                 best is None or abs(point[1]) < abs(best.point_m[1])
@@ -156,7 +157,7 @@ class Tubes:
                 best = Crossing(
                     tube=tube,
                     station_m=float(s[k] + t * (s[k + 1] - s[k])),
-                    ring=int(k + round(t)),
+                    ring=k + round(float(t)),
                     tilt_rad=float(np.arccos(np.clip(abs(tangent[0]), 0.0, 1.0))),
                     point_m=point,
                 )

@@ -103,13 +103,12 @@ class AllBounds:
         return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if len(rows) else {}
 
     def _names(self, rows: NDArray[np.integer]) -> list[str]:
-        names, what = list(self._named), [bound.what for bound in self._named.values()]
-        first = np.cumsum([0, *map(len, what)])
-        whose = np.searchsorted(first, rows, side="right") - 1
-        within = (rows - first[whose]).tolist()
-        return [
-            f"{names[k]}: {what[k][row]}" for k, row in zip(whose.tolist(), within, strict=True)
-        ]
+        wanted, first, found = rows.tolist(), 0, []
+        for name, bound in self._named.items():
+            end = first + len(bound.lower)
+            found += [f"{name}: {bound.what[row - first]}" for row in wanted if first <= row < end]
+            first = end
+        return found
 
 
 def _joined(bounds: Iterable[Bounds]) -> Bounds:

@@ -25,7 +25,7 @@ from tissue_sim.frames import Array
 from tissue_sim.psm import JOINT_NAMES
 from tissue_sim.world import World
 
-TURNING = [k for k, name in enumerate((*JOINT_NAMES, "jaw")) if name != "insertion"]
+TURNING = np.array([name != "insertion" for name in (*JOINT_NAMES, "jaw")] * 2)
 FAR = 1e3  # rad or m: numbers that are no joints, and would swamp the quadratic program
 
 
@@ -110,14 +110,14 @@ def _entry(
 ) -> Entry | None:
     if not broken and not overridden:
         return None
-    change = (moved - situation.motion).reshape(2, 7)
-    tips = situation.tip_jacobian @ change[..., None]
+    change = moved - situation.motion
+    tips = situation.tip_jacobian @ change.reshape(2, 7, 1)
     return Entry(
         time_s=time_s,
         limits=tuple(broken),
         margin=next(iter(broken.values()), 0.0),
         change_m=sqrt((tips * tips).sum(axis=1).max()),
-        change_rad=float(np.abs(change[:, TURNING]).max()),
+        change_rad=float((np.abs(change) * TURNING).max()),
         held=not moved.any(),
         overridden=overridden,
     )

@@ -81,22 +81,29 @@ class Situation:
     @cached_property
     def tip_rows(self) -> Array:
         """(6, 14) from a motion to how far each tip moves along the motion asked for, and aside."""
+        J = self.tip_jacobian
+        moves = (J @ self.motion.reshape(2, 7, 1))[..., 0]
         rows = np.zeros((2, 3, 2, 7))
-        for arm, (J, motion) in enumerate(
-            zip(self.tip_jacobian, self.motion.reshape(2, 7), strict=True)
-        ):
-            rows[arm, :, arm] = _along_and_aside(J @ motion) @ J
+        for arm, frame in enumerate(_along_and_aside(*move) for move in moves.tolist()):
+            rows[arm, :, arm] = frame @ J[arm]
         return rows.reshape(6, 14)
 
 
-def _along_and_aside(direction: Array) -> Array:
+def _along_and_aside(x: float, y: float, z: float) -> Array:
     """(3, 3) orthonormal rows: along the direction, or against it, and two square to it.
 
     A Householder reflection that takes the first axis to the direction.
     """
-    length = sqrt(direction @ direction)
+    length = sqrt(x * x + y * y + z * z)
     if length == 0.0:
         return _EYE
-    mirror = direction / length
-    mirror[0] += 1.0 if mirror[0] >= 0.0 else -1.0
-    return _EYE - mirror[:, None] * (mirror * (2.0 / (mirror @ mirror)))
+    x, y, z = x / length, y / length, z / length
+    x += 1.0 if x >= 0.0 else -1.0
+    k = 2.0 / (x * x + y * y + z * z)
+    return np.array(
+        [
+            [1.0 - k * x * x, -k * x * y, -k * x * z],
+            [-k * x * y, 1.0 - k * y * y, -k * y * z],
+            [-k * x * z, -k * y * z, 1.0 - k * z * z],
+        ]
+    )

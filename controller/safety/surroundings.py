@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,23 +29,10 @@ COMMON_DUCT = "common bile duct"
 
 
 @dataclass(frozen=True, kw_only=True)
-class CapsuleChain:
-    """Capsules, world frame, m; neighbours need not touch: a severed tube is two chains.
-
-    Attributes:
-        start_m: (n, 3).
-        end_m: (n, 3).
-        radius_m: (n,).
-    """
-
-    start_m: Array
-    end_m: Array
-    radius_m: Array
-
-
-@dataclass(frozen=True, kw_only=True)
 class Capsules:
     """Of several chains, chain after chain, world frame, m.
+
+    Neighbours need not touch: a severed tube is two chains of one name.
 
     Attributes:
         names: of the chains.
@@ -56,11 +44,35 @@ class Capsules:
     """
 
     names: tuple[str, ...]
-    first: NDArray[np.integer]
-    chain: NDArray[np.integer]
+    first: Indices
+    chain: Indices
     start_m: Array
     end_m: Array
     radius_m: Array
+
+    def of(self, name: str) -> NDArray[np.bool_]:
+        """(n,) which capsules are this chain's."""
+        return self.chain == self.names.index(name)
+
+
+def chained(lengths: Mapping[str, int], start_m: Array, end_m: Array, radius_m: Array) -> Capsules:
+    """Capsules (n, 3), (n, 3), (n,) of chains as long as given, by their names."""
+    first, chain = _places(tuple(lengths.values()))
+    return Capsules(
+        names=tuple(lengths),
+        first=first,
+        chain=chain,
+        start_m=start_m,
+        end_m=end_m,
+        radius_m=radius_m,
+    )
+
+
+@cache
+def _places(lengths: tuple[int, ...]) -> tuple[Indices, Indices]:
+    """First capsule (n_chain,) of each chain, and whose (n,) each capsule is."""
+    first, chain = np.cumsum([0, *lengths[:-1]]), np.repeat(np.arange(len(lengths)), lengths)
+    return first.astype(np.int32), chain.astype(np.int32)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,28 +91,13 @@ class Surroundings:
     Attributes:
         moved_m: surface name -> (3,) how far it stands from where it was registered. The liver
             moves with the body, the port wall stays with the ports.
-        chains: name -> what is round and soft: the common bile duct, the organ's tubes ("duct",
-            "artery", and "second artery" where there is one; as wide as at rest) and the
-            gallbladder, as wide as its rings are now.
+        capsules: what is round and soft: the common bile duct, the gallbladder, as wide as its
+            rings are now, and the organ's tubes ("duct", "artery", and "second artery" where there
+            is one), as wide as at rest.
     """
 
     moved_m: dict[str, Array]
-    chains: dict[str, CapsuleChain]
-
-    @cached_property
-    def capsules(self) -> Capsules:
-        """Of all chains."""
-        chains = list(self.chains.values())
-        lengths = [len(chain.radius_m) for chain in chains]
-        whose = np.repeat(np.arange(len(chains)), lengths)
-        return Capsules(
-            names=tuple(self.chains),
-            first=np.cumsum([0, *lengths[:-1]]),
-            chain=whose,
-            start_m=np.concatenate([chain.start_m for chain in chains]),
-            end_m=np.concatenate([chain.end_m for chain in chains]),
-            radius_m=np.concatenate([chain.radius_m for chain in chains]),
-        )
+    capsules: Capsules
 
 
 def registered(world: World) -> RigidSurroundings:
@@ -118,37 +115,23 @@ def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
     """Where everything is now. Privileged: a tracker without error."""
     positions, offset = world.tissue.positions(), world.body.offset_m
     common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
-    sac_radius_m = _mean_radius_m(positions, sac)
-    chains = {
-        COMMON_DUCT: chain_through(common_duct, COMMON_DUCT_RADIUS_M),
-        GALLBLADDER: chain_through(
-            positions[sac[:, 0]], 0.5 * (sac_radius_m[:-1] + sac_radius_m[1:])
-        ),
-    }
+    lower, upper, widths = [sac[:, 0]], [sac[:, 0]], [_mean_radius_m(positions, sac)]
     for tube in world.organ.tubes:
         outside = slice(world.organ.neck_ring[tube] + 1)
-        below, above = world.tubes.below[tube][outside, 0], world.tubes.above[tube][outside, 0]
-        radius_m = world.tubes.radius_m(tube)
-        chains[tube] = chain_through(positions[below], radius_m, positions[above])
-    return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, chains=chains)
-
-
-def chain_through(
-    points_m: NDArray[np.floating],
-    radius_m: float | Array,
-    upper_m: NDArray[np.floating] | None = None,
-) -> CapsuleChain:
-    """A capsule from each point (n, 3) to the next, as wide as given, alike or each (n - 1,).
-
-    Where a tube is severed, `upper_m` (n, 3) holds the place of the point as the part above has
-    it: a capsule goes from there to the next point.
-    """
-    start = points_m if upper_m is None else upper_m
-    return CapsuleChain(
-        start_m=start[:-1].astype(float),
-        end_m=points_m[1:].astype(float),
-        radius_m=np.full(len(points_m) - 1, radius_m),
+        lower.append(world.tubes.below[tube][outside, 0])
+        upper.append(world.tubes.above[tube][outside, 0])
+        widths.append(np.full(len(lower[-1]), world.tubes.radius_m(tube)))
+    of_organ = zip((GALLBLADDER, *world.organ.tubes), lower, strict=True)
+    starts = positions[np.concatenate([rings[:-1] for rings in upper])]
+    ends = positions[np.concatenate([rings[1:] for rings in lower])]
+    common_width = np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M)
+    capsules = chained(
+        {COMMON_DUCT: len(common_width)} | {name: len(rings) - 1 for name, rings in of_organ},
+        start_m=np.concatenate([common_duct[:-1], starts]),
+        end_m=np.concatenate([common_duct[1:], ends]),
+        radius_m=np.concatenate([common_width, *(0.5 * (w[:-1] + w[1:]) for w in widths)]),
     )
+    return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, capsules=capsules)
 
 
 def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:

@@ -1,11 +1,13 @@
 """A small field to hit: a flat liver far below, a wall, and one tube; no simulator."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from controller.safety.collision import CollisionModel
 from controller.safety.port_wall import port_wall
 from controller.safety.rigid_surface import RigidSurface
-from controller.safety.surroundings import RigidSurroundings, Surroundings, chain_through
+from controller.safety.surroundings import RigidSurroundings, Surroundings, chained
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.instruments import INSTRUMENTS
 
@@ -41,15 +43,26 @@ def model(liver=None):
     return CollisionModel(rigid(liver), T_WORLD_RCM)
 
 
+class Chain(NamedTuple):
+    """Of capsules: (n, 3), (n, 3), (n,)."""
+
+    start_m: np.ndarray
+    end_m: np.ndarray
+    radius_m: np.ndarray
+
+
 def chain(points, radius_m):
-    """A chain of capsules through points (n, 3)."""
-    return chain_through(np.asarray(points, float), radius_m)
+    """Capsules through points (n, 3)."""
+    points = np.asarray(points, float)
+    return Chain(points[:-1], points[1:], np.broadcast_to(radius_m, len(points) - 1))
 
 
 def surroundings(moved_m=(0.0, 0.0, 0.0), **chains):
     chains = chains or {"artery": chain([[1.0, 0.0, 0.0], [1.0, 0.0, 0.1]], 0.001)}
     moved = {"liver": np.array(moved_m), "port wall": np.zeros(3)}
-    return Surroundings(moved_m=moved, chains=chains)
+    lengths = {name: len(radii) for name, (_, _, radii) in chains.items()}
+    parts = (np.concatenate(part) for part in zip(*chains.values(), strict=True))
+    return Surroundings(moved_m=moved, capsules=chained(lengths, *parts))
 
 
 def to_points_m(links, points_m):

@@ -215,9 +215,10 @@ def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field, 
 
 def inside(world, field, obstacle, depth_m=0.001):
     """Joints that have the right tool this deep in something, and the way further in."""
+    chains = field.around.capsules
     points = {
         "liver": registered(world).liver.points_m,
-        **{name: chain.start_m for name, chain in field.around.chains.items()},
+        **{name: chains.start_m[chains.of(name)] for name in chains.names},
     }[obstacle]
     home = tip_m(world, HOME)
     target = points[np.argmin(np.linalg.norm(points - home, axis=1))]

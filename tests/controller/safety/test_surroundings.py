@@ -44,16 +44,15 @@ def test_the_wall_goes_through_both_ports_and_faces_the_field(world):
 
 
 def test_the_duct_starts_at_the_common_ducts_wall_and_tubes_are_as_wide_as_the_anatomy_says(world):
-    now, anatomy = surroundings_of(world, registered(world)), world.anatomy
-    common = now.chains["common bile duct"]
-    start = now.chains["duct"].start_m[0]
-    to_line = np.linalg.norm(common.start_m - start, axis=1).min()
+    now, anatomy = surroundings_of(world, registered(world)).capsules, world.anatomy
+    common, start = now.start_m[now.of("common bile duct")], now.start_m[now.of("duct")][0]
+    to_line = np.linalg.norm(common - start, axis=1).min()
     assert to_line == pytest.approx(COMMON_DUCT_RADIUS_M, rel=1e-3)
     for tube, diameter in (
         ("duct", anatomy.duct_diameter_m),
         ("artery", anatomy.arteries["artery"].diameter_m),
     ):
-        assert 2 * np.median(now.chains[tube].radius_m) == pytest.approx(diameter, rel=1e-6)
+        assert 2 * np.median(now.radius_m[now.of(tube)]) == pytest.approx(diameter, rel=1e-6)
 
 
 def test_a_severed_tube_is_two_chains_that_part(world):
@@ -61,8 +60,9 @@ def test_a_severed_tube_is_two_chains_that_part(world):
     tubes, ring = world.tubes, 8
     assert part_ring(tubes, "duct", ring, np.ones(tubes.below["duct"].shape[1], bool))
     world.tissue.host("position")[0, tubes.above["duct"][ring, 0], 0] += 0.004
-    chain = surroundings_of(world, registered(world)).chains["duct"]
-    gaps = np.linalg.norm(chain.start_m[1:] - chain.end_m[:-1], axis=1)
+    now = surroundings_of(world, registered(world)).capsules
+    duct = now.of("duct")
+    gaps = np.linalg.norm(now.start_m[duct][1:] - now.end_m[duct][:-1], axis=1)
     assert np.flatnonzero(gaps > 1e-6).tolist() == [ring - 1]
     assert gaps[ring - 1] == pytest.approx(0.004, rel=1e-3)
     world.restore(state)
@@ -77,7 +77,7 @@ def test_liver_and_common_duct_move_with_the_body_and_the_wall_does_not(world):
     now = surroundings_of(world, rigid)
     np.testing.assert_allclose(now.moved_m["liver"], offset, atol=1e-12)
     np.testing.assert_array_equal(now.moved_m["port wall"], 0.0)
-    common = "common bile duct"
-    moved = now.chains[common].start_m - before.chains[common].start_m
+    common = now.capsules.of("common bile duct")
+    moved = (now.capsules.start_m - before.capsules.start_m)[common]
     np.testing.assert_allclose(moved, np.tile(offset, (len(moved), 1)), atol=1e-12)
     world.restore(state)
