@@ -15,6 +15,7 @@ from controller.safety.surroundings import registered, surroundings_of
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.attack import ATTACKS, Attack, Field, aims, random_start
+from scenarios.errors import describe_with_place
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
 from tissue_sim.frames import Array
@@ -70,17 +71,14 @@ class Trial:
     error: str = ""
 
 
-def attempt_trial(seed: int) -> Trial:
-    """One trial; an exception in it is its result."""
-    try:
-        return Trial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
-    except Exception as error:
-        return lost_trial(seed, error)
+def run_trial(seed: int) -> Trial:
+    """All attacks on a seed's patient."""
+    return Trial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
 
 
 def lost_trial(seed: int, error: Exception) -> Trial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, error=f"{type(error).__name__}: {error}")
+    return Trial(seed=seed, error=describe_with_place(error))
 
 
 class Attacked:

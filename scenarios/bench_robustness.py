@@ -8,14 +8,14 @@ import numpy as np
 from rich.table import Table
 
 from scenarios.memory_growth import environment_resetter, growth_kb_a_reset, world_resetter
-from scenarios.storm_trial import Trial, attempt_trial, lost_trial
-from scenarios.trials import run_all
+from scenarios.storm_trial import Trial, lost_trial, run_trial
+from scenarios.trials import Attempt, run_all
 
 
 def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
     """Storms on the patients from `seed` on, in order; a bar shows how far they are."""
     seeds = range(seed, seed + episodes)
-    trials = run_all("storms", seeds, workers, attempt_trial, lost_trial)
+    trials = run_all("storms", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 

@@ -16,11 +16,11 @@ from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
 from controller.safety.nearest_motion import NearestMotion
 from controller.safety.watch import Watch
-from scenarios.attack_trial import ANY_NUMBER, Attacked, Pair, Run, Trial, attempt_trial, lost_trial
+from scenarios.attack_trial import ANY_NUMBER, Attacked, Pair, Run, Trial, lost_trial, run_trial
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
 from scenarios.stopwatch import Stopwatch
-from scenarios.trials import run_all
+from scenarios.trials import Attempt, run_all
 from tissue_sim.frames import Array
 
 ALLOWED_M = 1e-4
@@ -33,7 +33,7 @@ QUERIES = "distance queries"
 def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
     """Attacks on the patients from `seed` on, in order; a bar shows how far they are."""
     seeds = range(seed, seed + episodes)
-    trials = run_all("attacks", seeds, workers, attempt_trial, lost_trial)
+    trials = run_all("attacks", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 

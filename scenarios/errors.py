@@ -1,5 +1,8 @@
 """What can go wrong around an episode, in one line."""
 
+import traceback
+from pathlib import Path
+
 
 class BadInputError(ValueError):
     """What a person asked for cannot be done; names the value and what is allowed (exit 2)."""
@@ -12,3 +15,10 @@ class WorkerDiedError(RuntimeError):
 def describe_error(error: BaseException) -> str:
     """Returns the type and message of `error`."""
     return f"{type(error).__name__}: {error}".rstrip(": ")
+
+
+def describe_with_place(error: BaseException) -> str:
+    """Returns the type and message of `error`, and the line that raised it where one did."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return describe_error(error) + place

@@ -9,6 +9,7 @@ from itertools import islice, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.errors import describe_with_place
 from scenarios.storm import OPEN_RAD, storm
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
@@ -81,17 +82,9 @@ class Moment:
     touched: bool
 
 
-def attempt_trial(seed: int) -> Trial:
-    """One trial; an exception in it is its result."""
-    try:
-        return run_trial(seed)
-    except Exception as error:
-        return lost_trial(seed, error)
-
-
 def lost_trial(seed: int, error: Exception) -> Trial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, broken=(f"{type(error).__name__}: {error}",))
+    return Trial(seed=seed, broken=(describe_with_place(error),))
 
 
 def run_trial(seed: int) -> Trial:

@@ -6,9 +6,10 @@ import pytest
 from controller.action import CONTROL_STEP_S
 from controller.safety.ledger import Entry
 from scenarios.attack import ATTACKS, BEYOND, HASTE, SPEED_M_S, Field, random_start
-from scenarios.attack_trial import Pair, Run, Trial, attempt_trial
+from scenarios.attack_trial import Pair, Run, Trial, lost_trial, run_trial
 from scenarios.bench_safety import broken_lines, depth_tables
 from scenarios.cli import main
+from scenarios.trials import Attempt
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
 
 POINT = np.array([[0.01, -0.005, 0.0]])
@@ -81,7 +82,7 @@ def test_only_what_the_filter_let_pass_is_a_failure():
 
 
 def test_an_exception_is_a_failure():
-    (said,) = broken_lines([attempt_trial(-1)])
+    (said,) = broken_lines([Attempt(run=run_trial, lost=lost_trial)(-1)])
     assert said.startswith("seed -1: ValueError")
 
 

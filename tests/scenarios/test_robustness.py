@@ -1,6 +1,7 @@
 """Laws of the storms and of what judges them."""
 
 import os
+import re
 from itertools import islice
 
 import numpy as np
@@ -10,7 +11,8 @@ from scenarios.bench_robustness import broken_lines, trial_table
 from scenarios.cli import main
 from scenarios.memory_growth import growth_kb_a_reset
 from scenarios.storm import MOST_SPEED_M_S, storm
-from scenarios.storm_trial import Trial, attempt_trial, intact, run_trial
+from scenarios.storm_trial import Trial, intact, lost_trial, run_trial
+from scenarios.trials import Attempt
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import JointCommand
 from tissue_sim.frames import Array
@@ -81,10 +83,12 @@ def test_what_no_longer_hangs_on_the_body_is_not_intact() -> None:
 
 
 def test_an_exception_is_a_broken_law() -> None:
-    (said,) = attempt_trial(-1).broken
+    lost = Attempt(run=run_trial, lost=lost_trial)(-1)
+    (said,) = lost.broken
     assert said.startswith("ValueError")
-    assert broken_lines([attempt_trial(-1)]) == [f"seed -1: {said}"]
-    assert trial_table([attempt_trial(-1)]).row_count > 0
+    assert re.search(r"\.py:\d+\)$", said)  # where it was raised
+    assert broken_lines([lost]) == [f"seed -1: {said}"]
+    assert trial_table([lost]).row_count > 0
 
 
 @pytest.mark.parametrize("leak_kb", [0, 1000])

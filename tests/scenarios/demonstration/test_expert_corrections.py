@@ -19,6 +19,12 @@ WITHIN_STEPS = 60  # 2 s
 LEAST_M, LEAST_RAD = 3e-3, 0.2
 ASIDE = 0.5  # of the motion: tissue gives way, and the filter slides along what is in the way
 ASTRIDE_M = 0.006  # the tip this near to a tube's middle line
+HARMFUL = {  # what the grasper holds would be crushed, and the applier would clip out of turn
+    TASKS[0]: (),
+    TASKS[1]: [c for c in CORRECTIONS if c.jaw == "close"],
+}
+NAMES = {TASKS[0]: "in the open", TASKS[1]: "at work"}
+HARMLESS = [(task, c) for task, harm in HARMFUL.items() for c in CORRECTIONS if c not in harm]
 ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
@@ -32,7 +38,7 @@ class Saying:
         return self.instruction
 
 
-@pytest.fixture(scope="module", params=[TASKS[0], TASKS[1]], ids=["in the open", "at work"])
+@pytest.fixture(scope="module")
 def scene(request):
     """An episode before the grasp, or with the applier's open jaws astride a tube; its state."""
     episode, task = begin(CONFIG), request.param
@@ -62,11 +68,21 @@ def begun_again(scene, correction):
     return episode
 
 
-@pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
+@pytest.mark.parametrize("scene", HARMFUL, ids=NAMES.get, indirect=True)
+def test_what_would_do_harm_is_not_demonstrated(scene):
+    world, state, task = scene
+    world.restore(state)
+    assert [c for c in CORRECTIONS if not is_harmless(c, world)] == list(HARMFUL[task])
+
+
+@pytest.mark.parametrize(
+    ("scene", "correction"),
+    HARMLESS,
+    ids=[f"{NAMES[task]}: {c.text}" for task, c in HARMLESS],
+    indirect=["scene"],
+)
 def test_the_named_arm_moves_as_named_within_two_seconds_and_the_other_stays(scene, correction):
     episode = begun_again(scene, correction)
-    if not is_harmless(correction, episode.world):
-        pytest.skip("it would do harm here, and is not demonstrated")
     start, rows = episode.observation, ROWS[correction.arm]
     for step in islice(episode.steps(), WITHIN_STEPS):
         moved_m = (step.observation.tips_endoscope - start.tips_endoscope)[:, :3, 3]
