@@ -99,14 +99,14 @@ class AllBounds:
         """Which bounds a motion breaks, and by how much; rad or m."""
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
-        rows = np.flatnonzero(excess > TOLERANCE)
-        return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if len(rows) else {}
+        rows = (excess > TOLERANCE).nonzero()[0].tolist()
+        return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if rows else {}
 
-    def _names(self, rows: NDArray[np.integer]) -> list[str]:
-        wanted, first, found = rows.tolist(), 0, []
+    def _names(self, rows: Sequence[int]) -> list[str]:
+        first, found = 0, []
         for name, bound in self._named.items():
             end = first + len(bound.lower)
-            found += [f"{name}: {bound.what[row - first]}" for row in wanted if first <= row < end]
+            found += [f"{name}: {bound.what[row - first]}" for row in rows if first <= row < end]
             first = end
         return found
 

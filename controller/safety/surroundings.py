@@ -138,5 +138,4 @@ def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:
     """(n_ring,) the outer vertices' mean distance from the centre."""
     outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
     spokes = outer - positions[rings[:, :1]]
-    length = np.sqrt(np.einsum("rki,rki->rk", spokes, spokes))
-    return length.sum(axis=1, dtype=float) / length.shape[1]
+    return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)

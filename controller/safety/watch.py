@@ -84,15 +84,16 @@ class Watch:
 
 def _parting(near: NearPairs, moving: Rates) -> Array:
     """(n, 14) from a motion to the change of each pair's distance."""
-    other = np.flatnonzero(near.other_link != NO_LINK)
     n, normal = len(near.arm), near.normal
-    along = moving.speeds_along(
-        np.concatenate([near.arm, np.full(len(other), RIGHT_ARM)]),
-        np.concatenate([near.link, near.other_link[other]]),
-        np.concatenate([near.on_instrument_m, near.on_obstacle_m[other]]),
-        np.concatenate([normal, -normal[other]]),
-    )
     parting = np.zeros((n, len(ARMS), 7))
-    parting[np.arange(n), near.arm] = along[:n]
-    parting[other, RIGHT_ARM] = along[n:]
+    parting[np.arange(n), near.arm] = moving.speeds_along(
+        near.arm, near.link, near.on_instrument_m, normal
+    )
+    if len(other := np.flatnonzero(near.other_link != NO_LINK)):
+        parting[other, RIGHT_ARM] = moving.speeds_along(
+            np.full(len(other), RIGHT_ARM),
+            near.other_link[other],
+            near.on_obstacle_m[other],
+            -normal[other],
+        )
     return parting.reshape(n, N_MOTION)
