@@ -5,18 +5,16 @@ Zero by construction for any joints of the DH table: what this watches is a meas
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable
+from math import hypot, inf, isfinite
 
-from tissue_sim.frames import Array
 
-
-def shaft_offset_m(point_m: Array, axis: Array) -> Array:
-    """(...) distance of lines from the RCM, by points (..., 3) from there and directions (..., 3).
+def shaft_offset_m(point_m: Iterable[float], axis: Iterable[float]) -> float:
+    """Distance of a line from the RCM, by a point (3,) of it from there and its direction (3,).
 
     A line with NaN or without direction is infinitely far, so that no limit takes it for good.
     """
-    along, square = np.vecdot(point_m, axis), np.vecdot(axis, axis)
-    aside = point_m * square[..., None] - along[..., None] * axis
-    scaled = np.sqrt(np.vecdot(aside, aside))
-    known = np.isfinite(scaled) & (square > 0.0)
-    return np.divide(scaled, square, out=np.full_like(scaled, np.inf), where=known)
+    (x, y, z), (a, b, c) = point_m, axis
+    length = hypot(a, b, c)
+    moment = hypot(y * c - z * b, z * a - x * c, x * b - y * a)
+    return moment / length if isfinite(moment) and isfinite(length) and length > 0.0 else inf

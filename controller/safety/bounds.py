@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import expm1
@@ -105,9 +106,9 @@ class AllBounds:
     def _names(self, rows: Sequence[int]) -> list[str]:
         first, found = 0, []
         for name, bound in self._named.items():
-            end = first + len(bound.lower)
-            found += [f"{name}: {bound.what[row - first]}" for row in rows if first <= row < end]
-            first = end
+            end = bisect_left(rows, first + len(bound.lower), len(found))
+            found += [f"{name}: {bound.what[row - first]}" for row in rows[len(found) : end]]
+            first += len(bound.lower)
         return found
 
 

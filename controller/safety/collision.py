@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,12 @@ class NearPairs:
     def of(self, *names: str) -> NDArray[np.bool_]:
         """(n,) whether the obstacle is one of these."""
         return _among(self.names, names)[self.what]
+
+    @cached_property
+    def sides(self) -> Indices:
+        """(2, n) rows of `links` that each pair is of; one past their end for what is no link."""
+        other = np.where(self.other_link == NO_LINK, 2 * N_LINK, N_LINK + self.other_link)
+        return np.stack([N_LINK * self.arm + self.link, other])
 
     def pair(self, row: int) -> Pair:
         """Who is near to what; the capsules of a chain are one obstacle."""

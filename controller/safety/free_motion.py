@@ -9,6 +9,7 @@ may slide along what it almost touches; elsewhere no point moves faster than the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,9 +71,9 @@ def free_share(
         rows = _may_meet(room, ways)
         if len(rows) == 0:
             return 1.0
-        by_speed = room[rows] / ways[rows]
-        by_plane = _above(room[rows], _parting_m(near, last, rows), _of_pairs(near, bends)[rows])
-        share = float(np.maximum(by_speed, by_plane).min())
+        parting, bent = _parting_m(near, last, rows), _of_pairs(near, bends)[rows]
+        columns = (of_rows.tolist() for of_rows in (room[rows], ways[rows], parting, bent))
+        share = min(max(r / way, _above(r, p, b)) for r, way, p, b in zip(*columns, strict=True))
         if share == 1.0:
             return 1.0
         sure, near = sure + rest * share, None
@@ -113,8 +114,8 @@ def _holds_all(near: NearPairs, highest_m: float, way_m: Array) -> bool:
 
 def _of_pairs(near: NearPairs, of_links: Array) -> Array:
     """(n,) sum over both sides of each pair; `of_links` (8,)."""
-    other = np.where(near.other_link == NO_LINK, 0.0, of_links[N_LINK + near.other_link])
-    return of_links[N_LINK * near.arm + near.link] + other
+    of_all = np.append(of_links, 0.0)
+    return of_all[near.sides[0]] + of_all[near.sides[1]]
 
 
 def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> Array:
@@ -122,25 +123,23 @@ def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> A
 
     As if they did not from a surface: that need not be all on one side of a plane.
     """
-    first, n, other = near.links, near.normal[rows], near.other_link[rows]
-    link = N_LINK * near.arm[rows] + near.link[rows]
-    parting = last.lowest_m(n)[link, range(len(rows))] - first.lowest_m(n)[link, range(len(rows))]
-    both = np.flatnonzero(other != NO_LINK)
-    if len(both):
-        of_other = N_LINK + other[both], range(len(both))
-        parting[both] += last.lowest_m(-n[both])[of_other] - first.lowest_m(-n[both])[of_other]
+    n, other = near.normal[rows], near.other_link[rows]
+    links = N_LINK * near.arm[rows] + near.link[rows]
+    parting = last.lowest_m(links, n) - near.links.lowest_m(links, n)
+    if len(both := np.flatnonzero(other != NO_LINK)):
+        others, out = N_LINK + other[both], -n[both]
+        parting[both] += last.lowest_m(others, out) - near.links.lowest_m(others, out)
     parting[near.of(LIVER, PORT_WALL)[rows]] = -np.inf
     return parting
 
 
-def _above(room: Array, parting: Array, bend: Array) -> Array:
-    """(n,) first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
+def _above(room: float, parting: float, bend: float) -> float:
+    """First t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
 
     A function of t whose second derivative is at most `bend` is nowhere farther below its chord.
     """
     slope = parting - 0.5 * bend
     under_root = slope * slope - 2.0 * bend * room
-    falls = (slope < 0.0) & (under_root >= 0.0)
-    root = np.ones(len(room))
-    root[falls] = 2.0 * room[falls] / (np.sqrt(under_root[falls]) - slope[falls])
-    return np.minimum(root, 1.0)
+    if slope >= 0.0 or under_root < 0.0:
+        return 1.0
+    return min(2.0 * room / (sqrt(under_root) - slope), 1.0)

@@ -21,6 +21,7 @@ from controller.safety.slabs import Slabs
 from tissue_sim.frames import Array
 from tissue_sim.instruments import PATCH_LINKS, Instrument, link_patches
 from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
+from tissue_sim.sweep import Indices
 
 SHAFT, WRIST = PATCH_LINKS.index("shaft"), PATCH_LINKS.index("wrist")
 FINGERS = (PATCH_LINKS.index("finger_plus"), PATCH_LINKS.index("finger_minus"))
@@ -57,9 +58,9 @@ class LinkCores:
         middle, half = self.centre_m @ directions.T, reach[..., 0] + self.radius_m[:, None]
         return Slabs(low_m=middle - half, high_m=middle + half)
 
-    def lowest_m(self, directions: Array) -> Array:
-        """(8, n) each core's lowest point along directions (n, 3)."""
-        return (self.corners_m @ directions.T).min(axis=1)
+    def lowest_m(self, links: Indices, directions: Array) -> Array:
+        """(n,) the lowest point of each of these cores (n,) along its direction (n, 3)."""
+        return np.vecdot(self.corners_m[links], directions[:, None]).min(axis=1)
 
     @cached_property
     def corners_m(self) -> Array:

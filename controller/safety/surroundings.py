@@ -115,21 +115,19 @@ def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
     """Where everything is now. Privileged: a tracker without error."""
     positions, offset = world.tissue.positions(), world.body.offset_m
     common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
-    lower, upper, widths = [sac[:, 0]], [sac[:, 0]], [_mean_radius_m(positions, sac)]
+    starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], _mean_radius_m(positions, sac)
+    radii_m = [np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M), 0.5 * (sac_m[:-1] + sac_m[1:])]
     for tube in world.organ.tubes:
-        outside = slice(world.organ.neck_ring[tube] + 1)
-        lower.append(world.tubes.below[tube][outside, 0])
-        upper.append(world.tubes.above[tube][outside, 0])
-        widths.append(np.full(len(lower[-1]), world.tubes.radius_m(tube)))
-    of_organ = zip((GALLBLADDER, *world.organ.tubes), lower, strict=True)
-    starts = positions[np.concatenate([rings[:-1] for rings in upper])]
-    ends = positions[np.concatenate([rings[1:] for rings in lower])]
-    common_width = np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M)
+        neck = world.organ.neck_ring[tube]
+        starts.append(world.tubes.above[tube][:neck, 0])
+        ends.append(world.tubes.below[tube][1 : neck + 1, 0])
+        radii_m.append(np.full(neck, world.tubes.radius_m(tube)))
+    names = COMMON_DUCT, GALLBLADDER, *world.organ.tubes
     capsules = chained(
-        {COMMON_DUCT: len(common_width)} | {name: len(rings) - 1 for name, rings in of_organ},
-        start_m=np.concatenate([common_duct[:-1], starts]),
-        end_m=np.concatenate([common_duct[1:], ends]),
-        radius_m=np.concatenate([common_width, *(0.5 * (w[:-1] + w[1:]) for w in widths)]),
+        dict(zip(names, map(len, radii_m), strict=True)),
+        start_m=np.concatenate([common_duct[:-1], positions[np.concatenate(starts)]]),
+        end_m=np.concatenate([common_duct[1:], positions[np.concatenate(ends)]]),
+        radius_m=np.concatenate(radii_m),
     )
     return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, capsules=capsules)
 

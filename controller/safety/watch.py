@@ -73,8 +73,9 @@ class Watch:
     def _shaft_offset_m(self) -> Array:
         """(2,) of the shafts as they are now."""
         shafts = self._world.tissue.T_world_links()[::N_LINK].astype(float)
-        from_rcm_m = shafts[:, :3, 3] - self._T_world_rcm[:, :3, 3]
-        return shaft_offset_m(from_rcm_m, shafts[:, :3, 2])
+        from_rcm_m = (shafts[:, :3, 3] - self._T_world_rcm[:, :3, 3]).tolist()
+        axes = shafts[:, :3, 2].tolist()
+        return np.array([shaft_offset_m(*line) for line in zip(from_rcm_m, axes, strict=True)])
 
     def _clips_that_hold(self, tube: str) -> int:
         world = self._world

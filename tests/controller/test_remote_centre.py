@@ -31,5 +31,5 @@ def test_a_line_that_is_not_known_is_infinitely_far(bad):
     points, axes = np.zeros((4, 3)), np.tile(ALONG, (4, 1))
     points[1, 0] = axes[2, 1] = bad
     axes[3] = 0.0
-    with np.errstate(invalid="ignore"):
-        np.testing.assert_array_equal(shaft_offset_m(points, axes), [0.0, np.inf, np.inf, np.inf])
+    offsets = [shaft_offset_m(*line) for line in zip(points.tolist(), axes.tolist(), strict=True)]
+    assert offsets == [0.0, np.inf, np.inf, np.inf]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,7 +50,7 @@ class KeepOut:
 
 
 class PairNames(Sequence[str]):
-    """Names of near pairs, made when the first of them is asked for."""
+    """Names of near pairs, each made when it is asked for."""
 
     def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
         self._near, self._pairs = near, pairs
@@ -60,13 +59,5 @@ class PairNames(Sequence[str]):
         return len(self._pairs)
 
     def __getitem__(self, row: Any) -> Any:
-        return self._names[row]
-
-    @cached_property
-    def _names(self) -> list[str]:
-        near, pairs = self._near, self._pairs
-        columns = (of_all[pairs].tolist() for of_all in (near.arm, near.link, near.what))
-        return [
-            f"{ARMS[arm]} {PATCH_LINKS[link]} to {near.names[what]}"
-            for arm, link, what in zip(*columns, strict=True)
-        ]
+        arm, link, obstacle, _ = self._near.pair(int(self._pairs[row]))
+        return f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}"
