@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from controller.safety.collision import ACTIVATION_M, CollisionModel
-from controller.safety.exemption import must_not_meet
+from controller.safety.exemption import must_not_meet, worked_on
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
 from controller.safety.surroundings import registered, surroundings_of
-from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.attack import ATTACKS, Attack, Field, aims, random_start
 from scenarios.errors import describe_with_place
@@ -158,10 +157,10 @@ class Attacked:
         """Obstacle and depth of each pair that must not meet."""
         instruments, around = self._world.arms.mounted, surroundings_of(self._world, self._rigid)
         near = self._model.near(joints, instruments, around, within_m=within_m)
-        worked_on = structure_of(self._instruction.task, self._world)
+        work = worked_on(self._instruction.task, self._world)
         for k in np.flatnonzero(near.foremost).tolist():
             obstacle = near.names[near.what[k]]
-            if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, worked_on):
+            if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, work):
                 yield obstacle, -float(near.distance_m[k])
 
     def _clear_start(self, rng: np.random.Generator, pairs: range = ANY_NUMBER) -> Array:

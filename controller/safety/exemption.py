@@ -10,30 +10,44 @@ from numpy.typing import NDArray
 from controller.safety.collision import OTHER_ARM, NearPairs
 from controller.safety.link_cores import FINGERS, N_LINK
 from controller.safety.surroundings import COMMON_DUCT, LIVER, PORT_WALL
+from planner.criteria import structure_of
+from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.jaws import GALLBLADDER
+from tissue_sim.world import World
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
 FIRM = frozenset({LIVER, PORT_WALL, COMMON_DUCT, OTHER_ARM})
+WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 
-def must_not_meet(arm: int, link: int, obstacle: str, worked_on: str) -> bool:
-    """Whether an arm's link is kept out of an obstacle while a structure is worked on.
+def worked_on(task: Task, world: World) -> WorkedOn:
+    """What the jaws work on: the right ones on the task's tube.
 
-    The gallbladder is there to be touched, the tube worked on by the jaws that work on it, and
-    both tubes by the grasper's jaws: they hang on what it holds, and move with it.
+    The left ones, while they grab or hold the gallbladder, on all tubes: these hang on it, and
+    move with it.
     """
-    at_work = link in FINGERS and (arm == LEFT_ARM or obstacle == worked_on)
+    grasps = task.kind == "grab" or world.record.grasp.vertices
+    structure = structure_of(task, world)
+    return frozenset(world.organ.tubes if grasps else ()), frozenset({structure} - {""})
+
+
+def must_not_meet(arm: int, link: int, obstacle: str, worked_on: WorkedOn) -> bool:
+    """Whether an arm's link is kept out of an obstacle.
+
+    The gallbladder is there to be touched, and a tube that is worked on by the jaws that work.
+    """
+    at_work = link in FINGERS and obstacle in worked_on[arm]
     return obstacle in FIRM or (obstacle != GALLBLADDER and not at_work)
 
 
-def kept_out(near: NearPairs, worked_on: str) -> NDArray[np.bool_]:
+def kept_out(near: NearPairs, worked_on: WorkedOn) -> NDArray[np.bool_]:
     """(n,) which near pairs must not meet."""
     return _rules(near.names, worked_on)[near.arm, near.link, near.what]
 
 
 @cache
-def _rules(names: tuple[str, ...], worked_on: str) -> NDArray[np.bool_]:
+def _rules(names: tuple[str, ...], worked_on: WorkedOn) -> NDArray[np.bool_]:
     """(2, 4, n) of `must_not_meet`."""
     return np.array(
         [
@@ -42,5 +56,6 @@ def _rules(names: tuple[str, ...], worked_on: str) -> NDArray[np.bool_]:
                 for link in range(N_LINK)
             ]
             for arm in ARMS
-        ]
+        ],
+        dtype=bool,
     )

@@ -46,7 +46,7 @@ class OnlyWhatIsMeant:
 
     def bounds(self, situation: Situation) -> Bounds:
         acts = situation.instruction.task.kind in ("clip", "cut")
-        meant = {situation.worked_on} if acts else set()
+        meant = situation.worked_on[RIGHT_ARM] if acts else frozenset[str]()
         wrong = sorted(situation.between_jaws - meant)
         return _no_closing(wrong) if wrong else NO_BOUNDS
 

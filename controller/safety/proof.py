@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.collision import CollisionModel, NearPairs, Pair
-from controller.safety.exemption import kept_out
+from controller.safety.exemption import WorkedOn, kept_out
 from controller.safety.free_motion import free_share
 from controller.safety.situation import Situation
 from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
@@ -77,7 +77,7 @@ def _no_deeper(
     )
 
 
-def _floor_m(worked_on: str, inside_m: dict[Pair, float], near: NearPairs) -> Array:
+def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) -> Array:
     """(n,) how near each pair may come, in view of how near those were that were inside."""
     floor = np.where(kept_out(near, worked_on), MARGIN_M, -np.inf)
     for row in range(len(floor)) if inside_m else ():

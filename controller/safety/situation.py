@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.collision import NearPairs
-from controller.safety.exemption import kept_out
+from controller.safety.exemption import WorkedOn, kept_out
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
@@ -39,7 +39,7 @@ class Situation:
         pinch_n: of the grasper's jaws on the tissue between them.
         shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
         instruction: that is carried out.
-        worked_on: the structure ("duct", "artery") that it names; "" when none.
+        worked_on: structures ("duct", "artery") that the left and the right jaws work on.
         between_jaws: structures between the right tool's jaws; empty unless these are to close.
         held_by_clips: structure -> how many clips on it hold the test pull.
     """
@@ -57,7 +57,7 @@ class Situation:
     pinch_n: float
     shaft_offset_m: Array
     instruction: Instruction
-    worked_on: str
+    worked_on: WorkedOn
     between_jaws: frozenset[str]
     held_by_clips: dict[str, int]
 

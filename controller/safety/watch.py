@@ -8,11 +8,11 @@ from controller.links import Rates, rates
 from controller.remote_centre import shaft_offset_m
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.exemption import worked_on
 from controller.safety.link_cores import N_LINK
 from controller.safety.proof import safe_share
 from controller.safety.situation import Situation
 from controller.safety.surroundings import Surroundings, registered, surroundings_of
-from planner.criteria import structure_of
 from planner.instruction import Instruction
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.clip import retention_n
@@ -56,7 +56,7 @@ class Watch:
             pinch_n=world.record.grasp.pinch_n,
             shaft_offset_m=self._shaft_offset_m(),
             instruction=instruction,
-            worked_on=structure_of(instruction.task, world),
+            worked_on=worked_on(instruction.task, world),
             between_jaws=between,
             held_by_clips={tube: self._clips_that_hold(tube) for tube in between},
         )

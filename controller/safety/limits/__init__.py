@@ -2,6 +2,7 @@
 
 from controller.safety.bounds import Limit
 from controller.safety.limits.acceleration import Acceleration
+from controller.safety.limits.beside_tubes import SlowBesideTubes
 from controller.safety.limits.joint_range import JointRange
 from controller.safety.limits.joint_speed import JointSpeed
 from controller.safety.limits.keep_out import KeepOut
@@ -17,4 +18,5 @@ LIMITS: tuple[Limit, ...] = (
     RemoteCentre(),
     KeepOut(),
     TissueForce(),
+    SlowBesideTubes(),
 )

@@ -16,6 +16,7 @@ from controller.safety.situation import Situation
 from tissue_sim.instruments import PATCH_LINKS
 
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
+TUBE_MARGIN_M = 0.001  # assumed: of a tube, which comes and goes by itself
 TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
 LEAVE_M_S = 0.01  # how fast an instrument comes out, assumed
 
@@ -25,19 +26,17 @@ class KeepOut:
     """Out of everything that `exemption` does not exempt.
 
     The distance to the margin shrinks by no more than a share of itself in a step. Within the
-    margin of what is firm an instrument leaves by the shortest way, or, where it cannot, goes no
-    deeper; of a tube, which comes and goes by itself, it goes no deeper.
+    margin an instrument leaves by the shortest way, or, where it cannot, goes no deeper.
     """
 
     name: str = "keep-out"
 
     def bounds(self, situation: Situation) -> Bounds:
         near, pairs = situation.near, np.flatnonzero(situation.kept_out)
-        room = near.distance_m[pairs] - MARGIN_M
+        room = near.distance_m[pairs] - np.where(near.of(*FIRM)[pairs], MARGIN_M, TUBE_MARGIN_M)
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
-        inside = np.flatnonzero(out > 0.0).tolist()
-        leaves = [k for k in inside if near.names[near.what[pairs[k]]] in FIRM]
+        leaves = np.flatnonzero(out > 0.0)
         lower = np.concatenate([np.minimum(out, 0.0), out[leaves]])
         pairs = np.concatenate([pairs, pairs[leaves]])
         return Bounds(

@@ -5,6 +5,7 @@ import numpy as np
 from controller.links import tool_jacobian
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
+from controller.safety.exemption import WorkedOn
 from controller.safety.link_cores import N_LINK, link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
@@ -36,6 +37,10 @@ def pairs(*rows):
     )
 
 
+NOTHING: WorkedOn = (frozenset(), frozenset())
+DUCT: WorkedOn = (frozenset(), frozenset({"duct"}))  # by the right jaws
+
+
 def situation(asked=HOME, start=HOME, near=(), **changes):
     """At rest at home, nothing near, nothing felt, unless it is said otherwise."""
     near = pairs(*near)
@@ -52,7 +57,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "pinch_n": 0.0,
         "shaft_offset_m": np.zeros(2),
         "instruction": GRAB,
-        "worked_on": "",
+        "worked_on": NOTHING,
         "between_jaws": frozenset(),
         "held_by_clips": {},
     }

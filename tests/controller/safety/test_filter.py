@@ -1,6 +1,7 @@
 """Laws of the whole filter, on one patient whose tissue lies still."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,14 +11,17 @@ from scipy.optimize import brentq
 
 from controller.kinematics import inverse_kinematics
 from controller.safety.collision import CollisionModel
+from controller.safety.exemption import worked_on
 from controller.safety.filter import FAR, SafetyFilter
 from controller.safety.limits.joint_speed import JOINT_SPEED
 from controller.safety.proof import DEEPER_M
 from controller.safety.surroundings import registered, surroundings_of
+from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.frames import inverse_pose, unit
+from tissue_sim.grasp import Grasp
 from tissue_sim.psm import forward_kinematics
 from tissue_sim.world import World
 
@@ -163,6 +167,15 @@ def test_a_jump_across_the_artery_stops_before_it_also_without_limits(world, fie
     assert allowed.entry.limits == ("keep-out: on the way",)
     assert field.on_the_way_m(start, allowed.joints, "artery") > 0.0
     assert np.abs(allowed.joints - start).max() > 0.01  # up to the artery it may go
+
+
+def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(world):
+    tubes, right = frozenset(world.organ.tubes), TASKS[1]
+    meant = frozenset({structure_of(right, world)})
+    assert worked_on(TASKS[0], world) == (tubes, frozenset())
+    assert worked_on(right, world) == (frozenset(), meant)
+    world.record = replace(world.record, grasp=Grasp(vertices=(0,)))
+    assert worked_on(right, world) == (tubes, meant)
 
 
 @pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])

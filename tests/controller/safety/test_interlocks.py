@@ -13,7 +13,7 @@ from controller.safety.interlocks import (
 )
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
-from tests.controller.safety.situations import STEP_S, keeps, situation
+from tests.controller.safety.situations import DUCT, STEP_S, keeps, situation
 from tissue_sim.instruments import INSTRUMENTS
 
 CLOSES, OPENS = -0.1 * np.eye(N_MOTION)[13], 0.1 * np.eye(N_MOTION)[13]
@@ -55,9 +55,7 @@ def test_an_applier_needs_no_clips():
     [(["duct"], True), (["artery"], False), (["duct", "gallbladder"], False), ([], True)],
 )
 def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, allowed):
-    seen = situation(
-        instruction=instruction(kind), worked_on="duct", between_jaws=frozenset(between)
-    )
+    seen = situation(instruction=instruction(kind), worked_on=DUCT, between_jaws=frozenset(between))
     bounds = OnlyWhatIsMeant().bounds(seen)
     assert keeps(bounds, CLOSES) == allowed
     assert keeps(bounds, OPENS)
@@ -65,7 +63,7 @@ def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, a
 
 def test_on_the_way_back_jaws_close_on_nothing():
     seen = situation(
-        instruction=instruction("go_back"), worked_on="duct", between_jaws=frozenset({"duct"})
+        instruction=instruction("go_back"), worked_on=DUCT, between_jaws=frozenset({"duct"})
     )
     assert not keeps(OnlyWhatIsMeant().bounds(seen), CLOSES)
 

@@ -10,6 +10,8 @@ from controller.safety.exemption import must_not_meet
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
 from controller.safety.limits.acceleration import RISE_S, Acceleration
+from controller.safety.limits.beside_tubes import BESIDE_M, SlowBesideTubes
+from controller.safety.limits.beside_tubes import SHARE as SHARE_BESIDE
 from controller.safety.limits.joint_range import JointRange
 from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
 from controller.safety.limits.keep_out import (
@@ -22,7 +24,7 @@ from controller.safety.limits.remote_centre import INSIDE_M, MOST_OFFSET_M, Remo
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
 from controller.safety.limits.tissue_force import SHARE, TissueForce
 from tests.controller.safety.field import HOME, TOOLS
-from tests.controller.safety.situations import STEP_S, keeps, situation
+from tests.controller.safety.situations import DUCT, NOTHING, STEP_S, keeps, situation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.instruments import PATCH_LINKS
 from tissue_sim.psm import INSERTION_AT_RCM_M, joint_limits
@@ -137,38 +139,56 @@ def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, part
 
 
 @pytest.mark.parametrize("distance_m", [0.4 * MARGIN_M, -0.003])
-def test_out_of_what_is_firm_it_goes_and_of_a_tube_no_deeper(distance_m):
+def test_out_of_a_margin_it_goes_or_if_it_cannot_no_deeper(distance_m):
     firm, tube = (
         KeepOut().bounds(situation(near=[(distance_m, RIGHT_ARM, "wrist", name)]))
         for name in ("common bile duct", "artery")
     )
-    np.testing.assert_array_equal(firm.gives, [False, True])
-    assert 0.0 < firm.lower[1] <= STEP_S * LEAVE_M_S
-    for no_deeper in (firm.lower[0], *tube.lower):
-        assert no_deeper == 0.0
-    assert not tube.gives.any()
+    for bounds in (firm, tube):
+        np.testing.assert_array_equal(bounds.gives, [False, True])
+        assert bounds.lower[0] == 0.0  # no deeper
+        assert 0.0 < bounds.lower[1] <= STEP_S * LEAVE_M_S
+    assert tube.lower[1] >= firm.lower[1]
+
+
+def test_slow_is_what_touches_tissue_beside_a_tube_that_must_not_be_hit():
+    touching = {"tool_force_n": np.array([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0]])}
+    beside = [(0.9 * BESIDE_M, RIGHT_ARM, "wrist", "duct")]
+    slow = SlowBesideTubes().bounds(situation(near=beside, **touching))
+    speed = np.abs(np.stack([slow.lower, slow.upper])) / STEP_S
+    np.testing.assert_allclose(speed[:, :7], np.tile(SHARE_BESIDE * JOINT_SPEED, (2, 1)))
+    assert np.isinf(speed[:, 7:]).all()
+    for free in (
+        situation(near=beside),
+        situation(**touching),
+        situation(near=[(1.1 * BESIDE_M, RIGHT_ARM, "wrist", "duct")], **touching),
+        situation(near=[(0.001, RIGHT_ARM, "finger_plus", "duct")], worked_on=DUCT, **touching),
+        situation(near=[(0.001, RIGHT_ARM, "wrist", "gallbladder")], **touching),
+        situation(near=[(0.001, RIGHT_ARM, "wrist", "liver")], **touching),
+    ):
+        assert len(SlowBesideTubes().bounds(free).lower) == 0
 
 
 def test_only_what_works_on_a_tube_may_touch_it():
     shaft, wrist, *fingers = range(len(PATCH_LINKS))
     for finger in fingers:
-        assert not must_not_meet(RIGHT_ARM, finger, "duct", "duct")
-        assert must_not_meet(RIGHT_ARM, finger, "artery", "duct")
-        assert must_not_meet(RIGHT_ARM, finger, "duct", "")
-        assert not must_not_meet(LEFT_ARM, finger, "artery", "")  # they hang on what it holds
+        assert not must_not_meet(RIGHT_ARM, finger, "duct", DUCT)
+        assert must_not_meet(RIGHT_ARM, finger, "artery", DUCT)
+        assert must_not_meet(RIGHT_ARM, finger, "duct", NOTHING)
+        assert must_not_meet(LEFT_ARM, finger, "duct", DUCT)
         for arm in (LEFT_ARM, RIGHT_ARM):
-            assert not must_not_meet(arm, finger, "gallbladder", "")
+            assert not must_not_meet(arm, finger, "gallbladder", NOTHING)
             for firm in ("liver", "common bile duct", "port wall", "right arm"):
-                assert must_not_meet(arm, finger, firm, "duct")
-    for link in (shaft, wrist):
-        assert must_not_meet(LEFT_ARM, link, "duct", "duct")
-        assert must_not_meet(RIGHT_ARM, link, "duct", "duct")
+                assert must_not_meet(arm, finger, firm, DUCT)
+    for arm in (LEFT_ARM, RIGHT_ARM):
+        for link in (shaft, wrist):
+            assert must_not_meet(arm, link, "duct", (frozenset({"duct"}),) * 2)
 
 
 def test_what_may_be_touched_has_no_bounds():
     near = [(0.001, RIGHT_ARM, "finger_plus", "duct"), (0.001, LEFT_ARM, "wrist", "gallbladder")]
-    assert len(KeepOut().bounds(situation(near=near, worked_on="duct")).lower) == 0
-    assert len(KeepOut().bounds(situation(near=near, worked_on="artery")).lower) == 1
+    assert len(KeepOut().bounds(situation(near=near, worked_on=DUCT)).lower) == 0
+    assert len(KeepOut().bounds(situation(near=near, worked_on=NOTHING)).lower) == 1
 
 
 @given(seeds)

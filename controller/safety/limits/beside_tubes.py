@@ -1,0 +1,37 @@
+"""What touches tissue hardly moves while a tube is beside an instrument that must not hit it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.safety.bounds import NO_BOUNDS, Bounds, on_joints
+from controller.safety.exemption import FIRM
+from controller.safety.limits.joint_speed import OF_BOTH_ARMS
+from controller.safety.limits.tissue_force import FELT_N
+from controller.safety.situation import Situation
+
+BESIDE_M = 0.004  # about how far a tube that springs loose gets in a control step
+SHARE = 0.01  # of the joints' speed: the tip's is some 2 mm/s
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlowBesideTubes:
+    """The tubes hang on the tissue that is drawn or pushed, and swing onto what is beside them."""
+
+    name: str = "slow beside tubes"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        touches = np.vecdot(situation.tool_force_n, situation.tool_force_n) > FELT_N**2
+        if not touches.any() or not _is_tube_beside(situation):
+            return NO_BOUNDS
+        speed = OF_BOTH_ARMS * np.where(np.repeat(touches, 7), SHARE, np.inf)
+        return on_joints(-situation.step_s * speed, situation.step_s * speed)
+
+
+def _is_tube_beside(situation: Situation) -> bool:
+    """Whether a tube is near an instrument that is kept out of it."""
+    near = situation.near
+    beside = situation.kept_out & (near.distance_m < BESIDE_M)
+    return bool((beside & ~near.of(*FIRM)).any())
