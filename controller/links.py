@@ -37,12 +37,10 @@ class Rates:
     """How several arms move with their joints.
 
     Attributes:
-        tool_jacobian: (n_arm, 6, 6) each as `tool_jacobian` has it, RCM frame.
         twists: (n_arm, 12, 6) from joint rates, without the jaw's, to the (3, 4) matrix, column
             after column, that takes a homogeneous point of the tool to its velocity; world frame.
     """
 
-    tool_jacobian: Array
     twists: Array
 
     def speeds_along(
@@ -68,12 +66,8 @@ class Rates:
 
 def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> Rates:
     """Of arms at joints (n_arm, 7) with remote centres at poses (n_arm, 4, 4)."""
-    n = len(joints)
-    entries = symbolic.rates(tuple(instruments))(joints.ravel(), T_world_rcm.ravel())
-    return Rates(
-        tool_jacobian=entries[: 36 * n].reshape(n, 6, 6).transpose(0, 2, 1),
-        twists=entries[36 * n :].reshape(n, 12, 6),
-    )
+    twists = symbolic.rates(tuple(instruments))(joints.ravel(), T_world_rcm.ravel())
+    return Rates(twists=twists.reshape(-1, 12, 6))
 
 
 def _shares(link: str) -> list[float]:

@@ -20,7 +20,7 @@ from tissue_sim.psm import T_YAW_TOOL_AXES, DhRow, T_yaw_tool, dh_table
 from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 MOVING_LINKS = (*LINK_OF_JOINT.values(), *FINGER_SIDES)
-INPUTS = "joints", "T_world_rcm"
+INPUTS = "joints", "T_world_rcm", "motion"
 X, Y, Z = range(3)
 EYE = ca.SX.eye(4)
 
@@ -50,18 +50,14 @@ def link_poses(instrument: Instrument) -> Function:
 def rates(instruments: tuple[Instrument, ...]) -> Function:
     """How the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
 
-    First the tool Jacobians, each as `tool_jacobian` has it. Then (6, 12) of each arm, for each
-    joint dT/dq T^-1 without its last row: times a point of the tool (world frame, homogeneous),
-    this (3, 4) matrix is the point's velocity per unit rate of the joint. It stands in a row,
-    column after column.
+    (6, 12) of each arm, for each joint dT/dq T^-1 without its last row: times a point of the tool
+    (world frame, homogeneous), this (3, 4) matrix is the point's velocity per unit rate of the
+    joint. It stands in a row, column after column.
     """
     joints, T_world_rcm = symbols(instruments)
-    jacobians, twists = [], []
-    ports = ca.horzsplit(T_world_rcm, 4)
-    for q, T_rcm, instrument in zip(ca.horzsplit(joints[:6, :]), ports, instruments, strict=True):
-        jacobians.append(_tool_jacobian(q, instrument))
-        twists.append(_twists(T_rcm.T @ _T_rcm_tool(q, instrument), q))
-    return function("rates", [joints, T_world_rcm], entries([*jacobians, *twists]))
+    arms = zip(ca.horzsplit(joints[:6, :]), ca.horzsplit(T_world_rcm, 4), instruments, strict=True)
+    twists = [_twists(T_rcm.T @ _T_rcm_tool(q, instrument), q) for q, T_rcm, instrument in arms]
+    return function("rates", [joints, T_world_rcm], entries(twists))
 
 
 def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:
@@ -80,7 +76,7 @@ def patch_poses(
 
 
 class Function(threading.local):
-    """Of joints, and `T_world_rcm` if given, for numbers; `symbolic` is the same for symbols.
+    """Of joints, or more of `INPUTS`, for numbers; `symbolic` is the same for symbols.
 
     Through a buffer and vectors of its own in each thread: a plain call takes several times longer.
     """
@@ -111,7 +107,7 @@ class Function(threading.local):
 
 
 def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> Function:
-    """Of joints, and `T_world_rcm` if given."""
+    """Of joints, or more of `INPUTS`."""
     names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
     return Function(
         ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})

@@ -17,7 +17,7 @@ from controller.safety.bounds import N_MOTION, AllBounds, Limit
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
-from controller.safety.nearest_motion import NearestMotion, tool_weight
+from controller.safety.nearest_motion import NearestMotion
 from controller.safety.situation import Situation
 from controller.safety.watch import Watch
 from planner.instruction import Instruction
@@ -84,7 +84,7 @@ class SafetyFilter:
         broken = kept.broken(motion)
         overridden = AllBounds(aside).broken(motion) if aside else ()
         if broken:
-            motion = self._nearest(motion, tool_weight(situation.tool_jacobian), kept)
+            motion = self._nearest(motion, situation.arms.weight, kept)
         share = 0.0 if motion is None else self._watch.safe_share(situation, motion)
         if share < 1.0 and motion is not None:
             broken["keep-out: on the way"] = 1.0 - share
@@ -111,7 +111,7 @@ def _entry(
     if not broken and not overridden:
         return None
     change = moved - situation.motion
-    tips = situation.tip_jacobian @ change.reshape(2, 7, 1)
+    tips = situation.arms.tip_jacobian @ change.reshape(2, 7, 1)
     return Entry(
         time_s=time_s,
         limits=tuple(broken),

@@ -5,19 +5,15 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from controller.safety.arm_motion import UNIT
 from controller.safety.bounds import N_MOTION, AllBounds, Bounds
 from tissue_sim.frames import Array
 
-TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
-JOINT_SHARE = 1e-3  # weight of the joints' own change, which no tip shows
-UNIT = np.tile([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01], 2)  # makes motions of about 1
+UNITS = np.tile(UNIT, 2)
 GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
 CAPACITIES = (24, 48, 128)  # rows beside those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
-_SIZE = np.repeat([TIP_M, TURN_RAD], 3)
-_JOINT_WEIGHT = np.diag(JOINT_SHARE / UNIT**2)
-_JOINT_WEIGHT[6::7, 6::7] += np.eye(2) / TURN_RAD**2  # what the jaws alone move
-_UNITS = np.outer(UNIT, UNIT)
+_OF_SQUARES = np.outer(UNITS, UNITS)
 _N = N_MOTION + 1  # with how much the rows that give are broken
 
 
@@ -35,8 +31,8 @@ class NearestMotion:
             weight: (14, 14) of squared changes, positive definite.
             bounds: to keep.
         """
-        least = bounds.least.max(axis=0, initial=-np.inf) / UNIT
-        most = bounds.most.min(axis=0, initial=np.inf) / UNIT
+        least = bounds.least.max(axis=0, initial=-np.inf) / UNITS
+        most = bounds.most.min(axis=0, initial=np.inf) / UNITS
         n = len(bounds.others.lower)
         program = next((p for p in self._programs if n <= p.capacity), None)
         if program is None or (least > most).any():
@@ -76,7 +72,7 @@ class _Program:
 
     def set_rows(self, bounds: Bounds) -> None:
         """What else is bounded; each row made to be of length 1."""
-        n, rows = len(bounds.lower), bounds.rows * UNIT
+        n, rows = len(bounds.lower), bounds.rows * UNITS
         scale = np.sqrt(np.vecdot(rows, rows))
         scale[scale == 0.0] = 1.0
         np.divide(rows, scale[:, None], out=self._a[:n, :N_MOTION])
@@ -87,8 +83,8 @@ class _Program:
 
     def set_aim(self, motion: Array, weight: Array) -> None:
         """The motion (14,) to come near to, and the weight (14, 14) of its change."""
-        np.multiply(weight, _UNITS, out=self._h[:N_MOTION, :N_MOTION])
-        self._g[:N_MOTION] = -UNIT * (weight @ motion)
+        np.multiply(weight, _OF_SQUARES, out=self._h[:N_MOTION, :N_MOTION])
+        self._g[:N_MOTION] = -UNITS * (weight @ motion)
 
     def solve(self) -> Array | None:
         """The motion (14,), in rad and m; None when there is none."""
@@ -96,14 +92,4 @@ class _Program:
             self._run()
         except RuntimeError:  # how CasADi says so; its statistics take longer than the solution
             return None
-        return self._x[:N_MOTION] * UNIT
-
-
-def tool_weight(jacobians: Array) -> Array:
-    """(14, 14) weight of motions by what they do to the tools, from Jacobians (2, 6, 6)."""
-    scaled = jacobians / _SIZE[:, None]
-    weight = _JOINT_WEIGHT.copy()
-    for arm, squares in enumerate(scaled.transpose(0, 2, 1) @ scaled):
-        own = slice(7 * arm, 7 * arm + 6)
-        weight[own, own] += squares
-    return weight
+        return self._x[:N_MOTION] * UNITS

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.safety.arm_motion import ArmMotion
 from controller.safety.collision import NearPairs
 from controller.safety.exemption import WorkedOn, kept_out
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.instruments import Instrument
-
-_EYE = np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,8 +29,7 @@ class Situation:
         start: (2, 7) joints commanded last.
         rate: (2, 7) rate of change (per s) of the step before.
         asked: (2, 7) joints asked for.
-        tool_jacobian: (2, 6, 6) from joint rates to the tip's velocity and turning rate, RCM frame.
-        R_world_rcm: (2, 3, 3).
+        arms: how they move with their joints, and with the motion asked for.
         near: instruments and what they are near to, at `start`.
         parting: (n, 14) from a motion to the change of each near pair's distance, m.
         tool_force_n: (2, 3) force of the tissue on each instrument, world frame.
@@ -49,8 +46,7 @@ class Situation:
     start: Array
     rate: Array
     asked: Array
-    tool_jacobian: Array
-    R_world_rcm: Array
+    arms: ArmMotion
     near: NearPairs
     parting: Array
     tool_force_n: Array
@@ -70,40 +66,3 @@ class Situation:
     def kept_out(self) -> NDArray[np.bool_]:
         """(n,) which near pairs must not meet; of a chain the foremost."""
         return kept_out(self.near, self.worked_on) & self.near.foremost
-
-    @cached_property
-    def tip_jacobian(self) -> Array:
-        """(2, 3, 7) from joint rates, jaw included, to the tip's velocity, world frame."""
-        J = np.zeros((2, 3, 7))
-        J[..., :6] = self.R_world_rcm @ self.tool_jacobian[:, :3]
-        return J
-
-    @cached_property
-    def tip_rows(self) -> Array:
-        """(6, 14) from a motion to how far each tip moves along the motion asked for, and aside."""
-        J = self.tip_jacobian
-        moves = (J @ self.motion.reshape(2, 7, 1))[..., 0]
-        rows = np.zeros((2, 3, 2, 7))
-        for arm, frame in enumerate(_along_and_aside(*move) for move in moves.tolist()):
-            rows[arm, :, arm] = frame @ J[arm]
-        return rows.reshape(6, 14)
-
-
-def _along_and_aside(x: float, y: float, z: float) -> Array:
-    """(3, 3) orthonormal rows: along the direction, or against it, and two square to it.
-
-    A Householder reflection that takes the first axis to the direction.
-    """
-    length = sqrt(x * x + y * y + z * z)
-    if length == 0.0:
-        return _EYE
-    x, y, z = x / length, y / length, z / length
-    x += 1.0 if x >= 0.0 else -1.0
-    k = 2.0 / (x * x + y * y + z * z)
-    return np.array(
-        [
-            [1.0 - k * x * x, -k * x * y, -k * x * z],
-            [-k * x * y, 1.0 - k * y * y, -k * y * z],
-            [-k * x * z, -k * y * z, 1.0 - k * z * z],
-        ]
-    )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.links import Rates, rates
+from controller.links import Rates
 from controller.remote_centre import shaft_offset_m
+from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.exemption import worked_on
@@ -39,7 +40,8 @@ class Watch:
         world, instruments = self._world, self._world.arms.mounted
         self._surroundings = surroundings_of(world, self._rigid)
         near = self._model.near(start, instruments, self._surroundings)
-        moving = rates(start, instruments, self._T_world_rcm)
+        motion = (asked - start).ravel()
+        arms = arm_motion(start, motion, instruments, self._T_world_rcm)
         closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
         between = self._between_jaws() if closes else frozenset[str]()
         return Situation(
@@ -48,10 +50,9 @@ class Watch:
             start=start,
             rate=rate,
             asked=asked,
-            tool_jacobian=moving.tool_jacobian,
-            R_world_rcm=self._T_world_rcm[:, :3, :3],
+            arms=arms,
             near=near,
-            parting=_parting(near, moving),
+            parting=_parting(near, arms.rates),
             tool_force_n=world.tool_forces_n(),
             pinch_n=world.record.grasp.pinch_n,
             shaft_offset_m=self._shaft_offset_m(),

@@ -136,9 +136,6 @@ def test_rates_of_two_arms_are_those_of_each_and_points_where_its_port_has_them(
     T_world_rcm, points = np.stack([port_pose(arm) for arm in ports]), np.array(points)
     moving = rates(joints, tools, T_world_rcm)
     for arm, (q, tool, T) in enumerate(zip(joints, tools, T_world_rcm, strict=True)):
-        np.testing.assert_allclose(
-            moving.tool_jacobian[arm], tool_jacobian(q[:6], tool), atol=1e-15
-        )
         alone = point_jacobians(q, tool, np.arange(4), points)
         for J, direction in zip(np.moveaxis(alone, 1, 0), T[:3, :3].T, strict=True):
             along = np.tile(direction, (4, 1))

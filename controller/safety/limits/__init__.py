@@ -6,6 +6,7 @@ from controller.safety.limits.beside_tubes import SlowBesideTubes
 from controller.safety.limits.joint_range import JointRange
 from controller.safety.limits.joint_speed import JointSpeed
 from controller.safety.limits.keep_out import KeepOut
+from controller.safety.limits.outer_shafts import OuterShafts
 from controller.safety.limits.remote_centre import RemoteCentre
 from controller.safety.limits.tip_speed import TipSpeed
 from controller.safety.limits.tissue_force import TissueForce
@@ -17,6 +18,7 @@ LIMITS: tuple[Limit, ...] = (
     TipSpeed(),
     RemoteCentre(),
     KeepOut(),
+    OuterShafts(),
     TissueForce(),
     SlowBesideTubes(),
 )

@@ -33,4 +33,4 @@ class TipSpeed:
 def tip_box(situation: Situation, most_m: Array) -> Bounds:
     """Bounds on how far each tip (2,) moves in the step."""
     most = (most_m[:, None] * [1.0, ASIDE, ASIDE]).ravel()
-    return between(situation.tip_rows, -most, most, _NAMES)
+    return between(situation.arms.tip_rows, -most, most, _NAMES)

@@ -39,7 +39,7 @@ class TissueForce:
         for arm, force in enumerate(situation.tool_force_n):
             size = sqrt(force @ force)
             if size > FELT_N:
-                rows.append(of_arm(arm, (force / size @ situation.tip_jacobian[arm])[None])[0])
+                rows.append(of_arm(arm, (force / size @ situation.arms.tip_jacobian[arm])[None])[0])
                 least.append(_give(SHARE * TRACTION_MOST_N - size, share) / STIFFNESS_N_M)
                 what.append(f"{ARMS[arm]} tip")
         if situation.pinch_n > FELT_N:

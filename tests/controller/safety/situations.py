@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.links import tool_jacobian
+from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
 from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
 from controller.safety.exemption import WorkedOn
@@ -50,7 +50,6 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "start": start,
         "rate": np.zeros((2, 7)),
         "asked": asked,
-        "R_world_rcm": T_WORLD_RCM[:, :3, :3],
         "near": near,
         "parting": np.eye(N_MOTION)[: len(near.arm)],  # each moves with a joint of its own
         "tool_force_n": np.zeros((2, 3)),
@@ -62,8 +61,9 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "held_by_clips": {},
     }
     given = usual | changes
-    jacobians = [tool_jacobian(q[:6], i) for q, i in zip(start, given["instruments"], strict=True)]
-    return Situation(**given, tool_jacobian=np.stack(jacobians))
+    motion = (asked - start).ravel()
+    arms = arm_motion(start, motion, given["instruments"], T_WORLD_RCM)
+    return Situation(**given, arms=arms)
 
 
 def keeps(bounds, motion):

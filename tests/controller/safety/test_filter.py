@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from controller.kinematics import inverse_kinematics
+from controller.safety.arm_motion import arm_motion
 from controller.safety.collision import CollisionModel
 from controller.safety.exemption import worked_on
 from controller.safety.filter import FAR, SafetyFilter
-from controller.safety.limits.joint_speed import JOINT_SPEED
+from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
+from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
+from controller.safety.limits.outer_shafts import OuterShafts
 from controller.safety.proof import DEEPER_M
 from controller.safety.surroundings import registered, surroundings_of
 from planner.criteria import structure_of
@@ -29,6 +32,8 @@ SEED = 10_000
 HOME = np.tile(HOME_JOINTS, (2, 1))
 GRAB = Instruction(task=TASKS[0])
 ROUNDING = 1e-9
+OUTER_JOINTS = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+TIPS_APART = np.outer([1.0, -1.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
@@ -189,6 +194,21 @@ def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
     assert field.distance_m(start, "artery") == pytest.approx(distance_m, abs=1e-5)
     allowed = SafetyFilter(world, limits=()).allow(start, back, GRAB, 0.0)
     np.testing.assert_array_equal(allowed.joints, back)
+
+
+@pytest.mark.parametrize("limits", [(JointSpeed(),), (JointSpeed(), OuterShafts())])
+def test_shafts_that_are_brought_together_outside_the_body_stop_before_they_meet(world, limits):
+    safety, joints, gaps_m = SafetyFilter(world, limits=limits, interlocks=()), HOME, []
+    for _ in range(90):
+        seen = arm_motion(joints, np.zeros(14), world.arms.mounted, world.arms.T_world_rcm)
+        gaps_m.append(seen.outer_gap_m)
+        nearer = -np.sign(seen.outer_parting.reshape(2, 7)) * OUTER_JOINTS
+        asked = joints + 0.1 * (nearer if nearer.any() else TIPS_APART)
+        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+    if len(limits) == 1:
+        assert min(gaps_m) < 0.0
+    else:
+        assert 0.8 * OUTER_MARGIN_M < min(gaps_m) < 1.2 * OUTER_MARGIN_M
 
 
 @pytest.mark.parametrize("deeper_m", [0.0, 0.003])

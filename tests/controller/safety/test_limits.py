@@ -97,14 +97,14 @@ def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go
     asked = HOME + 0.1 * rng.normal(size=(2, 7))
     seen = situation(asked=asked)
     bounds = TipSpeed().bounds(seen)
-    lengths = np.linalg.norm(np.einsum("aij,aj->ai", seen.tip_jacobian, asked - HOME), axis=1)
+    lengths = np.linalg.norm(np.einsum("aij,aj->ai", seen.arms.tip_jacobian, asked - HOME), axis=1)
     share = TIP_SPEED_M_S * STEP_S / lengths.max()
     assert keeps(bounds, share * (1 - 1e-9) * seen.motion)
     assert not keeps(bounds, share * (1 + 1e-6) * seen.motion)
     any_motion = rng.normal(size=N_MOTION)
     room = bounds.upper / np.abs(bounds.rows @ any_motion)
     kept = (room.min() * any_motion).reshape(2, 7)
-    moved_m = np.linalg.norm(np.einsum("aij,aj->ai", seen.tip_jacobian, kept), axis=1)
+    moved_m = np.linalg.norm(np.einsum("aij,aj->ai", seen.arms.tip_jacobian, kept), axis=1)
     assert moved_m.max() <= 1.01 * TIP_SPEED_M_S * STEP_S
 
 
@@ -198,7 +198,7 @@ def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
     seen = situation(tool_force_n=np.stack([np.zeros(3), force]))
     bounds = TissueForce().bounds(seen)
     motion = rng.normal(size=N_MOTION)
-    along = force @ seen.tip_jacobian[RIGHT_ARM] @ motion[7:]
+    along = force @ seen.arms.tip_jacobian[RIGHT_ARM] @ motion[7:]
     assert keeps(bounds, motion * np.sign(along))
     assert not keeps(bounds, -motion * np.sign(along))
 

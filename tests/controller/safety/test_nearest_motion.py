@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.safety.bounds import N_MOTION, AllBounds, at_least, between, on_joints
-from controller.safety.nearest_motion import CAPACITIES, NearestMotion, tool_weight
+from controller.safety.nearest_motion import CAPACITIES, NearestMotion
 from tests.controller.safety.situations import situation
 
-WEIGHT = tool_weight(situation().tool_jacobian)
+WEIGHT = situation().arms.weight
 SIZE = np.tile([0.05, 0.05, 0.005, 0.1, 0.1, 0.1, 0.1], 2)  # of a step
 SOLVER = NearestMotion()
 CLOSE = 1e-7  # rad or m
