@@ -18,7 +18,10 @@ SHARE = 0.01  # of the joints' speed: the tip's is some 2 mm/s
 
 @dataclass(frozen=True, kw_only=True)
 class SlowBesideTubes:
-    """The tubes hang on the tissue that is drawn or pushed, and swing onto what is beside them."""
+    """The tubes hang on the tissue that is drawn or pushed, and swing onto what is beside them.
+
+    Jaws that are at work close and open as ever.
+    """
 
     name: str = "slow beside tubes"
 
@@ -26,7 +29,9 @@ class SlowBesideTubes:
         touches = np.vecdot(situation.tool_force_n, situation.tool_force_n) > FELT_N**2
         if not touches.any() or not _is_tube_beside(situation):
             return NO_BOUNDS
-        speed = OF_BOTH_ARMS * np.where(np.repeat(touches, 7), SHARE, np.inf)
+        slow = np.repeat(touches, 7)
+        slow[6::7] &= [not tubes for tubes in situation.worked_on]
+        speed = OF_BOTH_ARMS * np.where(slow, SHARE, np.inf)
         return on_joints(-situation.step_s * speed, situation.step_s * speed)
 
 

@@ -158,6 +158,9 @@ def test_slow_is_what_touches_tissue_beside_a_tube_that_must_not_be_hit():
     speed = np.abs(np.stack([slow.lower, slow.upper])) / STEP_S
     np.testing.assert_allclose(speed[:, :7], np.tile(SHARE_BESIDE * JOINT_SPEED, (2, 1)))
     assert np.isinf(speed[:, 7:]).all()
+    touching = {"tool_force_n": np.array([[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]])}
+    at_work = SlowBesideTubes().bounds(situation(near=beside, worked_on=DUCT, **touching))
+    np.testing.assert_array_equal(np.isinf(at_work.upper), [True] * 7 + [False] * 6 + [True])
     for free in (
         situation(near=beside),
         situation(**touching),
