@@ -4,12 +4,13 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from rich.console import Console
 from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
 from scenarios.commands.arguments import at_least
+from scenarios.commands.checkpoint import require_checkpoint
 from scenarios.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -165,6 +166,35 @@ class Controller:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Obedience:
+    """Whether a controller does what it is told: each correction, and the wrong tube."""
+
+    controller: Literal["diffusion", "expert"] = "diffusion"
+    """Who is told."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the diffusion controller; left out, the one that comes with Calot."""
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the first anatomy; then one up."""
+    episodes: Annotated[int, at_least(1)] = 50
+    """Patients, each asked at four moments."""
+    workers: Annotated[int, at_least(1)] = 1
+    """Processes."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 1 if an error ended a trial."""
+        from scenarios.bench_obedience import error_lines, obedience_table, run_trials
+        from scenarios.episode_config import EpisodeConfig
+
+        require_checkpoint(self.controller, self.checkpoint)
+        checkpoint = str(self.checkpoint) if self.checkpoint else None
+        config = EpisodeConfig(controller=self.controller, checkpoint=checkpoint, seed=self.seed)
+        trials = run_trials(config, self.episodes, self.workers)
+        errors = error_lines(trials)
+        _show([obedience_table(trials), *errors])
+        return 1 if errors else 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -175,6 +205,7 @@ class Bench:
         | Annotated[Parallel, subcommand("parallel")]
         | Annotated[Safety, subcommand("safety")]
         | Annotated[Controller, subcommand("controller")]
+        | Annotated[Obedience, subcommand("obedience")]
     ]
 
     def execute(self) -> int:

@@ -11,8 +11,9 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode, broken_off
-from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.checkpoint import require_checkpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -80,7 +81,7 @@ class Run:
 
     def _require_possible(self) -> None:
         self._require_magnitude()
-        self._require_checkpoint()
+        require_checkpoint(self.controller, self.checkpoint)
         if self.video is not None:
             self._require_video_possible(self.video)
         require_writable_folder(self.out, "--out")
@@ -90,20 +91,6 @@ class Run:
             EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude)
         except ValueError as error:
             raise BadInputError(f"--magnitude: {error}") from None
-
-    def _require_checkpoint(self) -> None:
-        if self.controller in LEARNED_CONTROLLERS:
-            from controller.diffusion.checkpoint import CheckpointError, checked_config, chosen
-
-            try:
-                checked_config(chosen(self.checkpoint))
-            except CheckpointError as error:
-                raise BadInputError(f"--checkpoint: {error}") from None
-        elif self.checkpoint is not None:
-            raise BadInputError(
-                f"--checkpoint: controller {self.controller!r} takes none; these do:"
-                f" {', '.join(LEARNED_CONTROLLERS)}"
-            )
 
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:

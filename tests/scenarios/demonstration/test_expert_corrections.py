@@ -13,6 +13,7 @@ from scenarios.catalogue import CONTROLLERS
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode, begin
 from scenarios.episode_config import EpisodeConfig
+from scenarios.obedience_trial import PlannerSaying
 
 CONFIG = EpisodeConfig(seed=10_001)
 WITHIN_STEPS = 60  # 2 s
@@ -26,16 +27,6 @@ HARMFUL = {  # what the grasper holds would be crushed, and the applier would cl
 NAMES = {TASKS[0]: "in the open", TASKS[1]: "at work"}
 HARMLESS = [(task, c) for task, harm in HARMFUL.items() for c in CORRECTIONS if c not in harm]
 ROWS = {"left": [0], "right": [1], "both": [0, 1]}
-
-
-class Saying:
-    """A planner that says one thing."""
-
-    def __init__(self, instruction):
-        self.instruction = instruction
-
-    def plan(self, observation):
-        return self.instruction
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +51,7 @@ def begun_again(scene, correction):
     episode = Episode(
         config=CONFIG,
         world=world,
-        planner=Saying(Instruction(task=task, correction=correction)),
+        planner=PlannerSaying(instruction=Instruction(task=task, correction=correction)),
         controller=resolve_name(CONTROLLERS["expert"])(world),
         observation=world.observe(),
     )
