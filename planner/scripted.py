@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from planner.criteria import task_done
-from planner.instruction import TASKS, Instruction
+from planner.instruction import TASKS, Instruction, Task
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back
 from tissue_sim.world import World
@@ -19,8 +21,9 @@ class PlannerScripted:
     the gallbladder has slipped out of the grasper, to go back and to grab it again.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, world: World, order: Sequence[Task] = TASKS) -> None:
+        """`order` begins with grabbing; after each clip or cut comes going back from it."""
+        self._world, self._order = world, tuple(order)
         self.reset()
 
     def reset(self) -> None:
@@ -31,17 +34,17 @@ class PlannerScripted:
 
     def plan(self, observation: Observation) -> Instruction:
         """The first task, in order, that is not done yet; the last one stays when all are."""
-        task, now_s = TASKS[self._index], observation.time_s
+        task, now_s = self._order[self._index], observation.time_s
         if self._backing_off:
             if right_arm_back(self._world):
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
         elif task_done(task, self._world):
-            self._index = min(self._index + 1, len(TASKS) - 1)
+            self._index = min(self._index + 1, len(self._order) - 1)
             self._since_s = now_s
         elif task.kind in ("clip", "cut"):
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
-        said = TASKS[self._index + 1] if self._backing_off else TASKS[self._index]
+        said = self._order[self._index + 1 if self._backing_off else self._index]
         return Instruction(task=said, time_s=now_s)
 
     def _slipped(self) -> bool:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import cast
 
 import torch
 from torch import Tensor
 
-from controller.diffusion.checkpoint import save_checkpoint
+from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
 from controller.diffusion.sentence_encoder import embed_all
@@ -22,6 +23,7 @@ STATE_FILE, CHECKPOINT_FILE, LOG_FOLDER = "training.pt", "policy.safetensors", "
 NORMALISE_BY = 20_000  # windows
 LEAST_LEVEL = 0.02  # of noise: below it there is nothing to learn
 GRADIENT_MOST = 1.0
+FINE_TUNING_SHARE = 0.3  # of the learning rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +38,7 @@ class TrainingConfig:
         average: decay of the weights' moving average, which is what is saved.
         save_every: steps.
         bfloat16: multiply matrices in it: half again as fast where the processor can.
+        base: digest of the checkpoint that is gone on from; "" to begin anew.
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
@@ -49,6 +52,7 @@ class TrainingConfig:
     save_every: int = 1000
     seed: int = 0
     bfloat16: bool = False
+    base: str = ""
 
 
 PRESETS = {
@@ -66,6 +70,22 @@ PRESETS = {
 }
 
 
+def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Policy]:
+    """How a checkpoint is gone on from, and its policy.
+
+    Raises:
+        CheckpointError: as of `load_checkpoint`.
+    """
+    policy = load_checkpoint(base)
+    config = replace(
+        config,
+        policy=policy.config,
+        learning_rate=FINE_TUNING_SHARE * config.learning_rate,
+        base=sha256(base.read_bytes()).hexdigest(),
+    )
+    return config, policy
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrainingStep:
     """A step done, and the loss of its batch."""
@@ -79,8 +99,11 @@ def train(
     config: TrainingConfig,
     out: Path,
     device: str = "cpu",
+    base: Policy | None = None,
 ) -> Iterator[TrainingStep]:
     """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
+
+    Begun anew, it goes on from `base` if there is one, whose normalisation is kept.
 
     Raises:
         ValueError: there is nothing to learn from, or `out` holds the training of another
@@ -94,7 +117,10 @@ def train(
     words = embed_all(windows.texts).to(device)
     policy = Policy(config.policy).to(device)
     some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
-    policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
+    if base is None:
+        policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
+    else:
+        policy.load_state_dict(base.state_dict())
     average = torch.optim.swa_utils.AveragedModel(
         policy, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average)
     )

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Annotated
 
 from rich.console import Console
+from tyro.conf import arg
 
 from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.checkpoint import require_checkpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.demonstrate import (
     PARTS,
@@ -19,7 +21,13 @@ from scenarios.demonstration.demonstrate import (
     demonstrate,
     is_finished,
 )
-from scenarios.demonstration.mix import MIXES, TRAINING_SEEDS, Demonstration, demonstrations
+from scenarios.demonstration.mix import (
+    MIXES,
+    TRAINING_SEEDS,
+    TURNS,
+    Demonstration,
+    demonstrations,
+)
 from scenarios.errors import BadInputError
 from scenarios.pool import run_side_by_side
 from scenarios.progress import ProgressDisplay
@@ -43,14 +51,20 @@ class Collect:
     workers: Annotated[int, at_least(1)] = 1
     """How many episodes run side by side."""
     mix: Annotated[str, one_of(MIXES)] = "all"
-    """What is demonstrated: all goes well, failures are undone, corrections are obeyed, or all."""
+    """What is demonstrated: all goes well, failures are undone, corrections are obeyed, all three;
+    tubes in any order; or turns that the expert takes with a learned controller."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the learned controller that the expert takes turns with."""
     noise: bool = True
     """Whether bursts of noise disturb the expert's motion, which it makes good."""
 
     def execute(self) -> int:
         """Collects what is not there yet, makes the dataset, reports; returns the exit code."""
         self._require_possible()
-        asked = demonstrations(self.mix, self.seed, self.episodes, noise=self.noise)
+        checkpoint = str(self.checkpoint or "")
+        asked = demonstrations(
+            self.mix, self.seed, self.episodes, noise=self.noise, checkpoint=checkpoint
+        )
         waiting = [d for d in asked if not is_finished(d, self.out)]
         start_s = time.perf_counter()
         outcomes = self._collect(waiting)
@@ -66,6 +80,12 @@ class Collect:
                 f"--seed {self.seed} --episodes {self.episodes}: demonstrations take training seeds"
                 f" only, 0 to {TRAINING_SEEDS.stop - 1}"
             )
+        if (self.mix == TURNS) != (self.checkpoint is not None):
+            raise BadInputError(
+                f"--checkpoint is for --mix {TURNS}, which needs it; no other takes it"
+            )
+        if self.checkpoint:
+            require_checkpoint("diffusion", self.checkpoint)
         require_writable_folder(self.out, "--out")
 
     def _collect(self, waiting: Sequence[Demonstration]) -> list[Outcome]:

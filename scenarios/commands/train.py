@@ -7,7 +7,7 @@ from typing import Annotated
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.output_path import require_writable_folder
@@ -28,6 +28,8 @@ class Train:
     """Folder of demonstrations, as `calot collect` leaves it."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
+    base: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint to go on from, more gently; left out, training begins anew."""
     steps: Annotated[int | None, at_least(1)] = None
     """Of the optimiser; left out, the preset's."""
     seed: Annotated[int, at_least(0)] = 0
@@ -61,11 +63,13 @@ class Train:
             steps=self.steps or preset.steps,
             bfloat16=self.bfloat16,
         )
-        console = Console(stderr=True)
+        base, console = None, Console(stderr=True)
         try:
+            if self.base:
+                config, base = training.fine_tuning(config, self.base)
             with console.status(f"reading {self.data}"):
                 learnt_from = demonstrations(self.data)
-            steps = training.train(learnt_from, config, self.out, self.device)
+            steps = training.train(learnt_from, config, self.out, self.device, base)
             _show(steps, config.steps, console)
         except ValueError as error:
             raise BadInputError(str(error)) from None

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.atomic_write import write_atomic
-from scenarios.demonstration.mix import CORRECTION, Demonstration
+from scenarios.demonstration.mix import CORRECTION, ORDER, TURNS, Demonstration
 from scenarios.errors import describe_error
 from scenarios.results import EpisodeResult
 
@@ -84,7 +84,8 @@ def run(demonstration: Demonstration) -> Demonstrated:
     from scenarios.versions import versions
 
     seed, kind = demonstration.seed, demonstration.kind
-    episode, witness = begun(demonstration), Witness(kind)
+    episode = begun(demonstration)
+    witness = Witness(kind, episode.controller)
     result = play(episode, [witness], time.perf_counter())
     header = Header(
         seed=seed,
@@ -99,12 +100,15 @@ def run(demonstration: Demonstration) -> Demonstrated:
 
 
 def begun(demonstration: Demonstration) -> Running:
-    """The expert ready to demonstrate, and what will go wrong arranged."""
+    """Whoever demonstrates ready, and what will go wrong arranged."""
     import numpy as np
 
+    from planner.scripted import PlannerScripted
     from scenarios.demonstration.failures import failures
     from scenarios.demonstration.interjections import PlannerInterjecting
     from scenarios.demonstration.noise import NOISE
+    from scenarios.demonstration.order import shuffled_order
+    from scenarios.demonstration.turns import ControllerTakingTurns
     from scenarios.episode import begin
     from scenarios.episode_config import EpisodeConfig
     from scenarios.perturbation.effects import Effects
@@ -114,8 +118,15 @@ def begun(demonstration: Demonstration) -> Running:
     episode = begin(EpisodeConfig(seed=seed, scenario=scenario))
     noise = (NOISE,) if demonstration.noise else ()
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
-    if demonstration.kind == CORRECTION:
+    if demonstration.kind in (ORDER, TURNS):
+        episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
+    if demonstration.kind in (CORRECTION, TURNS):
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
+    if demonstration.kind == TURNS:
+        from controller.diffusion.controller import load_controller
+
+        learner = load_controller(demonstration.checkpoint, seed)
+        episode.controller = ControllerTakingTurns(learner, episode.controller, rng)
     return episode
 
 

@@ -15,10 +15,13 @@ RECOVERIES = (
     "clip-dropped",
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
+ORDER, TURNS = "order", "turns"
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),
     "recovery": (RECOVERY,),
     "corrections": (CORRECTION,),
+    "orders": (ORDER,),
+    "turns": (TURNS,),
     "all": (NOMINAL, RECOVERY, NOMINAL, CORRECTION),
 }
 
@@ -29,13 +32,15 @@ class Demonstration:
 
     Attributes:
         seed: of the patient and of everything random.
-        kind: "nominal", "recovery:" and the perturbation's name, or "correction".
+        kind: "nominal", "recovery:" and the perturbation's name, "correction", "order" or "turns".
         noise: whether bursts of noise disturb the motion.
+        checkpoint: of the learned controller that takes turns with the expert; "" where none does.
     """
 
     seed: int
     kind: str
     noise: bool = True
+    checkpoint: str = ""
 
     @property
     def scenario(self) -> str:
@@ -49,7 +54,7 @@ class Demonstration:
 
 
 def demonstrations(
-    mix: str, first_seed: int, episodes: int, *, noise: bool = True
+    mix: str, first_seed: int, episodes: int, *, noise: bool = True, checkpoint: str = ""
 ) -> list[Demonstration]:
     """One for each seed, so that more episodes later only add to them."""
     turns = MIXES[mix]
@@ -58,5 +63,6 @@ def demonstrations(
         kind = turns[seed % len(turns)]
         if kind == RECOVERY:
             kind = f"{RECOVERY}:{RECOVERIES[seed // len(turns) % len(RECOVERIES)]}"
-        made.append(Demonstration(seed=seed, kind=kind, noise=noise))
+        of_turns = checkpoint if kind == TURNS else ""
+        made.append(Demonstration(seed=seed, kind=kind, noise=noise, checkpoint=of_turns))
     return made

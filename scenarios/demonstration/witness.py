@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from controller.action import CONTROL_STEP_S
+from controller.base import Controller
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
 from scenarios.demonstration.failures import is_undone
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
 from scenarios.demonstration.mix import RECOVERY
+from scenarios.demonstration.turns import ControllerTakingTurns
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
 from tissue_sim.observation import Observation
@@ -22,14 +24,15 @@ _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
 class Witness:
-    """Observes one episode.
+    """Observes one episode of the expert, or of it and a learned controller by turns.
 
     Attributes:
         result: of the episode, once it has ended.
     """
 
-    def __init__(self, kind: str) -> None:
+    def __init__(self, kind: str, controller: Controller) -> None:
         self._recovers = kind.startswith(RECOVERY)
+        self._controller = controller
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
         self._failures: set[str] = set()
@@ -89,10 +92,14 @@ class Witness:
             "instruction": step.instruction.text,
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
-            "expert": not step.disturbed,
+            "expert": not step.disturbed and self._expert_acts(),
             "failed": bool(self._failures) and not led,
             "segment": self._segment,
         }
+
+    def _expert_acts(self) -> bool:
+        by_turns = self._controller
+        return not isinstance(by_turns, ControllerTakingTurns) or by_turns.expert_acts
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         """The correction of each frame, and whether it is wanted."""

@@ -4,8 +4,12 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import torch
+from safetensors.torch import load_file
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from controller.dataset.merge import merge
+from controller.diffusion.checkpoint import load_checkpoint
 from scenarios.cli import main
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
@@ -43,6 +47,26 @@ def test_what_was_trained_moves_the_arms_and_each_time_the_same(checkpoint):
     first, again = commands(checkpoint), commands(checkpoint)
     np.testing.assert_array_equal(first, again)
     assert np.ptp(first, axis=0).max() > 1e-4
+
+
+def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(checkpoint, data, tmp_path):
+    words = ["--preset", "smoke", "--data", str(data), "--out", str(tmp_path)]
+    assert main(["train", "controller", "--base", str(checkpoint), "--steps", "20", *words]) == 0
+    before, after = (load_file(path) for path in (checkpoint, tmp_path / "policy.safetensors"))
+    weights = {name for name in before if not torch.equal(before[name], after[name])}
+    kept = set(before) - weights
+    assert {name for name, _ in load_checkpoint(checkpoint).named_buffers()} <= kept
+    assert {name for name, _ in load_checkpoint(checkpoint).named_parameters()} <= weights
+    anew = tmp_path / "anew"
+    assert main(["train", "controller", "--steps", "20", *words[:-1], str(anew)]) == 0
+    assert final_loss(tmp_path) < final_loss(anew)
+
+
+def final_loss(folder):
+    """Mean of the last steps, as TensorBoard has it."""
+    curves = EventAccumulator(str(folder / "tensorboard"))
+    curves.Reload()
+    return np.mean([point.value for point in curves.Scalars("loss")[-5:]])
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):

@@ -21,8 +21,8 @@ class Shown:
     """The first frames of a demonstration, and the steps they are of."""
 
     def __init__(self, kind, frames, noise=True):
-        self.witness = Witness(kind)
         self.episode = begun(Demonstration(seed=SEED, kind=kind, noise=noise))
+        self.witness = Witness(kind, self.episode.controller)
         self.witness.on_reset(self.episode.world)
         self.first = self.episode.observation
         self.steps = []

@@ -1,0 +1,23 @@
+"""Another order of the procedure, so that words decide which tube is next, and not habit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.instruction import TASKS, Task
+
+_OF_TUBE = 8  # three clips and a cut, each with going back
+
+
+def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
+    """Grabbing first; then clips and cuts, those of each tube in their order, the tubes by turns.
+
+    The very last task ends it, as in the usual order.
+    """
+    left, right = list(TASKS[1 : 1 + _OF_TUBE]), list(TASKS[1 + _OF_TUBE :])
+    order = [TASKS[0]]
+    while left or right:
+        of_tube = left if not right or (left and rng.random() < 0.5) else right
+        order += of_tube[:2]
+        del of_tube[:2]
+    return (*order, TASKS[-1])

@@ -1,0 +1,51 @@
+"""A learned controller and the expert by turns: what to do from where the learner gets to.
+
+After HG-DAgger (Kelly et al., arXiv 1810.02890): only the expert's motions are imitated. Here it
+takes over now and then, unasked, instead of when a person thinks it should.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S, Chunk
+from controller.base import Controller
+from planner.instruction import Instruction
+from tissue_sim.observation import Observation
+
+LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # a turn
+
+
+class ControllerTakingTurns:
+    """Begins with the expert.
+
+    Attributes:
+        expert_acts: the motions handed out last are the expert's.
+    """
+
+    def __init__(self, learner: Controller, expert: Controller, rng: np.random.Generator) -> None:
+        self._learner, self._expert, self._rng = learner, expert, rng
+        self.expert_acts, self._steps_left = False, 0
+
+    def reset(self) -> None:
+        """Both forget what was under way; the turn goes on."""
+        self._learner.reset()
+        self._expert.reset()
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Whoever's turn it is."""
+        if self._steps_left <= 0:
+            self._change()
+        chunk = self._acting.act(observation, instruction)
+        self._steps_left -= len(chunk)
+        return chunk
+
+    @property
+    def _acting(self) -> Controller:
+        return self._expert if self.expert_acts else self._learner
+
+    def _change(self) -> None:
+        self.expert_acts = not self.expert_acts
+        self._acting.reset()
+        turn_s = self._rng.uniform(*(EXPERT_S if self.expert_acts else LEARNER_S))
+        self._steps_left = round(turn_s / CONTROL_STEP_S)

@@ -1,0 +1,26 @@
+"""Any order of the procedure does all of it, a tube's tasks in theirs."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.task import TASKS
+from scenarios.demonstration.order import shuffled_order
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_every_task_is_there_and_those_of_a_tube_follow_each_other(seed):
+    order = shuffled_order(np.random.default_rng(seed))
+    assert order[0] == TASKS[0]
+    assert order[-1] == TASKS[-1]
+    body = order[1:-1]
+    for tube in ("left", "right"):
+        assert [t for t in body if t.tube == tube] == [t for t in TASKS if t.tube == tube]
+    for task, then in zip(body[::2], body[1::2], strict=True):
+        assert task.kind in ("clip", "cut")
+        assert then == TASKS[TASKS.index(task) + 1]
+
+
+def test_either_tube_may_come_first():
+    first = {shuffled_order(np.random.default_rng(k))[1].tube for k in range(20)}
+    assert first == {"left", "right"}
