@@ -284,8 +284,12 @@ class Episode:
         """The last task alone is not the end: it is also how one backs off from the last cut."""
         task = step.instruction.task
         out_of_time = self.tasks[task.index].time_s > self.config.task_cap_s
-        all_done = all(t.success for t in self.tasks.values())
-        return out_of_time or (task == TASKS[-1] and all_done)
+        return out_of_time or (task == TASKS[-1] and self.is_done)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all 17 tasks are, in whatever order."""
+        return len(self.tasks) == len(TASKS) and all(t.success for t in self.tasks.values())
 
     @property
     def _time_s(self) -> float:
@@ -296,7 +300,6 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
     """Pull at the clips and sum the episode up, which began at `start_s` of `perf_counter`."""
     config, world = episode.config, episode.world
     tasks = tuple(episode.tasks[k] for k in sorted(episode.tasks))
-    done = len(tasks) == len(TASKS) and all(t.success for t in tasks)
     procedure_s = world.record.time_s - episode.exchange_s
     pull_all_clips(world)
     injuries = world.record.injuries
@@ -305,7 +308,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         seed=config.seed,
         planner=config.planner,
         controller=config.controller,
-        success=done and stumps_hold(world) and not injuries,
+        success=episode.is_done and stumps_hold(world) and not injuries,
         tasks=tasks,
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,

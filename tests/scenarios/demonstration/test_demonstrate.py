@@ -8,7 +8,7 @@ import pytest
 
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
-from scenarios.demonstration.demonstrate import begun
+from scenarios.demonstration.demonstrate import begun, run
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.witness import Witness
@@ -118,3 +118,14 @@ def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
     assert lengths[1::2].min() >= 2
     able = {c.text for c in CORRECTIONS if is_harmless(c, world)}
     assert {c.text for c in given if c} == able
+
+
+def test_the_tubes_may_come_in_another_order_and_all_is_done():
+    demonstration = Demonstration(seed=902, kind="order", noise=False)
+    shown = run(demonstration)
+    tasks = [TASKS[index - 1] for index in dict.fromkeys(shown.columns["task"].tolist())]
+    assert shown.header.success
+    assert set(tasks) == set(TASKS)
+    assert tasks != list(TASKS)
+    cut = [t.tube for t in tasks if t.kind == "cut"]
+    assert cut == ["right", "left"]
