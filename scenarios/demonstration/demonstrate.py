@@ -120,7 +120,7 @@ def begun(demonstration: Demonstration) -> Running:
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
     if demonstration.kind in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
-    if demonstration.kind in (CORRECTION, TURNS):
+    if demonstration.kind == CORRECTION or (demonstration.kind == TURNS and seed % 2):
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
     if demonstration.kind == TURNS:
         from controller.diffusion.controller import load_controller

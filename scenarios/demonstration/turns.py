@@ -1,7 +1,7 @@
 """A learned controller and the expert by turns: what to do from where the learner gets to.
 
 After HG-DAgger (Kelly et al., arXiv 1810.02890): only the expert's motions are imitated. Here it
-takes over now and then, unasked, instead of when a person thinks it should.
+takes over where a task takes long, until the next one is begun, and now and then besides.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ import numpy as np
 
 from controller.action import CONTROL_STEP_S, Chunk
 from controller.base import Controller
-from planner.instruction import Instruction
+from planner.instruction import Instruction, Task
 from tissue_sim.observation import Observation
 
 LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # a turn
+LONG_S = 5.0  # for a task; the expert takes 2 to 4
 
 
 class ControllerTakingTurns:
@@ -26,6 +27,7 @@ class ControllerTakingTurns:
     def __init__(self, learner: Controller, expert: Controller, rng: np.random.Generator) -> None:
         self._learner, self._expert, self._rng = learner, expert, rng
         self.expert_acts, self._steps_left = False, 0
+        self._begun: set[Task] = set()
 
     def reset(self) -> None:
         """Both forget what was under way; the turn goes on."""
@@ -34,7 +36,11 @@ class ControllerTakingTurns:
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """Whoever's turn it is."""
-        if self._steps_left <= 0:
+        if instruction.task not in self._begun:
+            self._begun.add(instruction.task)
+            self._since_s = observation.time_s
+        takes_long = observation.time_s - self._since_s > LONG_S
+        if not self.expert_acts if takes_long else self._steps_left <= 0:
             self._change()
         chunk = self._acting.act(observation, instruction)
         self._steps_left -= len(chunk)

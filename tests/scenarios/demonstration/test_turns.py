@@ -1,10 +1,16 @@
 """By turns: who acts is who is asked, for as long as a turn lasts."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from controller.action import CONTROL_STEP_S, hold
-from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, ControllerTakingTurns
+from planner.instruction import Instruction
+from planner.task import TASKS
+from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, LONG_S, ControllerTakingTurns
+
+LATE_S = 3 * CONTROL_STEP_S  # a chunk of the expert's is played to its end
 
 
 class Counting:
@@ -21,34 +27,48 @@ class Counting:
         return (hold(np.zeros(2)),) * self._chunk_steps
 
 
-@pytest.fixture
-def turns():
-    """Who had each turn, its length in s, and both controllers."""
-    learner, expert = Counting(1), Counting(3)
-    both = ControllerTakingTurns(learner, expert, np.random.default_rng(0))
-    lengths = []
-    for _ in range(3000):
-        before = learner.acts, expert.acts
-        steps = len(both.act(None, None))
-        assert (learner.acts, expert.acts) == (
-            before[0] + (not both.expert_acts),
-            before[1] + both.expert_acts,
-        )
-        if not lengths or lengths[-1][0] != both.expert_acts:
-            lengths.append([both.expert_acts, 0.0])
-        lengths[-1][1] += steps * CONTROL_STEP_S
-    return lengths, learner, expert
+class Played:
+    """Turns over a time, the task a function of it."""
+
+    def __init__(self, task_at, lasts_s):
+        self.learner, self.expert = Counting(1), Counting(3)
+        both = ControllerTakingTurns(self.learner, self.expert, np.random.default_rng(0))
+        self.turns, now_s = [], 0.0
+        while now_s < lasts_s:
+            acts = self.learner.acts, self.expert.acts
+            seen, said = SimpleNamespace(time_s=now_s), Instruction(task=task_at(now_s))
+            steps = len(both.act(seen, said))
+            own = int(both.expert_acts)
+            assert (self.learner.acts, self.expert.acts) == (acts[0] + 1 - own, acts[1] + own)
+            now_s += steps * CONTROL_STEP_S
+            if not self.turns or self.turns[-1][0] != both.expert_acts:
+                self.turns.append([both.expert_acts, 0.0])
+            self.turns[-1][1] = now_s
 
 
-def test_the_expert_begins_and_turns_last_as_long_as_they_may(turns):
-    lengths, *_ = turns
-    assert lengths[0][0]
-    for expert_acts, lasted_s in lengths[:-1]:
+@pytest.fixture(scope="module")
+def going_well():
+    return Played(lambda now_s: TASKS[int(now_s / 3.0)], 3.0 * len(TASKS) - 0.1)
+
+
+def test_the_expert_begins_and_turns_last_as_long_as_they_may(going_well):
+    assert going_well.turns[0][0]
+    began_s = 0.0
+    for expert_acts, ended_s in going_well.turns[:-1]:
         least, most = EXPERT_S if expert_acts else LEARNER_S
-        assert least - CONTROL_STEP_S <= lasted_s <= most + 3 * CONTROL_STEP_S
+        assert least - LATE_S <= ended_s - began_s <= most + LATE_S
+        began_s = ended_s
 
 
-def test_who_takes_over_begins_anew(turns):
-    lengths, learner, expert = turns
-    assert expert.resets == sum(acts for acts, _ in lengths)
-    assert learner.resets == sum(not acts for acts, _ in lengths)
+def test_who_takes_over_begins_anew(going_well):
+    experts = sum(expert_acts for expert_acts, _ in going_well.turns)
+    assert going_well.expert.resets == experts
+    assert going_well.learner.resets == len(going_well.turns) - experts
+
+
+def test_the_expert_ends_a_task_that_takes_long_and_all_that_is_said_again():
+    played = Played(lambda now_s: TASKS[1] if now_s % 20.0 < 10.0 else TASKS[2], 60.0)
+    expert_acts, ended_s = played.turns[-1]
+    assert expert_acts
+    assert ended_s >= 60.0
+    assert 10.0 <= played.turns[-2][1] <= 10.0 + LONG_S + LATE_S
