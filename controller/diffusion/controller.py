@@ -18,14 +18,17 @@ from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.observation import Observation
 
+FADE = 4  # motions over which a new chunk takes over from the running one
+
 
 class ControllerDiffusion:
     """Hands out one motion at a time, so that it sees every control step.
 
     The next chunk takes over when `play` motions of the running one have been played. It is worked
     out from what was seen `delay` steps before, as if that took so long, and given the motions that
-    lead up to it, of which as many were not yet played then. New words drop the running chunk, and
-    the next one follows at once on what was played.
+    lead up to it, of which as many were not yet played then; its first motions are mixed with what
+    the running one had still to play, which makes accelerations at joints those inside chunks. New
+    words drop the running chunk, and the next one follows at once on what was played.
 
     Attributes:
         place: of the motion handed out last: the first of a "fresh" chunk or, at a "joint", of one
@@ -70,7 +73,7 @@ class ControllerDiffusion:
 
     def _compute_chunk(self, observation: Observation, n_committed: int) -> None:
         """Let a new chunk follow on the motions committed."""
-        committed = self._running[:n_committed]
+        committed, rest = np.split(self._running, [n_committed])
         if not self._played:
             self._played.append(hold(observation.joints[:, 6]).vector())
         rows = np.concatenate([self._played, committed])[-self._config.past - 1 :]
@@ -89,12 +92,20 @@ class ControllerDiffusion:
                 "noise": self._chance.standard_normal(shape, np.float32),
             }
         )
-        self._running = np.concatenate([committed, actions_of(chunk.astype(float))])
+        self._running = np.concatenate([committed, _faded(rest, actions_of(chunk.astype(float)))])
         self._n_played = -n_committed  # motions of this chunk
 
     def _history(self) -> NDArray[np.float32]:
         newest = len(self._seen) - 1
         return np.stack([self._seen[max(newest - ago, 0)] for ago in self._config.history])
+
+
+def _faded(old: Array, new: Array) -> Array:
+    """Motions (n, 20) of a chunk that takes over from another's (m, 20) within `FADE` of them."""
+    n = min(len(old), FADE)
+    share, rows = np.arange(1, n + 1)[:, None] / (n + 1), new.copy()
+    rows[:n] = (1.0 - share) * old[:n] + share * new[:n]
+    return rows
 
 
 def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> ControllerDiffusion:

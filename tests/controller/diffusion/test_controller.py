@@ -8,7 +8,7 @@ import torch
 
 from controller.diffusion.chunk_frame import JAWS, past_of
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.controller import ControllerDiffusion
+from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from planner.instruction import TASKS, Instruction
@@ -81,6 +81,17 @@ def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
             led = past_of(rows[at - n : at], rows[at - n - 1, JAWS])
             np.testing.assert_allclose(inputs["past"], led, atol=1e-6)
             np.testing.assert_allclose(inputs["jaw_rad"], rows[at - 1, JAWS], atol=1e-6)
+
+
+def test_a_new_chunk_takes_over_step_by_step_from_what_was_still_to_play():
+    """Chunks of ones, then of twos: the jaws' first number tells which is played."""
+    chunks = iter([np.full((CONFIG.horizon, 20), 1.0), np.full((CONFIG.horizon, 20), 2.0)])
+    rows = played(controller(lambda inputs: next(chunks)), CONFIG.play + FADE + 2)
+    jaws = rows[:, JAWS][:, 0]
+    np.testing.assert_allclose(jaws[: CONFIG.play], 1.0)
+    shares = np.arange(1, FADE + 1) / (FADE + 1)
+    np.testing.assert_allclose(jaws[CONFIG.play : CONFIG.play + FADE], 1.0 + shares)
+    np.testing.assert_allclose(jaws[CONFIG.play + FADE :], 2.0)
 
 
 def test_new_words_drop_the_running_chunk_at_once(sampler):
