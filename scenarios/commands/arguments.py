@@ -41,8 +41,8 @@ def number() -> PrimitiveConstructorSpec[float | None]:
     )
 
 
-def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
-    """Returns the type of a name among `names`, to annotate a str with."""
+def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
+    """Returns the type of a name among `names`, to annotate a str or None with."""
     allowed = tuple(names)
 
     def parse(words: list[str]) -> str:
@@ -54,6 +54,6 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
         nargs=1,
         metavar=f"{{{','.join(allowed)}}}",
         instance_from_str=parse,
-        is_instance=lambda value: isinstance(value, str),
-        str_from_instance=lambda value: [value],
+        is_instance=lambda value: value is None or isinstance(value, str),
+        str_from_instance=lambda value: [str(value)],
     )

@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.demonstration.mix import KINDS
 from scenarios.errors import BadInputError
 
 LEARNERS = ("controller",)
@@ -26,6 +27,8 @@ class Train:
     """What learns: the diffusion controller."""
     data: Path = Path("runs/demonstrations")
     """Folder of demonstrations, as `calot collect` leaves it."""
+    leave_out: Annotated[str | None, one_of(KINDS)] = None
+    """Demonstrations of this kind, to see what they are good for."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -68,7 +71,7 @@ class Train:
             if self.base:
                 config, base = training.fine_tuning(config, self.base)
             with console.status(f"reading {self.data}"):
-                learnt_from = demonstrations(self.data)
+                learnt_from = demonstrations(self.data, self.leave_out)
             steps = training.train(learnt_from, config, self.out, self.device, base)
             _show(steps, config.steps, console)
         except ValueError as error:

@@ -16,6 +16,7 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),
     "recovery": (RECOVERY,),

@@ -10,6 +10,9 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from controller.dataset.merge import merge
 from controller.diffusion.checkpoint import load_checkpoint
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.demonstrations import demonstrations
+from controller.diffusion.windows import Windows
 from scenarios.cli import main
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
@@ -67,6 +70,13 @@ def final_loss(folder):
     curves = EventAccumulator(str(folder / "tensorboard"))
     curves.Reload()
     return np.mean([point.value for point in curves.Scalars("loss")[-5:]])
+
+
+def test_what_is_left_out_is_not_learnt_from(data):
+    whole, rest = demonstrations(data), demonstrations(data, "recovery")
+    assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
+    with pytest.raises(ValueError, match="nothing to learn"):
+        Windows(demonstrations(data, "nominal"), PolicyConfig())
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):
