@@ -6,7 +6,6 @@ in the RCM frame unless it says world; NaN in gives NaN out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +37,8 @@ class Rates:
 
     Attributes:
         twists: (n_arm, 12, 6) from joint rates, without the jaw's, to the (3, 4) matrix, column
-            after column, that takes a homogeneous point of the tool to its velocity; world frame.
+            after column, that takes a homogeneous point of the tool to its velocity; world frame,
+            as `symbolic.rates` gives them.
     """
 
     twists: Array
@@ -62,12 +62,6 @@ class Rates:
         weights[:, :3], weights[:, 3] = points_m[:, :, None] * directions[:, None], directions
         along = (weights.reshape(n, 1, 12) @ self.twists[arms]).reshape(n, 6)
         return along[:, _AXES] * _SHARES[links]
-
-
-def rates(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> Rates:
-    """Of arms at joints (n_arm, 7) with remote centres at poses (n_arm, 4, 4)."""
-    twists = symbolic.rates(tuple(instruments))(joints.ravel(), T_world_rcm.ravel())
-    return Rates(twists=twists.reshape(-1, 12, 6))
 
 
 def _shares(link: str) -> list[float]:

@@ -116,8 +116,8 @@ def train(
     windows = Windows(demonstrations, config.policy, device)
     words = embed_all(windows.texts).to(device)
     policy = Policy(config.policy).to(device)
-    some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
     if base is None:
+        some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
         policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
     else:
         policy.load_state_dict(base.state_dict())

@@ -120,7 +120,8 @@ def begun(demonstration: Demonstration) -> Running:
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
     if demonstration.kind in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
-    if demonstration.kind == CORRECTION or (demonstration.kind == TURNS and seed % 2):
+    corrected_by_turns = demonstration.kind == TURNS and seed % 2 == 1
+    if demonstration.kind == CORRECTION or corrected_by_turns:
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
     if demonstration.kind == TURNS:
         from controller.diffusion.controller import load_controller

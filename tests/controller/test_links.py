@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller import symbolic
-from controller.links import link_poses, rates, tool_jacobian
+from controller.links import Rates, link_poses, tool_jacobian
 from tests.joints import (
     INSERTION,
     inside_the_body,
@@ -80,9 +80,15 @@ def test_tool_jacobian_is_made_of_joint_axes_and_their_levers(fraction, instrume
     np.testing.assert_allclose(tool_jacobian(joints, instrument), expected, atol=1e-14)
 
 
+def rates(joints, tools, T_world_rcm):
+    """Of arms at joints (n, 7), remote centres at (n, 4, 4)."""
+    twists = symbolic.rates(tools)(joints.ravel(), T_world_rcm.ravel())
+    return Rates(twists=twists.reshape(-1, 12, 6))
+
+
 def point_jacobians(joints, instrument, links, points):
     """(n, 3, 7) of points (n, 3) on one arm's links (n,), in its RCM frame."""
-    moving = rates(joints[None], [instrument], np.eye(4)[None])
+    moving = rates(joints[None], (instrument,), np.eye(4)[None])
     arms = np.zeros(len(points), int)
     along = [np.tile(axis, (len(points), 1)) for axis in np.eye(3)]
     axes = [moving.speeds_along(arms, links, points, each) for each in along]
@@ -134,7 +140,7 @@ def test_rates_of_two_arms_are_those_of_each_and_points_where_its_port_has_them(
     tools, ports = [INSTRUMENTS["grasper"], INSTRUMENTS["scissors"]], [LEFT_ARM, RIGHT_ARM]
     joints = np.stack([drawn(f, i) for f, i in zip((left, right), tools, strict=True)])
     T_world_rcm, points = np.stack([port_pose(arm) for arm in ports]), np.array(points)
-    moving = rates(joints, tools, T_world_rcm)
+    moving = rates(joints, tuple(tools), T_world_rcm)
     for arm, (q, tool, T) in enumerate(zip(joints, tools, T_world_rcm, strict=True)):
         alone = point_jacobians(q, tool, np.arange(4), points)
         for J, direction in zip(np.moveaxis(alone, 1, 0), T[:3, :3].T, strict=True):
