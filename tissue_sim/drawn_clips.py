@@ -29,10 +29,7 @@ class DrawnClips:
 
     def update(self, world: World) -> None:
         """Draw every clip where it is."""
-        clips = world.record.clips[-MOST_CLIPS:]
-        places = [legs_of_latched(T_world_clip(world.tubes, clip)) for clip in clips]
-        if world.record.clip_loaded and world.arms.mounted[RIGHT_ARM].name == "clip_applier":
-            places.append(_legs_of_loaded(world))
+        places = T_world_legs(world)
         for k, legs in enumerate(self._legs):
             for side, drawn in enumerate(legs):
                 if k < len(places):
@@ -40,6 +37,15 @@ class DrawnClips:
                     drawn.move(places[k][side])
                 else:
                     drawn.hide()
+
+
+def T_world_legs(world: World) -> list[tuple[Array, Array]]:
+    """Poses of both legs of each clip: of those that closed last, and of the loaded one."""
+    clips = world.record.clips[-MOST_CLIPS:]
+    places = [legs_of_latched(T_world_clip(world.tubes, clip)) for clip in clips]
+    if world.record.clip_loaded and world.arms.mounted[RIGHT_ARM].name == "clip_applier":
+        places.append(_legs_of_loaded(world))
+    return places
 
 
 def legs_of_latched(T_world_clip: Array) -> tuple[Array, Array]:

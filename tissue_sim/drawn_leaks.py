@@ -25,7 +25,7 @@ PERIOD_S = 0.8
 MOST_RADIUS_M = 0.003  # a drop that is larger falls apart
 _BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
 _BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
-_LOOKS = {
+LEAK_LOOKS = {
     "duct": _BILE,
     "gallbladder": _BILE,
     "artery": _BLOOD,
@@ -37,16 +37,26 @@ class DrawnLeaks:
     """One surface for each structure that may leak."""
 
     def __init__(self, scene: sapien.Scene) -> None:
-        self._drawn = {name: Drawn(scene, f"{name} leak", look) for name, look in _LOOKS.items()}
+        self._drawn = {
+            name: Drawn(scene, f"{name} leak", look) for name, look in LEAK_LOOKS.items()
+        }
 
     def update(self, world: World) -> None:
         """Draw what leaks now."""
+        surfaces = leak_surfaces(world)
         for name, drawn in self._drawn.items():
-            wet = [_wet(world, leak) for leak in world.record.leaks if leak.structure == name]
-            if wet:
-                drawn.show(joined(wet))
+            if name in surfaces:
+                drawn.show(surfaces[name])
             else:
                 drawn.hide()
+
+
+def leak_surfaces(world: World) -> dict[str, Surface]:
+    """What runs out of each structure that leaks."""
+    wet: dict[str, list[Surface]] = {}
+    for leak in world.record.leaks:
+        wet.setdefault(leak.structure, []).append(_wet(world, leak))
+    return {structure: joined(surfaces) for structure, surfaces in wet.items()}
 
 
 def _wet(world: World, leak: Leak) -> Surface:

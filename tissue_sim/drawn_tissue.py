@@ -57,7 +57,7 @@ class DrawnTissue:
         """Draw the tissue where it is."""
         if world.organ is not self._organ or world.conditions.dyed != self._dyed:
             self._renew(world)
-        tets = world.tissue.tets()[_alive(world)]
+        tets = world.tissue.tets()[alive_tets(world)]
         if not np.array_equal(tets, self._tets):
             self._tets = tets.copy()
             self._skin = self._build(world)
@@ -86,7 +86,7 @@ class DrawnTissue:
         }
 
     def _build(self, world: World) -> Skin:
-        alive = _alive(world)
+        alive = alive_tets(world)
         return build_skin(
             self._tets,
             world.organ.region[alive],
@@ -97,11 +97,12 @@ class DrawnTissue:
     def _unwrapped(self, world: World) -> dict[str, Floats]:
         """Texture coordinates: where each point was in the resting view, so without a seam."""
         rest = np.zeros((world.tissue.n_vertex(), 3))
-        rest[self._tets] = world.organ.vertices[world.organ.tets[_alive(world)]]
+        rest[self._tets] = world.organ.vertices[world.organ.tets[alive_tets(world)]]
         flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
         fine = self._skin.weights @ flat
         return {name: fine[patch.rows] for name, patch in self._skin.patches.items()}
 
 
-def _alive(world: World) -> NDArray[np.bool_]:
+def alive_tets(world: World) -> NDArray[np.bool_]:
+    """(n_tet,) which of the organ's elements are left."""
     return world.tissue.host("tet_alive")[0, : len(world.organ.tets)] != 0

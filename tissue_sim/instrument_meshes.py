@@ -64,13 +64,14 @@ def write_link_meshes(instrument: Instrument, directory: Path) -> dict[str, str]
     """Write one GLB a link; returns the file name of each link."""
     files = {}
     for link, parts in link_parts(instrument).items():
-        scene = trimesh.Scene([_finished(part) for part in parts])
+        scene = trimesh.Scene([finished(part) for part in parts])
         files[link] = f"{link}.glb"
         (directory / files[link]).write_bytes(scene.export(file_type="glb", include_normals=True))
     return files
 
 
-def _finished(part: Part) -> trimesh.Trimesh:
+def finished(part: Part) -> trimesh.Trimesh:
+    """Its mesh with its finish as a material, shaded smooth but for its edges."""
     shaded = trimesh.graph.smooth_shade(part.mesh, angle=_CREASE_RAD)
     shaded.visual = TextureVisuals(
         material=PBRMaterial(

@@ -59,7 +59,7 @@ def material(look: Look) -> sapien.render.RenderMaterial:
     if look.mottle or look.vessels or look.dyed:
         made.base_color_texture = _texture(colours(look), srgb=True)
     if look.relief:
-        made.normal_texture = _texture(_relief(look), srgb=False)
+        made.normal_texture = _texture(relief(look), srgb=False)
     return made
 
 
@@ -105,7 +105,7 @@ def _dyed(share: float) -> NDArray[np.bool_]:
     return puddles >= np.quantile(puddles, 1.0 - share) if share else np.zeros(puddles.shape, bool)
 
 
-def _relief(look: Look) -> Array:
+def relief(look: Look) -> Array:
     """(size, size, 3) normals, in 0 to 1."""
     dx, dy = (look.relief * s for s in _slopes(noise(max(2, look.grain // 3), 3 * look.grain, 5)))
     if look.lobules:

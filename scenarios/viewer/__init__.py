@@ -1,0 +1,1 @@
+"""Watch the procedure in a browser, and correct it."""

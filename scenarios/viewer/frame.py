@@ -1,0 +1,126 @@
+"""What the page draws, copied out of the world in one go: nothing here changes any more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.action import ToolAction
+from controller.safety.surroundings import RigidSurroundings, registered
+from tissue_sim.anatomy import Anatomy
+from tissue_sim.drawing import Surface
+from tissue_sim.drawn_clips import T_world_legs
+from tissue_sim.drawn_leaks import leak_surfaces
+from tissue_sim.drawn_strands import holding
+from tissue_sim.drawn_tissue import alive_tets
+from tissue_sim.frames import Array
+from tissue_sim.organ import Organ
+from tissue_sim.sweep import Indices
+from tissue_sim.world import World
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patient:
+    """What stays the same from a patient's first step to the last, world frame.
+
+    Attributes:
+        T_world_endoscope: (4, 4) before anything shifted it.
+        keep_outs: what the safety filter keeps the instruments out of.
+    """
+
+    anatomy: Anatomy
+    organ: Organ
+    T_world_endoscope: Array
+    keep_outs: RigidSurroundings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """One moment, world frame.
+
+    Attributes:
+        time_s: simulated.
+        positions_m: (n, 3) of the tissue's vertices.
+        tets: (n_tet, 4) elements that are left.
+        alive: (n_organ_tet,) which of the organ's those are.
+        dyed: share of the tissue under red liquid.
+        tools: names of the left and right instrument.
+        T_world_link: (2, 4, 4, 4) links of each arm, in the order of `PATCH_LINKS`.
+        T_world_tool: (2, 4, 4).
+        T_world_leg: (n, 4, 4) legs of clips.
+        strands_m: (n, 2, 3) ends of the connective tissue that holds.
+        leaks: what runs out, by structure.
+        forces_n: (2, 3) of the tissue on each instrument.
+        ahead_m: (2, n, 3) where the chunk under way would lead each tip, from where it is.
+        body_m: (3,) how far the body is from the anatomy's place.
+        T_world_endoscope: (4, 4).
+    """
+
+    time_s: float
+    positions_m: NDArray[np.float32]
+    tets: Indices
+    alive: NDArray[np.bool_]
+    dyed: float
+    tools: tuple[str, str]
+    T_world_link: Array
+    T_world_tool: Array
+    T_world_leg: Array
+    strands_m: Array
+    leaks: dict[str, Surface] = field(default_factory=dict)
+    forces_n: Array
+    ahead_m: Array
+    body_m: Array
+    T_world_endoscope: Array
+
+
+def patient_of(world: World) -> Patient:
+    """The one who lies there."""
+    return Patient(
+        anatomy=world.anatomy,
+        organ=world.organ,
+        T_world_endoscope=world.T_world_endoscope.copy(),
+        keep_outs=registered(world),
+    )
+
+
+def frame_of(world: World, ahead: Sequence[ToolAction] = (), before: Frame | None = None) -> Frame:
+    """The world now, as the controller means to go on.
+
+    Args:
+        ahead: motions to come.
+        before: a frame of the same patient, whose elements are used again unless some were cut.
+    """
+    T_world_tool = world.arms.T_world_tool()
+    alive = alive_tets(world)
+    tets = world.tissue.tets()[alive]
+    if before is not None and np.array_equal(tets, before.tets):
+        tets, alive = before.tets, before.alive
+    left, right = world.arms.mounted
+    return Frame(
+        time_s=world.record.time_s,
+        positions_m=world.tissue.positions().astype(np.float32),
+        tets=tets,
+        alive=alive,
+        dyed=world.conditions.dyed,
+        tools=(left.name, right.name),
+        T_world_link=world.tissue.T_world_links().reshape(2, 4, 4, 4).astype(float),
+        T_world_tool=T_world_tool,
+        T_world_leg=np.array(T_world_legs(world)).reshape(-1, 4, 4),
+        strands_m=world.tissue.positions()[holding(world)].astype(float),
+        leaks=leak_surfaces(world),
+        forces_n=world.tool_forces_n(),
+        ahead_m=_way(T_world_tool, world.T_world_endoscope, ahead),
+        body_m=world.body.offset_m.copy(),
+        T_world_endoscope=world.T_world_endoscope.copy(),
+    )
+
+
+def _way(T_world_tool: Array, T_world_endoscope: Array, ahead: Sequence[ToolAction]) -> Array:
+    """(2, n, 3) tip positions, from the present ones on."""
+    moves = np.array([action.move_endoscope_m for action in ahead]).reshape(-1, 2, 3)
+    steps = moves.transpose(1, 0, 2) @ T_world_endoscope[:3, :3].T
+    start = T_world_tool[:, None, :3, 3]
+    return np.concatenate([start, start + np.cumsum(steps, axis=1)], axis=1)

@@ -1,0 +1,35 @@
+"""The clips: held, in the field, and the one in the applier."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import srgb, wxyz
+from tissue_sim.clip_shape import LOOK, leg
+
+
+class ClipLayer:
+    """One mesh, the leg of a clip, in many places."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._legs = scene.add_batched_meshes_simple(
+            f"{root}/clips",
+            np.asarray(leg().points, np.float32),
+            np.asarray(leg().triangles, np.uint32),
+            batched_wxyzs=np.zeros((0, 4)),
+            batched_positions=np.zeros((0, 3)),
+            batched_colors=srgb(LOOK.colour),
+            flat_shading=True,
+            lod="off",
+        )
+
+    def update(self, frame: Frame) -> None:
+        """Put the legs where they are."""
+        T = frame.T_world_leg
+        self._legs.batched_positions = T[:, :3, 3].astype(np.float32)
+        self._legs.batched_wxyzs = np.array(
+            [wxyz(rotation) for rotation in T[:, :3, :3]], np.float32
+        ).reshape(-1, 4)

@@ -1,0 +1,34 @@
+"""What the tissue does to each instrument, as an arrow at its tip."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import Rgb
+
+COLOUR: Rgb = (255, 214, 10)
+M_PER_N = 0.006
+LEAST_N = 0.05  # below it an arrow would be all head
+
+
+class ForceLayer:
+    """An arrow along the force, as long as it is strong."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._arrows = scene.add_arrows(
+            f"{root}/forces",
+            np.zeros((0, 2, 3)),
+            COLOUR,
+            shaft_radius=0.0005,
+            head_radius=0.0013,
+            head_length=0.003,
+        )
+
+    def update(self, frame: Frame) -> None:
+        """Point as the forces do."""
+        felt = np.linalg.norm(frame.forces_n, axis=1) >= LEAST_N
+        start = frame.T_world_tool[felt, :3, 3]
+        self._arrows.points = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)

@@ -1,0 +1,53 @@
+"""What the safety filter keeps the instruments out of: shown on request."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import Rgb
+from tissue_sim.shapes import pipe
+from tissue_sim.surroundings import COMMON_DUCT_RADIUS_M
+from tissue_sim.textures import TILE_M
+
+COLOUR: Rgb = (240, 60, 60)
+_ROUND = 1.25  # of the duct's radius, so that it is seen around it
+
+
+class KeepOutLayer:
+    """Liver and common bile duct, which move with the body, and the wall of the ports."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        keep = patient.keep_outs
+        duct = pipe(keep.common_duct_m, _ROUND * COMMON_DUCT_RADIUS_M, TILE_M)
+        self._all = scene.add_frame(f"{root}/keep_outs", show_axes=False, visible=False)
+        self._body = scene.add_frame(f"{root}/keep_outs/body", show_axes=False)
+        for name, points, triangles in (
+            ("body/liver", keep.liver.points_m, keep.liver.triangles),
+            ("body/common bile duct", duct.points, duct.triangles),
+            ("port wall", keep.port_wall.points_m, keep.port_wall.triangles),
+        ):
+            scene.add_mesh_simple(
+                f"{root}/keep_outs/{name}",
+                np.asarray(points, np.float32),
+                np.asarray(triangles, np.uint32),
+                color=COLOUR,
+                opacity=0.25,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+    @property
+    def shown(self) -> bool:
+        """Whether they are seen."""
+        return self._all.visible
+
+    @shown.setter
+    def shown(self, shown: bool) -> None:
+        self._all.visible = shown
+
+    def update(self, frame: Frame) -> None:
+        """Where the body is."""
+        self._body.position = frame.body_m

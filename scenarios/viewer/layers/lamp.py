@@ -1,0 +1,29 @@
+"""The endoscope's light, which moves with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import Rgb
+from tissue_sim.frames import pose
+from tissue_sim.illumination import LAMP_BESIDE_M
+
+XENON: Rgb = (255, 247, 235)
+INTENSITY_CD = 0.05  # assumed: looks as the renderer's picture does
+FILL = 0.12  # of the studio's light, from all sides
+
+
+class LampLayer:
+    """One lamp at the endoscope's tip, and a soft fill."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        scene.configure_default_lights(enabled=False)
+        scene.configure_environment_map("studio", environment_intensity=FILL)
+        self._lamp = scene.add_light_point(f"{root}/lamp", color=XENON, intensity=INTENSITY_CD)
+
+    def update(self, frame: Frame) -> None:
+        """Hold the lamp where the endoscope is."""
+        self._lamp.position = (frame.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M))[:3, 3]

@@ -1,0 +1,38 @@
+"""What all layers share."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from scenarios.viewer.frame import Frame
+from tissue_sim.frames import Array, rotation_vector
+from tissue_sim.textures import Colour
+
+Rgb = tuple[int, int, int]
+
+
+class Layer(Protocol):
+    """One kind of thing on the page, made for one patient: `Layer(scene, root, patient)`.
+
+    Its nodes lie under `root` in viser's tree, in the world frame.
+    """
+
+    def update(self, frame: Frame) -> None:
+        """Look as in this frame; what has not changed is not sent."""
+        ...
+
+
+def srgb(linear: Colour) -> Rgb:
+    """A linear colour, 0 to 1, as the page wants it."""
+    red, green, blue = (round(255 * float(np.clip(c, 0.0, 1.0)) ** (1 / 2.2)) for c in linear)
+    return red, green, blue
+
+
+def wxyz(rotation: Array) -> Array:
+    """(4,) quaternion of a (3, 3) rotation."""
+    vector = rotation_vector(rotation)
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle > 0.0 else vector
+    return np.array([np.cos(0.5 * angle), *(np.sin(0.5 * angle) * axis)])

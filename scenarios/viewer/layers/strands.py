@@ -1,0 +1,27 @@
+"""What is left of the connective tissue."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import srgb
+from tissue_sim.drawn_strands import LOOK, STRAND_RADIUS_M
+
+
+class StrandLayer:
+    """A thread for each strand that holds."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        del patient
+        self._threads = scene.add_line_segments(
+            f"{root}/strands",
+            np.zeros((0, 2, 3)),
+            srgb(LOOK.colour),
+            thickness=2.0 * STRAND_RADIUS_M,
+        )
+
+    def update(self, frame: Frame) -> None:
+        """Put the threads where they are."""
+        self._threads.points = frame.strands_m.astype(np.float32)

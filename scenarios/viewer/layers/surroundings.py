@@ -1,0 +1,55 @@
+"""Liver, fat, bile duct and hepatic artery: textured, and the same from first step to last."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+import trimesh
+import viser
+from PIL import Image
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
+
+from scenarios.viewer.frame import Frame, Patient
+from tissue_sim.drawing import Surface
+from tissue_sim.drawn_surroundings import surroundings
+from tissue_sim.frames import Array
+from tissue_sim.textures import Look, colours, relief
+
+
+class SurroundingsLayer:
+    """What moves with the body and does not deform."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        self._body = scene.add_frame(f"{root}/body", show_axes=False)
+        for name, (surface, look) in surroundings(patient.organ, patient.anatomy).items():
+            scene.add_glb(f"{root}/body/{name}", _glb(surface, look), cast_shadow=False)
+
+    def update(self, frame: Frame) -> None:
+        """Where the body is."""
+        self._body.position = frame.body_m
+
+
+def _glb(surface: Surface, look: Look) -> bytes:
+    material = PBRMaterial(
+        baseColorTexture=_picture(np.clip(colours(look), 0.0, 1.0) ** (1 / 2.2)),
+        normalTexture=_picture(relief(look)) if look.relief else None,
+        metallicFactor=0.0,
+        roughnessFactor=look.roughness,
+    )
+    mesh = trimesh.Trimesh(
+        vertices=surface.points,
+        faces=surface.triangles,
+        vertex_normals=surface.normals,
+        visual=TextureVisuals(uv=surface.uv, material=material),
+        process=False,
+    )
+    return trimesh.Scene([mesh]).export(file_type="glb", include_normals=True)
+
+
+def _picture(values: Array) -> Image.Image:
+    """(size, size, 3) of 0 to 1 as JPEG, a tenth of a PNG."""
+    sink = BytesIO()
+    Image.fromarray(np.round(255 * values).astype(np.uint8)).save(sink, "JPEG", quality=85)
+    return Image.open(sink)

@@ -1,0 +1,62 @@
+"""Gallbladder, duct and artery as they deform, and their cut faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import Rgb, srgb
+from tissue_sim.drawn_tissue import looks
+from tissue_sim.skin import build_skin, surface_faces
+from tissue_sim.textures import DYE, Look
+
+SPLITS = 2  # about 3,300 triangles, round enough on a screen
+
+
+class TissueLayer:
+    """The tissue's skin: its triangles are sent when something is cut, else its points alone."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        self._scene, self._root, self._patient = scene, f"{root}/tissue", patient
+        self._rest_faces = surface_faces(patient.organ.tets)
+        self._tets = np.zeros((0, 4), np.int32)
+        self._meshes: dict[str, viser.MeshHandle] = {}
+
+    def update(self, frame: Frame) -> None:
+        """Draw the tissue where it is."""
+        if frame.tets is not self._tets:
+            self._rebuild(frame)
+        surfaces = self._skin.surfaces(frame.positions_m)
+        for name, mesh in self._meshes.items():
+            mesh.vertices = surfaces[name][0]
+            mesh.color = _colour(looks(self._patient.anatomy, frame.dyed)[name])
+
+    def _rebuild(self, frame: Frame) -> None:
+        """Another topology: all triangles anew."""
+        self._tets = frame.tets
+        self._skin = build_skin(
+            frame.tets,
+            self._patient.organ.region[frame.alive],
+            self._rest_faces[frame.alive],
+            len(frame.positions_m),
+            splits=SPLITS,
+        )
+        for mesh in self._meshes.values():
+            mesh.remove()
+        self._meshes = {
+            name: self._scene.add_mesh_simple(
+                f"{self._root}/{name}",
+                np.zeros((patch.rows.stop - patch.rows.start, 3), np.float32),
+                patch.triangles,
+                side="double",
+            )
+            for name, patch in self._skin.patches.items()
+        }
+
+
+def _colour(look: Look) -> Rgb:
+    """Dye tints the whole of it: the page has no texture on what deforms."""
+    clean, dye = np.array(look.colour), np.array(DYE)
+    red, green, blue = (1.0 - look.dyed) * clean + look.dyed * dye
+    return srgb((red, green, blue))
