@@ -11,7 +11,7 @@ from tissue_sim.frames import pose
 from tissue_sim.illumination import LAMP_BESIDE_M
 
 XENON: Rgb = (255, 247, 235)
-INTENSITY_CD = 0.05  # assumed: looks as the renderer's picture does
+INTENSITY_CD = 0.02  # assumed: looks as the renderer's picture does
 FILL = 0.12  # of the studio's light, from all sides
 
 
