@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from pkgutil import resolve_name
 
 from controller.action import ToolAction, hold
@@ -31,6 +32,7 @@ from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.script import read_script
 from tissue_sim import nurse
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
@@ -73,13 +75,16 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
 
 def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = None) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
+    inbox = inbox or Inbox()
+    if config.instruct is not None:
+        inbox.arrange(read_script(Path(config.instruct)))
     world, effects = World(render=render), Effects(config.perturbations, config.seed)
     observation = world.reset(effects.on_anatomy(anatomy_of(config)))
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
         controller=_controller(config, world),
-        inbox=inbox or Inbox(),
+        inbox=inbox,
         effects=effects,
         observation=observation,
         config=config,

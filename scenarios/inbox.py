@@ -12,6 +12,7 @@ from queue import Empty, SimpleQueue
 from planner.command import Command
 from planner.instruction import Instruction
 from planner.language.interpreter import Interpreter, Reading
+from scenarios.script import Timed
 
 LONGEST = 1000  # characters of a text that are kept; far beyond what is read as a command
 
@@ -36,14 +37,6 @@ class Heard:
     def text(self) -> str:
         """The words themselves."""
         return self.reading.text
-
-
-@dataclass(frozen=True, kw_only=True)
-class Timed:
-    """Words for a moment of an episode, s of simulated time."""
-
-    time_s: float
-    text: str
 
 
 class Inbox:
