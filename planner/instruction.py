@@ -8,6 +8,7 @@ from planner.task import TASKS, Task, task_from_text
 
 __all__ = [
     "CORRECTIONS",
+    "HOLD",
     "TASKS",
     "Correction",
     "Instruction",
@@ -17,6 +18,7 @@ __all__ = [
 ]
 
 Source = Literal["planner", "human"]
+HOLD = "hold"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +33,11 @@ class Instruction:
         confidence: Of whoever asks, 0 to 1.
         time_s: Simulated time at which it was given.
         overrides: Names of safety interlocks that the person who asks has explicitly set aside.
+        hold: Both arms stay where they are; whoever controls them is not asked.
 
     Raises:
-        ValueError: Somebody else than a person sets interlocks aside.
+        ValueError: Somebody else than a person sets interlocks aside, or a correction is to be
+            made while the arms stay.
     """
 
     task: Task
@@ -42,12 +46,17 @@ class Instruction:
     confidence: float = 1.0
     time_s: float = 0.0
     overrides: frozenset[str] = frozenset()
+    hold: bool = False
 
     def __post_init__(self) -> None:
         if self.overrides and self.source != "human":
             raise ValueError(f"only a person may set interlocks aside, not the {self.source}")
+        if self.hold and self.correction:
+            raise ValueError(f"arms that stay cannot {self.correction.text!r}")
 
     @property
     def text(self) -> str:
-        """The one string the controller hears."""
+        """The one string the controller hears, or `HOLD`, of which it does not hear."""
+        if self.hold:
+            return HOLD
         return self.correction.text if self.correction else self.task.text

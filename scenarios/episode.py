@@ -11,22 +11,28 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from pkgutil import resolve_name
 
-from controller.action import ToolAction
+from controller.action import ToolAction, hold
 from controller.base import Controller
 from controller.driver import Driver, Rig, rig_of
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
-from planner.instruction import TASKS, Instruction
+from planner.instruction import TASKS, Instruction, Source
+from planner.language.interpreter import Reading
+from planner.override import Answer, PlannerOverridden
+from planner.task import Tube
 from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.episode_config import EpisodeConfig
+from scenarios.inbox import Heard, Inbox
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.script import read_script
 from tissue_sim import nurse
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
@@ -41,13 +47,16 @@ from tissue_sim.world import World
 PLAN_PERIOD_S = 1.0
 
 
-def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> EpisodeResult:
-    """Run one episode to its end and judge it.
+def run_episode(
+    config: EpisodeConfig, observers: Sequence[Observer] = (), inbox: Inbox | None = None
+) -> EpisodeResult:
+    """Run one episode to its end and judge it; `inbox` is where people speak to it.
 
     An exception ends the episode and is the caller's to record: it is no failed episode.
     """
     start_s = time.perf_counter()
-    episode = begin(config, render=any(getattr(o, "needs_images", False) for o in observers))
+    render = any(getattr(o, "needs_images", False) for o in observers)
+    episode = begin(config, render=render, inbox=inbox)
     return play(episode, observers, start_s)
 
 
@@ -64,14 +73,18 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     return result
 
 
-def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
+def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = None) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
+    inbox = inbox or Inbox()
+    if config.instruct is not None:
+        inbox.arrange(read_script(Path(config.instruct)))
     world, effects = World(render=render), Effects(config.perturbations, config.seed)
     observation = world.reset(effects.on_anatomy(anatomy_of(config)))
     return Episode(
         world=world,
         planner=resolve_name(PLANNERS[config.planner])(world),
         controller=_controller(config, world),
+        inbox=inbox,
         effects=effects,
         observation=observation,
         config=config,
@@ -110,6 +123,7 @@ class Step:
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
+        heard: What people said before it, and what came of that.
     """
 
     time_s: float
@@ -122,6 +136,7 @@ class Step:
     exchange: bool
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
+    heard: tuple[Heard, ...] = ()
 
 
 @dataclass(kw_only=True)
@@ -130,6 +145,7 @@ class Episode:
 
     Attributes:
         observation: What is seen now.
+        inbox: Where people speak to it.
         effects: What disturbs it.
         tasks: What became of each task begun so far, by its index.
         exchange_s: Simulated time of tool exchanges so far.
@@ -142,6 +158,7 @@ class Episode:
     planner: Planner[Observation]
     controller: Controller
     observation: Observation
+    inbox: Inbox = field(default_factory=Inbox)
     effects: Effects = field(default_factory=Effects)
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
@@ -153,12 +170,16 @@ class Episode:
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
         self._chunk: Iterator[ToolAction] = iter(())
         self._n_told = 0  # entries of the ledger that observers have been told of
+        self._heeded: tuple[str, Source, float] | None = None  # the correction in force
+        self._heard: list[Heard] = []  # of which observers have not been told
 
     def steps(self) -> Iterator[Step]:
-        """The loop: plan, exchange tools when needed, act; until done or out of time."""
+        """The loop: plan, hear, exchange tools when needed, act; until done or out of time."""
+        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
         self._instruction = self._plan()
         while True:
-            if self._needs_exchange():
+            self._hear()
+            while self._needs_exchange():
                 yield from self._exchange()
             asked, action = self._next_action()
             step = self._step(self._drive(action), asked=asked, disturbed=action is not asked)
@@ -166,23 +187,53 @@ class Episode:
             yield step
             if self._is_over(step):
                 return
-            if step.outcome.task_done or self._plan_is_due():
-                before, self._instruction = self._instruction, self._plan()
-                if self._instruction.text != before.text:
-                    self._drop_chunk()
+            if self._is_finished(step) or self._plan_is_due():
+                self._follow(self._plan())
 
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
-        return self.planner.plan(self.observation)
+        return self._override.plan(self.observation)
+
+    def _hear(self) -> None:
+        """Take in what people have said, and let go of what has lapsed of it."""
+        for reading in self.inbox.take(self._time_s):
+            self._heard.append(self._answer(reading))
+        self._follow(self._override.in_force(self._time_s))
+
+    def _answer(self, reading: Reading) -> Heard:
+        if reading.command is None:
+            answer = Answer(instruction=None, reply=reading.reply)
+        else:
+            answer = self._override.instruct(reading.command, self.observation, reading.confidence)
+        return Heard(
+            time_s=self._time_s,
+            reading=reading,
+            instruction=answer.instruction,
+            reply=answer.reply,
+        )
+
+    def _follow(self, instruction: Instruction) -> None:
+        if instruction.text != self._instruction.text:
+            self._drop_chunk()
+        self._instruction = instruction
+
+    def _is_finished(self, step: Step) -> bool:
+        """A task of the planner's is done; a person's keeps its time."""
+        return step.outcome.task_done and step.instruction.source == "planner"
 
     def _plan_is_due(self) -> bool:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
     def _next_action(self) -> tuple[ToolAction | None, ToolAction]:
-        """What the controller asks for, and what is done.
+        """What is asked for, and what is done.
 
-        Where a perturbation leads an arm astray, the controller is not asked and begins anew later.
+        Where the arms are to stay, or a perturbation leads one astray, the controller is not asked
+        and begins anew later.
         """
+        if self._instruction.hold:
+            self.controller.reset()
+            stay = hold(self.driver.joints[:, 6])
+            return stay, stay
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._drop_chunk()
             self.controller.reset()
@@ -226,12 +277,16 @@ class Episode:
         task = self._instruction.task
         clip = task.kind == "clip" and not task_done(task, self.world)
         needed = nurse.is_needed(self.world, task.right_tool, clip=clip)
-        return needed and right_arm_back(self.world)
+        return needed and not self._instruction.hold and right_arm_back(self.world)
 
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.driver.joints
         self._drop_chunk()
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
+            self._hear()
+            if self._instruction.hold:  # what is left of it follows later
+                joints = self.world.target
+                break
             yield self._step(command, exchange=True)
         self.driver.attach(rig_in(self.world), joints)
         if self.filter is not None:
@@ -250,6 +305,7 @@ class Episode:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])
         self._n_told = len(self.ledger)
+        heard, self._heard = tuple(self._heard), []
         self.effects.before_step(self.world, task)
         self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
@@ -266,19 +322,26 @@ class Episode:
             exchange=exchange,
             applied=self.effects.news(),
             altered=altered,
+            heard=heard,
         )
 
     def _note(self, step: Step) -> None:
         """Count the step's time to its task; done once is done, unless it is taken up again."""
         task = step.instruction.task
         before = self.tasks.get(task.index)
+        corrections = before.corrections if before else 0
         self.tasks[task.index] = TaskResult(
             index=task.index,
             instruction=task.text,
             success=step.outcome.task_done,
             time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
-            corrections=0,
+            corrections=corrections + self._begins_correction(step.instruction),
         )
+
+    def _begins_correction(self, instruction: Instruction) -> bool:
+        """Whether a correction is heard that was not heard the step before."""
+        before, self._heeded = self._heeded, _correction_in(instruction)
+        return self._heeded not in (None, before)
 
     def _is_over(self, step: Step) -> bool:
         """The last task alone is not the end: it is also how one backs off from the last cut."""
@@ -313,6 +376,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
+        corrections=sum(task.corrections for task in tasks),
         dropped_clips=world.record.dropped_clips,
         injuries=tuple(
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
@@ -331,6 +395,21 @@ def _safety(episode: Episode) -> SafetyResult:
         min_clearance_m=episode.clearance_m if math.isfinite(episode.clearance_m) else None,
         ledger=ledger,
     )
+
+
+def _correction_in(instruction: Instruction) -> tuple[str, Source, float] | None:
+    """What tells one correction from the next: a person's are told apart by when they were given.
+
+    A planner repeats its own as long as it means it.
+    """
+    if instruction.correction is None:
+        return None
+    given_s = instruction.time_s if instruction.source == "human" else 0.0
+    return instruction.text, instruction.source, given_s
+
+
+def _duct_in(world: World) -> Tube:
+    return "left" if world.anatomy.structure("left") == "duct" else "right"
 
 
 def rig_in(world: World) -> Rig:

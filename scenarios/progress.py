@@ -38,7 +38,10 @@ class ProgressDisplay:
         self._progress.reset(self._tasks, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
-        """Shows the task under way and the simulated time."""
+        """Shows the task under way, the simulated time, and what was said and replied."""
+        for heard in step.heard:
+            said = f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}"
+            self._progress.console.print(said, highlight=False, markup=False, soft_wrap=True)
         self._progress.update(
             self._tasks,
             completed=step.instruction.task.index - 1,

@@ -29,6 +29,7 @@ from scenarios.report import (
     task_table,
 )
 from scenarios.results import EpisodeResult, summarise, write_results
+from scenarios.script import read_script
 from scenarios.strict_json import plain
 from scenarios.video import VideoWriter
 
@@ -53,6 +54,8 @@ class Run:
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
     """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    instruct: Annotated[Path | None, arg(metavar="FILE")] = None
+    """What a person says and when, a line each: SECONDS, a tab, the words; of simulated time."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
     seed: Annotated[int, at_least(0)] = 20_000
@@ -82,6 +85,8 @@ class Run:
     def _require_possible(self) -> None:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
+        if self.instruct is not None:
+            read_script(self.instruct)
         if self.video is not None:
             self._require_video_possible(self.video)
         require_writable_folder(self.out, "--out")
@@ -126,6 +131,7 @@ class Run:
                 controller=self.controller,
                 checkpoint=None if self.checkpoint is None else str(self.checkpoint),
                 safety_filter=self.filter,
+                instruct=None if self.instruct is None else str(self.instruct),
             )
             for k in range(self.episodes)
         ]
