@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
 
-from controller.action import ToolAction, hold
+from controller.action import Chunk, ToolAction, hold
 from controller.base import Controller
 from controller.driver import Driver, Rig, rig_of
 from controller.safety.filter import SafetyFilter
@@ -33,6 +34,7 @@ from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from scenarios.script import read_script
+from scenarios.stage_clock import StageClock
 from tissue_sim import nurse
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
@@ -124,6 +126,9 @@ class Step:
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
+        hand: The arm that a person's hand led.
+        ahead: What is left of the controller's chunk.
+        spent_s: Time on the clock by stage, since the step before.
     """
 
     time_s: float
@@ -137,6 +142,9 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     heard: tuple[Heard, ...] = ()
+    hand: int | None = None
+    ahead: Chunk = ()
+    spent_s: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(kw_only=True)
@@ -168,8 +176,10 @@ class Episode:
     def __post_init__(self) -> None:
         self.driver = Driver(rig_in(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
-        self._chunk: Iterator[ToolAction] = iter(())
+        self._chunk: deque[ToolAction] = deque()
+        self._clock = StageClock()
         self._n_told = 0  # entries of the ledger that observers have been told of
+        self._led_by: int | None = None  # the arm that a person leads
         self._heeded: tuple[str, Source, float] | None = None  # the correction in force
         self._heard: list[Heard] = []  # of which observers have not been told
 
@@ -182,7 +192,9 @@ class Episode:
             while self._needs_exchange():
                 yield from self._exchange()
             asked, action = self._next_action()
-            step = self._step(self._drive(action), asked=asked, disturbed=action is not asked)
+            step = self._step(
+                self._drive(action), asked=asked, disturbed=action is not asked, hand=self._led_by
+            )
             self._note(step)
             yield step
             if self._is_over(step):
@@ -192,12 +204,15 @@ class Episode:
 
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
-        return self._override.plan(self.observation)
+        with self._clock.stage("planner"):
+            return self._override.plan(self.observation)
 
     def _hear(self) -> None:
         """Take in what people have said, and let go of what has lapsed of it."""
         for reading in self.inbox.take(self._time_s):
             self._heard.append(self._answer(reading))
+        for perturbation in self.inbox.disturbances():
+            self.effects.add(perturbation)
         self._follow(self._override.in_force(self._time_s))
 
     def _answer(self, reading: Reading) -> Heard:
@@ -233,36 +248,44 @@ class Episode:
         if self._instruction.hold:
             self.controller.reset()
             stay = hold(self.driver.joints[:, 6])
-            return stay, stay
+            return stay, self._led_by_hand(stay)
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._drop_chunk()
             self.controller.reset()
+            self._led_by = None
             return None, led
         asked = self._chosen_action()
-        return asked, self.effects.on_action(asked, self.world)
+        return asked, self._led_by_hand(self.effects.on_action(asked, self.world))
+
+    def _led_by_hand(self, action: ToolAction) -> ToolAction:
+        """A person may lead one arm; the other one goes on."""
+        hand = self.inbox.hand
+        self._led_by = None if hand is None else hand.arm
+        return action if hand is None else hand.lead(action, self.world)
 
     def _chosen_action(self) -> ToolAction:
         """Of the running chunk; when that has ended, the first of a new one."""
-        if (action := next(self._chunk, None)) is not None:
-            return action
-        chunk = self.controller.act(self.observation, self._instruction)
-        if not chunk:
+        if not self._chunk:
+            with self._clock.stage("controller"):
+                self._chunk.extend(self.controller.act(self.observation, self._instruction))
+        if not self._chunk:
             raise ValueError("controller: a chunk must hold at least one action, got none")
-        self._chunk = iter(chunk[1:])
-        return chunk[0]
+        return self._chunk.popleft()
 
     def _drive(self, action: ToolAction) -> JointCommand:
         """Motions are meant in the frame of the endoscope, wherever that is by now."""
         self.driver.calibrate(rig_in(self.world))
         start, refused = self.driver.joints, self.driver.refused
-        asked = self.driver.drive(action)
+        with self._clock.stage("driver"):
+            asked = self.driver.drive(action)
         if self.driver.refused > refused:
             self.ledger.append(Entry(time_s=self._time_s, limits=("reach: an arm holds",)))
         return asked if self.filter is None else self._filtered(self.filter, start, asked)
 
     def _filtered(self, safety: SafetyFilter, start: Array, asked: JointCommand) -> JointCommand:
         """What the filter allows; the driver goes on from there."""
-        allowed = safety.allow(start, asked.joints, self._instruction, self._time_s)
+        with self._clock.stage("safety filter"):
+            allowed = safety.allow(start, asked.joints, self._instruction, self._time_s)
         self.clearance_m = min(self.clearance_m, allowed.clearance_m)
         if allowed.entry is not None:
             self.ledger.append(allowed.entry)
@@ -270,7 +293,7 @@ class Episode:
         return JointCommand(joints=allowed.joints)
 
     def _drop_chunk(self) -> None:
-        self._chunk = iter(())
+        self._chunk.clear()
 
     def _needs_exchange(self) -> bool:
         """The nurse acts only while the right arm is clear of the tubes."""
@@ -301,13 +324,15 @@ class Episode:
         asked: ToolAction | None = None,
         disturbed: bool = False,
         exchange: bool = False,
+        hand: int | None = None,
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])
         self._n_told = len(self.ledger)
         heard, self._heard = tuple(self._heard), []
         self.effects.before_step(self.world, task)
-        self.observation = self.world.step(command, intended=structure_of(task, self.world))
+        with self._clock.stage("world"):
+            self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
             time_s=self._time_s,
             instruction=self._instruction,
@@ -323,6 +348,9 @@ class Episode:
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
+            hand=hand,
+            ahead=tuple(self._chunk),
+            spent_s=self._clock.read(),
         )
 
     def _note(self, step: Step) -> None:

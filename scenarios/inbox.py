@@ -8,11 +8,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from queue import Empty, SimpleQueue
+from typing import TypeVar
 
 from planner.command import Command
 from planner.instruction import Instruction
 from planner.language.interpreter import Interpreter, Reading
+from scenarios.hand import Hand
+from scenarios.perturbation.perturbation import Perturbation
 from scenarios.script import Timed
+
+T = TypeVar("T")
 
 LONGEST = 1000  # characters of a text that are kept; far beyond what is read as a command
 
@@ -40,11 +45,17 @@ class Heard:
 
 
 class Inbox:
-    """A queue of readings. Texts are read in the thread that submits them, not in the loop."""
+    """A queue of readings. Texts are read in the thread that submits them, not in the loop.
+
+    Attributes:
+        hand: a person's, while it leads an arm.
+    """
 
     def __init__(self) -> None:
         self._said: SimpleQueue[Reading] = SimpleQueue()
         self._arranged: deque[tuple[float, Reading]] = deque()
+        self._disturbances: SimpleQueue[Perturbation] = SimpleQueue()
+        self.hand: Hand | None = None
 
     @cached_property
     def interpreter(self) -> Interpreter:
@@ -70,6 +81,14 @@ class Inbox:
             )
         )
 
+    def disturb(self, perturbation: Perturbation) -> None:
+        """Submit something that is to go wrong."""
+        self._disturbances.put(perturbation)
+
+    def disturbances(self) -> list[Perturbation]:
+        """Those submitted since; each once."""
+        return _drained(self._disturbances)
+
     def arrange(self, script: Sequence[Timed]) -> None:
         """Have these come at their times; they replace what was arranged before."""
         ordered = sorted(script, key=lambda timed: timed.time_s)
@@ -80,10 +99,16 @@ class Inbox:
         taken = []
         while self._arranged and self._arranged[0][0] <= time_s + 1e-9:
             taken.append(self._arranged.popleft()[1])
-        with suppress(Empty):
-            while True:
-                taken.append(self._said.get_nowait())
-        return taken
+        return taken + _drained(self._said)
 
     def _read(self, text: str) -> Reading:
         return self.interpreter.read(text[:LONGEST])
+
+
+def _drained(queue: SimpleQueue[T]) -> list[T]:
+    """All that is in it, without waiting."""
+    taken = []
+    with suppress(Empty):
+        while True:
+            taken.append(queue.get_nowait())
+    return taken

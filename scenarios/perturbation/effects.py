@@ -19,12 +19,14 @@ class Effects:
     """Applies perturbations in their order; those of magnitude 0 are none."""
 
     def __init__(self, perturbations: Sequence[Perturbation] = (), seed: int = 0) -> None:
+        self._seed, self._told = seed, 0
         self._effects: list[Effect] = [
-            resolve_name(p.effect)(p, np.random.default_rng([0xD157, seed, k]))
-            for k, p in enumerate(perturbations)
-            if p.magnitude
+            _effect(p, seed, k) for k, p in enumerate(perturbations) if p.magnitude
         ]
-        self._told = 0
+
+    def add(self, perturbation: Perturbation) -> None:
+        """One more, in the midst of an episode."""
+        self._effects.append(_effect(perturbation, self._seed, len(self._effects)))
 
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
         """The patient to operate on."""
@@ -53,3 +55,8 @@ class Effects:
         applied = sorted((a for e in self._effects for a in e.applied), key=lambda a: a.time_s)
         told, self._told = self._told, len(applied)
         return tuple(applied[told:])
+
+
+def _effect(perturbation: Perturbation, seed: int, k: int) -> Effect:
+    rng = np.random.default_rng([0xD157, seed, k])
+    return resolve_name(perturbation.effect)(perturbation, rng)

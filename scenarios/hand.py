@@ -1,0 +1,49 @@
+"""A person's hand on one arm: it leads the tip to a goal, through driver and safety filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.action import ToolAction
+from controller.expert.motion import Goal, chunk_towards
+from tissue_sim.frames import Array
+from tissue_sim.world import World
+
+SPEED_M_S = 0.03  # assumed: a surgeon's, with care
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hand:
+    """Where one arm should be.
+
+    Attributes:
+        arm: `LEFT_ARM` or `RIGHT_ARM`.
+        T_world_goal: (4, 4) of its tool.
+        jaw_rad: total opening.
+    """
+
+    arm: int
+    T_world_goal: Array
+    jaw_rad: float
+
+    def lead(self, action: ToolAction, world: World) -> ToolAction:
+        """The action with this arm's motion replaced by one towards the goal."""
+        goals = [Goal(), Goal()]
+        goals[self.arm] = Goal(
+            T_world_tool=self.T_world_goal, speed_m_s=SPEED_M_S, jaw_rad=self.jaw_rad
+        )
+        own = chunk_towards(
+            (goals[0], goals[1]),
+            world.arms.T_world_tool(),
+            world.target[:, 6],
+            world.T_world_endoscope[:3, :3],
+            world.body.velocity_m_s,
+        )[0]
+        this = np.arange(2) == self.arm
+        return ToolAction(
+            move_endoscope_m=np.where(this[:, None], own.move_endoscope_m, action.move_endoscope_m),
+            turn_tool=np.where(this[:, None], own.turn_tool, action.turn_tool),
+            jaw_rad=np.where(this, own.jaw_rad, action.jaw_rad),
+        )
