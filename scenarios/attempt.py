@@ -1,10 +1,13 @@
 """One episode, with its record kept whatever happens."""
 
+from __future__ import annotations
+
 import os
 import time
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scenarios.atomic_write import write_atomic
 from scenarios.episode_config import EpisodeConfig
@@ -13,11 +16,19 @@ from scenarios.observer import Observer
 from scenarios.recorder import Recorder
 from scenarios.results import EpisodeResult
 
+if TYPE_CHECKING:
+    from scenarios.inbox import Inbox
+
 
 def attempt_episode(
-    config: EpisodeConfig, out: Path, observers: Sequence[Observer] = ()
+    config: EpisodeConfig,
+    out: Path,
+    observers: Sequence[Observer] = (),
+    inbox: Inbox | None = None,
 ) -> EpisodeResult:
     """Runs one episode; an exception in it becomes the result's error, not a failure.
+
+    `inbox` is where people speak to it.
 
     Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
     """
@@ -27,7 +38,7 @@ def attempt_episode(
     start_s = time.perf_counter()
     try:
         with Recorder(config=config, path=out / "episodes" / f"{config.seed}.npz") as recorder:
-            return run_episode(config, [recorder, *observers])
+            return run_episode(config, [recorder, *observers], inbox)
     except Exception as error:
         write_atomic(out / "errors" / f"{config.seed}.txt", traceback.format_exc().encode())
         return broken_off(config, error, wall_s=time.perf_counter() - start_s)

@@ -15,6 +15,7 @@ from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.commands.train import Train
+from scenarios.commands.view import View
 from scenarios.errors import BadInputError
 
 BAD_INPUT = 2
@@ -31,6 +32,7 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "view": View,
     "train": Train,
     "collect": Collect,
     "bench": Bench,

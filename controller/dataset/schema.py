@@ -71,7 +71,7 @@ correction: of the 18, the one that was heard or, under the flag, the one that w
 flag: a correction is wanted, since something went wrong and is not undone yet.
 task: the one under way, 1 to 17.
 kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
-    "turns".
+    "turns", "intervention".
 expert: False where a perturbation or noise led the arms: not to be imitated.
 segment: one more after each exchange of tools, where a policy begins anew.
 """

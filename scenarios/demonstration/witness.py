@@ -30,7 +30,7 @@ class Witness:
         result: of the episode, once it has ended.
     """
 
-    def __init__(self, kind: str, controller: Controller) -> None:
+    def __init__(self, kind: str, controller: Controller | None = None) -> None:
         self._recovers = kind.startswith(RECOVERY)
         self._controller = controller
         self.result: EpisodeResult | None = None
@@ -44,8 +44,8 @@ class Witness:
         self._commanded = self._seen.joints
 
     def on_step(self, step: Step) -> None:
-        """One frame, unless the nurse has the arms."""
-        if step.exchange:
+        """One frame, unless the nurse has the arms or a person has them stay."""
+        if step.exchange or step.instruction.hold:
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
@@ -78,11 +78,12 @@ class Witness:
         }
 
     def _frame(self, step: Step) -> dict[str, Any]:
-        led, correction = step.asked is None, step.instruction.correction
+        led, by_hand = step.asked is None, step.hand is not None
+        correction = step.instruction.correction
         if self._recovers:
             self._failures |= {applied.name for applied in step.applied}
             self._failures -= {f for f in self._failures if not led and is_undone(f, self._world)}
-        if step.disturbed and step.asked is not None:
+        if step.disturbed and step.asked is not None and not by_hand:
             action = step.asked
         else:
             action = motion_between(rig_in(self._world), self._commanded, step.command.joints)
@@ -92,7 +93,7 @@ class Witness:
             "instruction": step.instruction.text,
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
-            "expert": not step.disturbed and self._expert_acts(),
+            "expert": by_hand or (not step.disturbed and self._expert_acts()),
             "failed": bool(self._failures) and not led,
             "segment": self._segment,
         }

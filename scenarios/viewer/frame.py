@@ -42,6 +42,7 @@ class Frame:
     """One moment, world frame.
 
     Attributes:
+        patient: who lies there.
         time_s: simulated.
         positions_m: (n, 3) of the tissue's vertices.
         tets: (n_tet, 4) elements that are left.
@@ -59,6 +60,7 @@ class Frame:
         T_world_endoscope: (4, 4).
     """
 
+    patient: Patient
     time_s: float
     positions_m: NDArray[np.float32]
     tets: Indices
@@ -86,20 +88,28 @@ def patient_of(world: World) -> Patient:
     )
 
 
-def frame_of(world: World, ahead: Sequence[ToolAction] = (), before: Frame | None = None) -> Frame:
+def frame_of(
+    world: World,
+    patient: Patient,
+    ahead: Sequence[ToolAction] = (),
+    before: Frame | None = None,
+) -> Frame:
     """The world now, as the controller means to go on.
 
     Args:
+        world: where all of it is.
+        patient: who lies in it.
         ahead: motions to come.
-        before: a frame of the same patient, whose elements are used again unless some were cut.
+        before: a frame whose elements are used again, unless some were cut since.
     """
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)
     tets = world.tissue.tets()[alive]
-    if before is not None and np.array_equal(tets, before.tets):
+    if before is not None and before.patient is patient and np.array_equal(tets, before.tets):
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
     return Frame(
+        patient=patient,
         time_s=world.record.time_s,
         positions_m=world.tissue.positions().astype(np.float32),
         tets=tets,

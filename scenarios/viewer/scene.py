@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 import viser
@@ -22,6 +22,23 @@ from scenarios.viewer.layers.tissue import TissueLayer
 from tissue_sim.cameras import CAMERAS
 from tissue_sim.frames import Array
 
+MakeLayer = Callable[[viser.SceneApi, str, Patient], Layer]
+
+LAYERS: tuple[MakeLayer, ...] = (
+    LampLayer,
+    SurroundingsLayer,
+    TissueLayer,
+    StrandLayer,
+    InstrumentLayer,
+    ClipLayer,
+    LeakLayer,
+)
+OPTIONAL: dict[str, MakeLayer] = {
+    "forces": ForceLayer,
+    "next motions": PlanLayer,
+    "keep-outs": KeepOutLayer,
+}
+SHOWN_FIRST = frozenset({"forces", "next motions"})
 NEAR_M, FAR_M = 0.002, 2.0
 
 
@@ -29,45 +46,59 @@ class Scene:
     """Draws frames under one node of viser's tree."""
 
     def __init__(
-        self, server: viser.ViserServer, root: str = "/field", place_m: Sequence[float] = (0, 0, 0)
+        self,
+        scene: viser.SceneApi,
+        root: str = "/field",
+        place_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        self._scene, self._root, self._place_m = server.scene, root, tuple(place_m)
+        self._scene, self._root, self._place_m = scene, root, place_m
+        self._patient: Patient | None = None
         self._layers: list[Layer] = []
+        self._options: dict[str, viser.FrameHandle] = {}
+        self._shown = SHOWN_FIRST
 
-    def enter(self, patient: Patient) -> None:
-        """Another patient: everything anew."""
-        scene, root = self._scene, self._root
-        scene.add_frame(root, show_axes=False, position=self._place_m)
-        self._keep_outs = KeepOutLayer(scene, root, patient)
-        self._layers = [
-            self._keep_outs,
-            *(
-                layer(scene, root, patient)
-                for layer in (
-                    LampLayer,
-                    SurroundingsLayer,
-                    TissueLayer,
-                    StrandLayer,
-                    InstrumentLayer,
-                    ClipLayer,
-                    LeakLayer,
-                    ForceLayer,
-                    PlanLayer,
-                )
-            ),
-        ]
+    @property
+    def shown(self) -> frozenset[str]:
+        """Which of `OPTIONAL` are seen."""
+        return self._shown
+
+    @shown.setter
+    def shown(self, names: frozenset[str]) -> None:
+        self._shown = names
+        for name, node in self._options.items():
+            node.visible = name in names
 
     def draw(self, frame: Frame) -> None:
-        """Show this moment."""
+        """Show this moment; of another patient, everything anew."""
+        if frame.patient is not self._patient:
+            self._enter(frame.patient)
         for layer in self._layers:
             layer.update(frame)
 
+    def _enter(self, patient: Patient) -> None:
+        scene, root = self._scene, self._root
+        self._patient = patient
+        scene.add_frame(root, show_axes=False, position=self._place_m)
+        self._options = {
+            name: scene.add_frame(f"{root}/{name}", show_axes=False, visible=name in self._shown)
+            for name in OPTIONAL
+        }
+        self._layers = [
+            *(layer(scene, root, patient) for layer in LAYERS),
+            *(layer(scene, f"{root}/{name}", patient) for name, layer in OPTIONAL.items()),
+        ]
 
-def look_through(camera: viser.CameraHandle, T_world_endoscope: Array) -> None:
+
+def look_through(
+    camera: viser.CameraHandle | viser.InitialCameraConfig, T_world_endoscope: Array
+) -> None:
     """Look as the endoscope does."""
     T = T_world_endoscope
     camera.position = T[:3, 3]
     camera.look_at = T[:3, 3] + np.linalg.norm(T[:3, 3]) * T[:3, 2]
-    camera.up_direction = T[:3, 1]
+    if isinstance(camera, viser.CameraHandle):
+        camera.up_direction = T[:3, 1]
+    else:
+        camera.up = T[:3, 1]
     camera.fov = CAMERAS[0].fov_rad
     camera.near, camera.far = NEAR_M, FAR_M

@@ -31,4 +31,5 @@ class ForceLayer:
         """Point as the forces do."""
         felt = np.linalg.norm(frame.forces_n, axis=1) >= LEAST_N
         start = frame.T_world_tool[felt, :3, 3]
-        self._arrows.points = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)
+        arrows = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)
+        self._arrows.points = arrows.astype(np.float32)

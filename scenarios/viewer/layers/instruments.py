@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import trimesh
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import wxyz
+from scenarios.viewer.layers.layer import glb, wxyz
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.instrument_meshes import finished, link_parts
@@ -22,9 +21,9 @@ class InstrumentLayer:
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
         self._links = {
-            (tool, link): scene.add_glb(f"{root}/{tool}/{link}", glb, visible=False)
+            (tool, link): scene.add_glb(f"{root}/{tool}/{link}", mesh, visible=False)
             for tool, instrument in INSTRUMENTS.items()
-            for link, glb in _glbs(instrument).items()
+            for link, mesh in _glbs(instrument).items()
         }
 
     def update(self, frame: Frame) -> None:
@@ -40,9 +39,7 @@ class InstrumentLayer:
 
 def _glbs(instrument: Instrument) -> dict[str, bytes]:
     return {
-        link: trimesh.Scene([finished(part) for part in parts]).export(
-            file_type="glb", include_normals=True
-        )
+        link: glb(*(finished(part) for part in parts))
         for link, parts in link_parts(instrument).items()
     }
 

@@ -1,4 +1,4 @@
-"""What the safety filter keeps the instruments out of: shown on request."""
+"""What the safety filter keeps the instruments out of."""
 
 from __future__ import annotations
 
@@ -21,15 +21,14 @@ class KeepOutLayer:
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         keep = patient.keep_outs
         duct = pipe(keep.common_duct_m, _ROUND * COMMON_DUCT_RADIUS_M, TILE_M)
-        self._all = scene.add_frame(f"{root}/keep_outs", show_axes=False, visible=False)
-        self._body = scene.add_frame(f"{root}/keep_outs/body", show_axes=False)
+        self._body = scene.add_frame(f"{root}/body", show_axes=False)
         for name, points, triangles in (
             ("body/liver", keep.liver.points_m, keep.liver.triangles),
             ("body/common bile duct", duct.points, duct.triangles),
             ("port wall", keep.port_wall.points_m, keep.port_wall.triangles),
         ):
             scene.add_mesh_simple(
-                f"{root}/keep_outs/{name}",
+                f"{root}/{name}",
                 np.asarray(points, np.float32),
                 np.asarray(triangles, np.uint32),
                 color=COLOUR,
@@ -38,15 +37,6 @@ class KeepOutLayer:
                 cast_shadow=False,
                 receive_shadow=False,
             )
-
-    @property
-    def shown(self) -> bool:
-        """Whether they are seen."""
-        return self._all.visible
-
-    @shown.setter
-    def shown(self, shown: bool) -> None:
-        self._all.visible = shown
 
     def update(self, frame: Frame) -> None:
         """Where the body is."""

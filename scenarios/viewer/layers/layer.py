@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
+import trimesh
 
 from scenarios.viewer.frame import Frame
 from tissue_sim.frames import Array, rotation_vector
@@ -28,6 +29,13 @@ def srgb(linear: Colour) -> Rgb:
     """A linear colour, 0 to 1, as the page wants it."""
     red, green, blue = (round(255 * float(np.clip(c, 0.0, 1.0)) ** (1 / 2.2)) for c in linear)
     return red, green, blue
+
+
+def glb(*meshes: trimesh.Trimesh) -> bytes:
+    """A file of meshes with their materials, as the page takes it."""
+    made = trimesh.Scene(meshes).export(file_type="glb", include_normals=True)
+    assert isinstance(made, bytes)
+    return made
 
 
 def wxyz(rotation: Array) -> Array:

@@ -12,6 +12,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from scenarios.viewer.frame import Frame, Patient
+from scenarios.viewer.layers.layer import glb
 from tissue_sim.drawing import Surface
 from tissue_sim.drawn_surroundings import surroundings
 from tissue_sim.frames import Array
@@ -45,7 +46,7 @@ def _glb(surface: Surface, look: Look) -> bytes:
         visual=TextureVisuals(uv=surface.uv, material=material),
         process=False,
     )
-    return trimesh.Scene([mesh]).export(file_type="glb", include_normals=True)
+    return glb(mesh)
 
 
 def _picture(values: Array) -> Image.Image:

@@ -1,0 +1,94 @@
+"""`calot view`: watch the procedure in the browser, and correct it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from rich.console import Console
+from tyro.conf import arg
+
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.output_path import require_writable_folder
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import BadInputError
+
+LOCAL = "127.0.0.1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Watch episodes in the browser, correct them by button or sentence; until Ctrl-C."""
+
+    planner: Annotated[str, one_of(PLANNERS)] = "scripted"
+    """Who says what to do next."""
+    controller: Annotated[str, one_of(CONTROLLERS)] = "expert"
+    """Who moves the arms."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a learned controller; left out, the one that comes with Calot."""
+    scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
+    """The conditions of the first episode."""
+    magnitude: Annotated[float | None, number()] = None
+    """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    filter: bool = True
+    """Whether commands pass through the safety filter."""
+    seed: Annotated[int, at_least(0)] = 20_000
+    """Seed of the first episode."""
+    out: Path = Path("runs/view")
+    """Folder for the recorded episodes, and for interventions that are kept as training data."""
+    host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
+    """Address to listen on: whoever reaches it can watch and correct."""
+    port: Annotated[int | None, at_least(1)] = None
+    """Port to listen on; left out, 8080 or the next free one."""
+    camera: bool = False
+    """Whether the endoscope's picture is shown, too; needs a renderer, and slows the loop down."""
+    start: bool = False
+    """Whether to start at once, and not when somebody presses Start."""
+
+    def execute(self) -> int:
+        """Serves the page until Ctrl-C; returns 0."""
+        config = self._config()
+        require_checkpoint(self.controller, self.checkpoint)
+        require_writable_folder(self.out, "--out")
+        if self.camera:
+            _require_renderer()
+        from scenarios.viewer.desk import Desk
+        from scenarios.viewer.open_page import open_page
+        from scenarios.viewer.pace import Pace
+        from scenarios.viewer.session import watch_episodes
+        from scenarios.viewer.watcher import Watcher
+
+        pace = Pace(paused=not self.start)
+        watcher = Watcher(pace, camera=self.camera)
+        desk = Desk(config=config, out=self.out, pace=pace, watcher=watcher)
+        with (
+            open_page(desk, self.host, self.port, Console(stderr=True)),
+            suppress(KeyboardInterrupt),
+        ):
+            watch_episodes(desk)
+        return 0
+
+    def _config(self) -> EpisodeConfig:
+        try:
+            return EpisodeConfig(
+                scenario=self.scenario,
+                magnitude=self.magnitude,
+                seed=self.seed,
+                planner=self.planner,
+                controller=self.controller,
+                checkpoint=None if self.checkpoint is None else str(self.checkpoint),
+                safety_filter=self.filter,
+            )
+        except ValueError as error:
+            raise BadInputError(f"--magnitude: {error}") from None
+
+
+def _require_renderer() -> None:
+    from tissue_sim.renderer_probe import renderer_available
+
+    if not renderer_available():
+        raise BadInputError("--camera needs a renderer and there is none; see `calot doctor`")

@@ -1,0 +1,1 @@
+"""What stands beside the scene on the page, one panel a file."""

@@ -1,0 +1,56 @@
+"""The 18 corrections as buttons, laid out by arm and direction as the endoscope sees them."""
+
+from __future__ import annotations
+
+import viser
+
+from planner.correction import CORRECTIONS, Correction
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, cells, pad
+
+_PLACES = {  # what an arm is asked: where the button stands, and its short text
+    "higher": ("1 / 2", "▲ higher"),
+    "left": ("2 / 1", "◀ left"),
+    "right": ("2 / 3", "right ▶"),
+    "lower": ("3 / 2", "▼ lower"),
+    "away": ("1 / 1", "⬈ away"),
+    "towards": ("3 / 1", "⬋ towards"),
+    "open": ("1 / 3", "open"),
+    "close": ("3 / 3", "close"),
+}
+CELLS = cells("arm", tuple(_PLACES.values()))
+_PADS = (
+    ("left", "Left arm: grasper", LEFT_RGB),
+    ("right", "Right arm: clip applier, scissors", RIGHT_RGB),
+)
+
+
+class CorrectionPanel:
+    """A pad for each arm, and the jaws of both."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        for arm, title, colour in _PADS:
+            with gui.add_folder(title):
+                pad(gui, "arm short")
+                for what in _PLACES:
+                    self._add(gui, _correction(arm, what), colour)
+        with gui.add_folder("Both"):
+            pad(gui, "two")
+            for what in ("open", "close"):
+                self._add(gui, _correction("both", what), (90, 90, 100))
+
+    def _add(self, gui: viser.GuiApi, correction: Correction, colour: tuple[int, int, int]) -> None:
+        button = gui.add_button(correction.text, color=colour)
+
+        @button.on_click
+        async def _(_: object) -> None:
+            self._desk.press(correction.text)
+
+    def update(self, story: Story) -> None:
+        """The same all the time."""
+
+
+def _correction(arm: str, what: str) -> Correction:
+    return next(c for c in CORRECTIONS if c.arm == arm and what in (c.direction, c.jaw))

@@ -1,0 +1,28 @@
+"""Have something go wrong, to see whether it is noticed."""
+
+from __future__ import annotations
+
+import viser
+
+from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+
+
+class DisturbPanel:
+    """A button for each disturbance."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        with gui.add_folder("Make something go wrong", expand_by_default=False):
+            for name in BY_HAND:
+                self._add(gui, desk, name)
+
+    def _add(self, gui: viser.GuiApi, desk: Desk, name: str) -> None:
+        button = gui.add_button(name.capitalize(), color="grape")
+
+        @button.on_click
+        async def _(_: object) -> None:
+            desk.disturb(name)
+
+    def update(self, story: Story) -> None:
+        """The same all the time."""

@@ -1,0 +1,52 @@
+"""What happened, the newest first."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from scenarios.viewer.chronicle import Kind, Line, Story
+from scenarios.viewer.desk import Desk
+
+SHOWN = 40
+_TAGS: dict[Kind, tuple[str, str]] = {  # word and colour
+    "planner": ("planner", "#1c7ed6"),
+    "human": ("you", "#e8590c"),
+    "said": ("said", "#e8590c"),
+    "asked back": ("asked back", "#868e96"),
+    "injury": ("INJURY", "#e03131"),
+    "filter": ("filter", "#9c36b5"),
+    "disturbance": ("disturbed", "#b08900"),
+    "end": ("end", "#2f9e44"),
+}
+
+
+class LogPanel:
+    """Instructions with source and confidence, what was said, injuries, the filter at work."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        del desk
+        self._counts = gui.add_html("")
+        self._lines = gui.add_html("")
+
+    def update(self, story: Story) -> None:
+        """Show what is new."""
+        self._counts.content = (
+            f'<div class="calot"><b>{story.injuries}</b> injuries · the safety filter altered'
+            f" <b>{story.altered}</b> commands</div>"
+        )
+        rows = "".join(_row(line) for line in reversed(story.lines[-SHOWN:]))
+        self._lines.content = (
+            f'<div class="calot"><div class="scroll"><table>{rows}</table></div></div>'
+        )
+
+
+def _row(line: Line) -> str:
+    word, colour = _TAGS[line.kind]
+    detail = f' <span class="dim">{escape(line.detail)}</span>' if line.detail else ""
+    return (
+        f'<tr><td class="number">{line.time_s:.1f}</td>'
+        f'<td><span class="tag" style="background: {colour}">{word}</span></td>'
+        f"<td>{escape(line.text)}{detail}</td></tr>"
+    )

@@ -1,0 +1,99 @@
+"""Take over one arm: a gizmo at its tip, which the arm follows through the safety filter."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser.transforms import SO3
+
+from scenarios.hand import Hand
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+from scenarios.viewer.layers.layer import wxyz
+from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, pad
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import pose
+from tissue_sim.instruments import INSTRUMENTS
+
+GIZMO_M = 0.02
+_SHUT_RAD = -0.2  # jaws pressed together
+
+
+class TakeOverPanel:
+    """Which arm, how far its jaws are open, and back again."""
+
+    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, desk: Desk) -> None:
+        self._scene, self._desk = scene, desk
+        self._gizmo: viser.TransformControlsHandle | None = None
+        self._arm = LEFT_ARM
+        with gui.add_folder("Take over an arm", expand_by_default=False):
+            pad(gui, "two")
+            left = gui.add_button("Take the left", color=LEFT_RGB)
+            right = gui.add_button("Take the right", color=RIGHT_RGB)
+            self._jaw = gui.add_slider("jaws open", 0, 100, 1, 50, visible=False)
+            self._back = gui.add_button("Give it back", visible=False, color="green")
+
+        @left.on_click
+        async def _(_: object) -> None:
+            self._take(LEFT_ARM)
+
+        @right.on_click
+        async def _(_: object) -> None:
+            self._take(RIGHT_ARM)
+
+        @self._jaw.on_update
+        async def _(_: object) -> None:
+            self._lead()
+
+        @self._back.on_click
+        async def _(_: object) -> None:
+            self._give_back()
+
+    def update(self, story: Story) -> None:
+        """Another episode has another arm."""
+        if self._gizmo is not None and self._desk.inbox.hand is None:
+            self._give_back()
+
+    def _take(self, arm: int) -> None:
+        frame = self._desk.watcher.frame
+        if frame is None:
+            return
+        self._give_back()
+        self._arm, T = arm, frame.T_world_tool[arm]
+        self._jaw_range_rad = (_SHUT_RAD, INSTRUMENTS[frame.tools[arm]].jaw_range_rad[1])
+        self._gizmo = self._scene.add_transform_controls(
+            "/take_over",
+            scale=GIZMO_M,
+            depth_test=False,
+            position=T[:3, 3],
+            wxyz=wxyz(T[:3, :3]),
+        )
+
+        @self._gizmo.on_update
+        async def _(_: object) -> None:
+            self._lead()
+
+        self._jaw.visible = self._back.visible = True
+        self._lead()
+
+    def _lead(self) -> None:
+        if self._gizmo is None:
+            return
+        shut, wide = self._jaw_range_rad
+        self._desk.inbox.hand = Hand(
+            arm=self._arm,
+            T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
+            jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
+        )
+
+    def _give_back(self) -> None:
+        self._desk.inbox.hand = None
+        if self._gizmo is not None:
+            self._gizmo.remove()
+            self._gizmo = None
+        self._jaw.visible = self._back.visible = False
+
+
+def _rotation(wxyz: np.ndarray) -> np.ndarray:
+    """(3, 3) of a quaternion."""
+    return SO3(np.asarray(wxyz, float)).as_matrix()

@@ -1,0 +1,75 @@
+"""Say it in words: how it was read is shown at once, and what is unclear is asked back."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from planner.language.interpreter import Reading
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+from scenarios.viewer.panels.style import pad
+
+SHOWN = 120  # characters of what was said
+HOLD, GO_ON = "pause", "resume"  # the commands behind the two buttons
+_NONE = "-"
+
+
+class TalkPanel:
+    """Free text, the guesses as buttons, and the two words that are needed most."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        with gui.add_folder("Tell the robot"):
+            pad(gui, "two")
+            form = gui.add_form(None)
+            with form:
+                self._text = gui.add_text("say", "", hint="in your own words; Enter sends it")
+            self._reply = gui.add_html(_html("For instance: “a bit to the left with the applier”"))
+            self._guesses = gui.add_button_group("did you mean", (_NONE,), visible=False)
+            hold = gui.add_button("Hold still", icon=viser.Icon.HAND_STOP, color="red")
+            on = gui.add_button("Back to planner", icon=viser.Icon.ROBOT, color="green")
+        form.on_submit(self._on_submit)
+        self._guesses.on_click(self._on_guess)
+
+        @hold.on_click
+        async def _(_: object) -> None:
+            desk.press(HOLD)
+
+        @on.on_click
+        async def _(_: object) -> None:
+            desk.press(GO_ON)
+
+    def _on_submit(self, _: object) -> None:
+        """In a thread of its own, as reading takes its time."""
+        text = self._text.value
+        self._text.value = ""
+        reading = self._desk.inbox.say(text)
+        self._reply.content = _html(_answer(reading))
+        unclear = reading.command is None and bool(reading.guesses)
+        if unclear:
+            self._guesses.options = tuple(guess.text for guess in reading.guesses)
+        self._guesses.visible = unclear
+
+    async def _on_guess(self, _: object) -> None:
+        if self._guesses.value != _NONE:
+            self._desk.press(self._guesses.value)
+            self._guesses.visible = False
+            self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
+
+    def update(self, story: Story) -> None:
+        """What came of it stands in the log."""
+
+
+def _answer(reading: Reading) -> str:
+    said = reading.text if len(reading.text) <= SHOWN else f"{reading.text[:SHOWN]}…"
+    quoted = f'<span class="dim">“{escape(said)}”</span><br>'
+    if reading.command is None:
+        return f"{quoted}<b>{escape(reading.reply)}</b>"
+    sure = f'<span class="dim">{reading.confidence:.0%}, {escape(reading.by)}</span>'
+    return f"{quoted}→ <b>{escape(reading.command.text)}</b> {sure}"
+
+
+def _html(content: str) -> str:
+    return f'<div class="calot reply">{content}</div>'

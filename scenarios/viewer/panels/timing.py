@@ -1,0 +1,32 @@
+"""Where the time of a control step goes."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+
+from controller.action import CONTROL_STEP_S
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+
+
+class TimingPanel:
+    """A row for each stage of the loop."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        del desk
+        self._table = gui.add_html("")
+
+    def update(self, story: Story) -> None:
+        """Show the times of late."""
+        rows = "".join(_row(name, spent) for name, spent in sorted(story.spent_s.items()))
+        whole_s = sum(story.spent_s.values())
+        speed = f"; {CONTROL_STEP_S / whole_s:.1f} × real time at most" if whole_s > 0 else ""
+        note = f'<span class="dim">of {1e3 * CONTROL_STEP_S:.1f} ms a control step{speed}</span>'
+        table = f"<table>{rows}{_row('all', whole_s)}</table>"
+        self._table.content = f'<div class="calot">{table}{note}</div>'
+
+
+def _row(name: str, spent_s: float) -> str:
+    return f'<tr><td>{escape(name)}</td><td class="number">{1e3 * spent_s:.2f} ms</td></tr>'

@@ -1,0 +1,35 @@
+"""Keep what the person did as training data."""
+
+from __future__ import annotations
+
+import viser
+
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+
+
+class TrainingDataPanel:
+    """One button; a note says where it went."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._desk = desk
+        self._save = gui.add_button(
+            "Save this intervention as training data",
+            icon=viser.Icon.DATABASE_PLUS,
+            color="indigo",
+            disabled=True,
+        )
+        self._save.on_click(self._on_save)
+
+    def _on_save(self, event: viser.GuiEvent) -> None:
+        """In a thread of its own, as files take their time."""
+        try:
+            title, body, colour = "Saved", str(self._desk.save_intervention()), "green"
+        except (OSError, ValueError) as error:
+            title, body, colour = "Not saved", str(error), "red"
+        if event.client is not None:
+            event.client.add_notification(title, body, color=colour, auto_close_seconds=8.0)
+
+    def update(self, story: Story) -> None:
+        """There is something to save once a person has done something."""
+        self._save.disabled = self._desk.interventions.corrected == 0

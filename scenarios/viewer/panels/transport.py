@@ -1,0 +1,61 @@
+"""Start, pause, step, speed."""
+
+from __future__ import annotations
+
+import math
+
+import viser
+
+from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import Desk
+from scenarios.viewer.panels.style import pad
+
+SPEEDS = {
+    "¼ ×": 0.25,
+    "½ ×": 0.5,
+    "1 × (real time)": 1.0,
+    "2 ×": 2.0,
+    "4 ×": 4.0,
+    "as fast as it can": math.inf,
+}
+
+
+class TransportPanel:
+    """The simulation's clock; the robot does not know of it."""
+
+    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+        self._pace = desk.pace
+        with gui.add_folder("Simulation"):
+            pad(gui, "two")
+            self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="green")
+            self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, color="yellow")
+            step = gui.add_button("Step", icon=viser.Icon.PLAYER_TRACK_NEXT, color="gray")
+            self._speed = gui.add_dropdown(
+                "speed", tuple(SPEEDS), initial_value=_name(self._pace.speed)
+            )
+        self._start.on_click(self._on_start)
+        self._pause.on_click(self._on_pause)
+        step.on_click(self._on_step)
+        self._speed.on_update(self._on_speed)
+
+    async def _on_start(self, _: object) -> None:
+        self._pace.go_on()
+
+    async def _on_pause(self, _: object) -> None:
+        self._pace.pause()
+
+    async def _on_step(self, _: object) -> None:
+        self._pace.step()
+
+    async def _on_speed(self, _: object) -> None:
+        self._pace.speed = SPEEDS[self._speed.value]
+
+    def update(self, story: Story) -> None:
+        """Of start and pause, show the one that does something."""
+        self._start.visible = self._pace.paused
+        self._pause.visible = not self._pace.paused
+        self._start.label = "Start" if story.instruction is None else "Go on"
+
+
+def _name(speed: float) -> str:
+    return min(SPEEDS, key=lambda name: abs(math.atan(SPEEDS[name]) - math.atan(speed)))
