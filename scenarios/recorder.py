@@ -2,10 +2,12 @@
 
 import io
 import json
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -16,7 +18,8 @@ from scenarios.results import EpisodeResult
 from scenarios.strict_json import dumps, plain
 from scenarios.versions import versions
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
+RIGHT_TOOLS = ("clip_applier", "scissors")
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "time_s": (),
@@ -25,8 +28,11 @@ STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "tips_endoscope": (2, 4, 4),
     "forces_n": (2, 3),
     "instruction": (),
+    "right_tool": (),
+    "clip_loaded": (),
 }
 """Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
+_WHOLE = ("instruction", "right_tool", "clip_loaded")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +52,8 @@ class Recording:
         result: The `EpisodeResult`, as a dict; None if the episode broke off.
         error: What broke it off, else None.
         arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
-            the endoscope frame (m), forces in N; `instruction` is a row of `instructions`.
+            the endoscope frame (m), forces in N; `instruction` is a row of `instructions`,
+            `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
     """
 
     config: dict[str, Any]
@@ -105,6 +112,8 @@ class Recorder:
             "tips_endoscope": step.observation.tips_endoscope,
             "forces_n": step.observation.forces_n,
             "instruction": self._row(step.instruction),
+            "right_tool": RIGHT_TOOLS.index(step.observation.tools[1]),
+            "clip_loaded": step.observation.clip_loaded,
         }
         checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
         for name, array in checked.items():
@@ -168,7 +177,7 @@ def _in_words(heard: Any) -> dict[str, Any]:
 
 
 def _dtype(name: str) -> type[np.generic]:
-    return np.int64 if name == "instruction" else np.float64
+    return np.int64 if name in _WHOLE else np.float64
 
 
 def _checked(name: str, quantity: Any) -> np.ndarray:
@@ -182,12 +191,16 @@ def load(path: Path) -> Recording:
     """Reads a recorded episode.
 
     Raises:
-        ValueError: If it was written with another schema.
+        ValueError: If it was written with another schema, is damaged, or is no recording.
+        OSError: If it cannot be read.
     """
-    with np.load(path, allow_pickle=False) as file:
-        arrays = dict(file)
-    header = json.loads(str(arrays.pop("header")))
-    schema_version = header["schema_version"]
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = dict(file)
+        header = json.loads(str(arrays.pop("header")))
+        schema_version = header["schema_version"]
+    except (BadZipFile, zlib.error, EOFError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path} is damaged, or no recording: {error}") from error
     if schema_version != SCHEMA_VERSION:
         raise ValueError(f"{path} has schema {schema_version}; allowed: {SCHEMA_VERSION}")
     return Recording(

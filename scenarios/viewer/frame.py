@@ -51,6 +51,7 @@ class Frame:
         tools: names of the left and right instrument.
         T_world_link: (2, 4, 4, 4) links of each arm, in the order of `PATCH_LINKS`.
         T_world_tool: (2, 4, 4).
+        jaw_rad: (2,) openings commanded last.
         T_world_leg: (n, 4, 4) legs of clips.
         strands_m: (n, 2, 3) ends of the connective tissue that holds.
         leaks: what runs out, by structure.
@@ -69,6 +70,7 @@ class Frame:
     tools: tuple[str, str]
     T_world_link: Array
     T_world_tool: Array
+    jaw_rad: Array
     T_world_leg: Array
     strands_m: Array
     leaks: dict[str, Surface] = field(default_factory=dict)
@@ -118,6 +120,7 @@ def frame_of(
         tools=(left.name, right.name),
         T_world_link=world.tissue.T_world_links().reshape(2, 4, 4, 4).astype(float),
         T_world_tool=T_world_tool,
+        jaw_rad=world.target[:, 6],
         T_world_leg=np.array(T_world_legs(world)).reshape(-1, 4, 4),
         strands_m=world.tissue.positions()[holding(world)].astype(float),
         leaks=leak_surfaces(world),

@@ -17,7 +17,7 @@ from scenarios.viewer.layers.layer import Layer
 from scenarios.viewer.layers.leaks import LeakLayer
 from scenarios.viewer.layers.plan import PlanLayer
 from scenarios.viewer.layers.strands import StrandLayer
-from scenarios.viewer.layers.surroundings import SurroundingsLayer
+from scenarios.viewer.layers.surroundings import CavityLayer, SurroundingsLayer
 from scenarios.viewer.layers.tissue import TissueLayer
 from tissue_sim.cameras import CAMERAS
 from tissue_sim.frames import Array
@@ -37,8 +37,9 @@ OPTIONAL: dict[str, MakeLayer] = {
     "forces": ForceLayer,
     "next motions": PlanLayer,
     "keep-outs": KeepOutLayer,
+    "abdominal wall": CavityLayer,
 }
-SHOWN_FIRST = frozenset({"forces", "next motions"})
+SHOWN_FIRST = frozenset(OPTIONAL) - {"keep-outs"}
 NEAR_M, FAR_M = 0.002, 2.0
 
 

@@ -41,6 +41,8 @@ class Observation:
     joints: np.ndarray
     tips_endoscope: np.ndarray
     forces_n: np.ndarray
+    tools: tuple[str, str] = ("grasper", "scissors")
+    clip_loaded: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,18 +18,32 @@ from tissue_sim.drawn_surroundings import surroundings
 from tissue_sim.frames import Array
 from tissue_sim.textures import Look, colours, relief
 
+CAVITY = "cavity"
+
 
 class SurroundingsLayer:
-    """What moves with the body and does not deform."""
+    """What moves with the body and does not deform, within the cavity."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         self._body = scene.add_frame(f"{root}/body", show_axes=False)
         for name, (surface, look) in surroundings(patient.organ, patient.anatomy).items():
-            scene.add_glb(f"{root}/body/{name}", _glb(surface, look), cast_shadow=False)
+            if name != CAVITY:
+                scene.add_glb(f"{root}/body/{name}", _glb(surface, look), cast_shadow=False)
 
     def update(self, frame: Frame) -> None:
         """Where the body is."""
         self._body.position = frame.body_m
+
+
+class CavityLayer:
+    """The wall around it all, seen from within."""
+
+    def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
+        surface, look = surroundings(patient.organ, patient.anatomy)[CAVITY]
+        scene.add_glb(f"{root}/wall", _glb(surface, look), cast_shadow=False)
+
+    def update(self, frame: Frame) -> None:
+        """It stays where it is."""
 
 
 def _glb(surface: Surface, look: Look) -> bytes:

@@ -60,7 +60,10 @@ class TakeOverPanel:
             return
         self._give_back()
         self._arm, T = arm, frame.T_world_tool[arm]
-        self._jaw_range_rad = (_SHUT_RAD, INSTRUMENTS[frame.tools[arm]].jaw_range_rad[1])
+        shut, wide = _SHUT_RAD, INSTRUMENTS[frame.tools[arm]].jaw_range_rad[1]
+        self._jaw_range_rad = shut, wide
+        share = float(np.clip((frame.jaw_rad[arm] - shut) / (wide - shut), 0.0, 1.0))
+        self._jaw.value = round(100 * share)
         self._gizmo = self._scene.add_transform_controls(
             "/take_over",
             scale=GIZMO_M,
