@@ -57,8 +57,9 @@ class View:
         if self.camera:
             _require_renderer()
         from scenarios.viewer.desk import Desk
-        from scenarios.viewer.open_page import open_page
+        from scenarios.viewer.open_page import serve
         from scenarios.viewer.pace import Pace
+        from scenarios.viewer.page import Page
         from scenarios.viewer.session import watch_episodes
         from scenarios.viewer.watcher import Watcher
 
@@ -66,7 +67,12 @@ class View:
         watcher = Watcher(pace, camera=self.camera)
         desk = Desk(config=config, out=self.out, pace=pace, watcher=watcher)
         with (
-            open_page(desk, self.host, self.port, Console(stderr=True)),
+            serve(
+                lambda port: Page(desk, host=self.host, port=port),
+                self.host,
+                self.port,
+                Console(stderr=True),
+            ),
             suppress(KeyboardInterrupt),
         ):
             watch_episodes(desk)

@@ -1,28 +1,38 @@
-"""Opens the page where it was asked for, and says where that is."""
+"""Opens a page where it was asked for, and says where that is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
+import viser
 from rich.console import Console
 
-from scenarios.viewer.desk import Desk
-from scenarios.viewer.page import Page
 from scenarios.viewer.port import FIRST_PORT, choose_port
 
 
+class Served(Protocol):
+    """A page with its server, up while its `with` block lasts."""
+
+    server: viser.ViserServer
+
+    def __enter__(self) -> Served: ...
+    def __exit__(self, *exception: object) -> None: ...
+
+
 @contextmanager
-def open_page(desk: Desk, host: str, port: int | None, console: Console) -> Iterator[Page]:
-    """The page, served while the block lasts.
+def serve(
+    make: Callable[[int], Served], host: str, port: int | None, console: Console
+) -> Iterator[None]:
+    """Makes a page on a port, and serves it while the block lasts.
 
     Raises:
         BadInputError: it cannot be served there.
     """
-    free = choose_port(host, port)
-    with Page(desk, host=host, port=free) as page:
+    with make(choose_port(host, port)) as page:
         place = page.server.get_port()  # someone may have been faster
         if port is None and place != FIRST_PORT:
-            console.print(f"port {FIRST_PORT} is taken: it is {place} instead")
+            console.print(f"port {FIRST_PORT} is taken: it is {place} instead", highlight=False)
         console.print(f"open http://{host}:{place} in a browser; Ctrl-C ends", highlight=False)
-        yield page
+        yield

@@ -1,0 +1,118 @@
+"""`calot replay`: a recorded episode again, checked, in the browser or as a page to send."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING, Annotated
+
+from rich.console import Console
+from tyro.conf import Positional, arg
+
+from scenarios.commands.arguments import at_least
+from scenarios.commands.output_path import require_writable_folder
+from scenarios.errors import BadInputError
+
+if TYPE_CHECKING:
+    from scenarios.viewer.reel import Reel
+
+LOCAL = "127.0.0.1"
+VIEW_EVERY = 3  # steps a frame: 10 a second
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """Run a recorded episode again, and say whether it comes out the same.
+
+    Exit code: 0 the same, to the bit; 1 not; 2 bad input.
+    """
+
+    file: Annotated[Positional[Path], arg(metavar="FILE")]
+    """A recorded episode, `episodes/SEED.npz`."""
+    beside: Annotated[Path | None, arg(metavar="FILE")] = None
+    """A second one, to be seen beside it."""
+    view: bool = False
+    """Whether it is shown in the browser, with a time line; until Ctrl-C."""
+    export: Annotated[Path | None, arg(metavar="PAGE.html")] = None
+    """File for a page that needs no server: to send to somebody."""
+    host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
+    """Address to listen on with --view."""
+    port: Annotated[int | None, at_least(1)] = None
+    """Port to listen on with --view; left out, 8080 or the next free one."""
+
+    def execute(self) -> int:
+        """Runs it; returns the exit code."""
+        if self.export is not None:
+            require_writable_folder(self.export.parent, "--export")
+        if self.beside is not None and not self.view:
+            raise BadInputError("--beside needs --view")
+        if self.view:
+            return self._show()
+        return self._export(self.export) if self.export is not None else self._check()
+
+    def _check(self) -> int:
+        reel = _reel(self.file, every=1_000_000)
+        with Console(stderr=True).status("running it again"):
+            for _ in reel.run():
+                pass
+        return _verdict(reel)
+
+    def _export(self, page: Path) -> int:
+        from scenarios.atomic_write import write_atomic
+        from scenarios.viewer.export import EVERY, export
+
+        reel = _reel(self.file, every=EVERY)
+        with Console(stderr=True).status("drawing it") as status:
+            html = export(reel, lambda time_s: status.update(f"drawing it: {time_s:.0f} s"))
+        write_atomic(page, html.encode())
+        Console().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
+        return _verdict(reel)
+
+    def _show(self) -> int:
+        files = [self.file, *([self.beside] if self.beside else [])]
+        reels = [_reel(file, every=VIEW_EVERY) for file in files]
+        from scenarios.viewer.open_page import serve
+        from scenarios.viewer.replay_page import ReplayPage
+
+        names = [file.stem for file in files]
+        with (
+            serve(
+                lambda port: ReplayPage(reels, names, host=self.host, port=port),
+                self.host,
+                self.port,
+                Console(stderr=True),
+            ),
+            suppress(KeyboardInterrupt),
+        ):
+            for reel in reels:
+                for _ in reel.run():
+                    pass
+            Event().wait()
+        return max(map(_verdict, reels))
+
+
+def _reel(file: Path, *, every: int) -> Reel:
+    from scenarios.recorder import load
+    from scenarios.viewer.reel import Reel
+
+    try:
+        recording = load(file)
+    except OSError as error:
+        raise BadInputError(f"{file}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise BadInputError(str(error)) from None
+    try:
+        return Reel(recording, every=every)
+    except ValueError as error:
+        raise BadInputError(f"{file}: {error}") from None
+
+
+def _verdict(reel: Reel) -> int:
+    """Says whether it came out the same."""
+    if reel.differs_s is None:
+        Console().print(f"the same, to the bit, for {reel.end_s:.1f} s", highlight=False)
+        return 0
+    Console().print(f"not the same from {reel.differs_s:.1f} s on", highlight=False)
+    return 1
