@@ -37,15 +37,15 @@ def due_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 def clips_on(tube: Tube, observation: Observation) -> int:
     """How many clips are seen on a tube: near it, and nearer than to the other."""
     clips_m = observation.clips_m[: min(observation.n_clips, MOST_CLIPS)]
-    off_m = {
-        "left": _off_m(clips_m, observation.left_tube_m),
-        "right": _off_m(clips_m, observation.right_tube_m),
+    away_m = {
+        "left": off_m(clips_m, observation.left_tube_m),
+        "right": off_m(clips_m, observation.right_tube_m),
     }
     other: Tube = "right" if tube == "left" else "left"
-    return int(((off_m[tube] <= ON_TUBE_M) & (off_m[tube] < off_m[other])).sum())
+    return int(((away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])).sum())
 
 
-def _off_m(points: Array, line: Array) -> Array:
+def off_m(points: Array, line: Array) -> Array:
     """(n,) distance of points (n, 3) from a line through points (m, 3)."""
     start, way = line[:-1], np.diff(line, axis=0)
     along = np.einsum("nmk,mk->nm", points[:, None] - start, way)

@@ -34,6 +34,7 @@ class Instruction:
         time_s: Simulated time at which it was given.
         overrides: Names of safety interlocks that the person who asks has explicitly set aside.
         hold: Both arms stay where they are; whoever controls them is not asked.
+        remark: Of whoever asks, for a person to read: why this, or why to hold.
 
     Raises:
         ValueError: Somebody else than a person sets interlocks aside, or a correction is to be
@@ -47,6 +48,7 @@ class Instruction:
     time_s: float = 0.0
     overrides: frozenset[str] = frozenset()
     hold: bool = False
+    remark: str = ""
 
     def __post_init__(self) -> None:
         if self.overrides and self.source != "human":

@@ -51,7 +51,11 @@ SCENARIOS: dict[str, Scenario] = {
 
 PLANNERS: dict[str, str] = {
     "scripted": "planner.scripted:PlannerScripted",
+    "llm": "planner.llm:planner_from_environment",
 }
+
+UNPRIVILEGED_PLANNERS = ("llm",)
+"""Made from the environment; the others from the world, which these never get hold of."""
 
 CONTROLLERS: dict[str, str] = {
     "expert": "controller.expert:ControllerExpert",

@@ -26,7 +26,13 @@ from planner.instruction import TASKS, Instruction, Source
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
 from planner.task import Tube
-from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import (
+    CONTROLLERS,
+    LEARNED_CONTROLLERS,
+    PLANNERS,
+    SCENARIOS,
+    UNPRIVILEGED_PLANNERS,
+)
 from scenarios.episode_config import EpisodeConfig
 from scenarios.inbox import Heard, Inbox
 from scenarios.observer import Observer
@@ -84,13 +90,18 @@ def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = 
     observation = world.reset(effects.on_anatomy(anatomy_of(config)))
     return Episode(
         world=world,
-        planner=resolve_name(PLANNERS[config.planner])(world),
+        planner=_planner(config, world),
         controller=_controller(config, world),
         inbox=inbox,
         effects=effects,
         observation=observation,
         config=config,
     )
+
+
+def _planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
+    make = resolve_name(PLANNERS[config.planner])
+    return make() if config.planner in UNPRIVILEGED_PLANNERS else make(world)
 
 
 def _controller(config: EpisodeConfig, world: World) -> Controller:

@@ -43,7 +43,7 @@ class Recording:
         config: The `EpisodeConfig`, as a dict.
         versions: What it was made with.
         anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
-        instructions: Table of what was asked: task index, text, source.
+        instructions: Table of what was asked: task index, text, source, remark.
         events: What happened, in order, each with its step.
         perturbations: What disturbed the episode, in order, each with the step it set in with.
         ledger: What the safety filter altered, in order, each with its step.
@@ -80,7 +80,7 @@ class Recorder:
     path: Path
     _anatomy: Any = None
     _result: EpisodeResult | None = None
-    _instructions: dict[tuple[int, str, str], int] = field(default_factory=dict)
+    _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
     _events: list[dict[str, Any]] = field(default_factory=list)
     _perturbations: list[dict[str, Any]] = field(default_factory=list)
     _ledger: list[dict[str, Any]] = field(default_factory=list)
@@ -132,7 +132,7 @@ class Recorder:
         self._result = result
 
     def _row(self, instruction: Any) -> int:
-        key = (instruction.task.index, instruction.text, instruction.source)
+        key = (instruction.task.index, instruction.text, instruction.source, instruction.remark)
         return self._instructions.setdefault(key, len(self._instructions))
 
     def _save(self, error: str | None) -> None:
@@ -142,8 +142,8 @@ class Recorder:
             "versions": versions(),
             "anatomy": self._anatomy,
             "instructions": [
-                {"task": task, "text": text, "source": source}
-                for task, text, source in self._instructions
+                {"task": task, "text": text, "source": source, "remark": remark}
+                for task, text, source, remark in self._instructions
             ],
             "events": self._events,
             "perturbations": self._perturbations,

@@ -85,6 +85,8 @@ class Run:
     def _require_possible(self) -> None:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
+        if self.planner == "llm":
+            _require_endpoint()
         if self.instruct is not None:
             read_script(self.instruct)
         if self.video is not None:
@@ -144,6 +146,15 @@ class Run:
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
         write_results(self.out / "results.json", finished, config=plain(self))
+
+
+def _require_endpoint() -> None:
+    from planner.chat import endpoint_from_environment
+
+    try:
+        endpoint_from_environment()
+    except ValueError as error:
+        raise BadInputError(str(error)) from None
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -5,8 +5,10 @@ import numpy as np
 from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 
 
-def clipped(left: int = 0, right: int = 0, time_s: float = 0.0) -> Observation:
-    """Tubes of 28 mm, 16 mm apart; the clips between tracked points, 1 mm off the middle line."""
+def clipped(
+    left: int = 0, right: int = 0, time_s: float = 0.0, apart_m: float = 0.016
+) -> Observation:
+    """Tubes of 28 mm side by side; the clips between tracked points, 1 mm off the middle line."""
     tubes_m = {
         side: np.column_stack(
             [
@@ -15,7 +17,7 @@ def clipped(left: int = 0, right: int = 0, time_s: float = 0.0) -> Observation:
                 np.full(TUBE_POINTS, 0.15),
             ]
         )
-        for side, x in (("left", 0.008), ("right", -0.008))
+        for side, x in (("left", apart_m / 2), ("right", -apart_m / 2))
     }
     clips_m = np.zeros((MOST_CLIPS, 3))
     for k, (side, n) in enumerate(

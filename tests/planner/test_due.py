@@ -39,3 +39,8 @@ def test_a_clip_that_fell_is_on_no_tube():
     seen = clipped(left=2)
     seen.clips_m[1] += [0.0, -0.02, 0.0]
     assert (clips_on("left", seen), clips_on("right", seen)) == (1, 0)
+
+
+def test_a_clip_between_tubes_that_are_close_is_on_the_nearer():
+    seen = clipped(left=2, apart_m=0.002)
+    assert (clips_on("left", seen), clips_on("right", seen)) == (2, 0)
