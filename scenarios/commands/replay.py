@@ -12,13 +12,13 @@ from rich.console import Console
 from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least
+from scenarios.commands.browser import LOCAL
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.errors import BadInputError
 
 if TYPE_CHECKING:
     from scenarios.viewer.reel import Reel
 
-LOCAL = "127.0.0.1"
 VIEW_EVERY = 3  # steps a frame: 10 a second
 
 

@@ -1,11 +1,13 @@
 """`calot run`: autonomous episodes, judged."""
 
+from __future__ import annotations
+
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Console
 from tyro.conf import arg
@@ -13,7 +15,9 @@ from tyro.conf import arg
 from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.browser import LOCAL, desk_for, page_of
 from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.endpoint import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -32,6 +36,9 @@ from scenarios.results import EpisodeResult, summarise, write_results
 from scenarios.script import read_script
 from scenarios.strict_json import plain
 from scenarios.video import VideoWriter
+
+if TYPE_CHECKING:
+    from scenarios.viewer.desk import Desk
 
 INTERRUPTED = 130
 VIDEO_SUFFIX = ".mp4"
@@ -64,6 +71,8 @@ class Run:
     """How many episodes."""
     workers: Annotated[int, at_least(1)] = 1
     """How many episodes run side by side."""
+    view: bool = False
+    """Whether it is shown in the browser, where people may correct it; one worker only."""
     out: Path = Path("runs/latest")
     """Folder for results.json, which is replaced, and the recorded episodes."""
     video: Annotated[Path | None, arg(metavar="FILE.mp4")] = None
@@ -85,8 +94,9 @@ class Run:
     def _require_possible(self) -> None:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
-        if self.planner == "llm":
-            _require_endpoint()
+        require_endpoint(self.planner)
+        if self.view and self.workers > 1:
+            raise BadInputError(f"--view needs --workers 1, got {self.workers}")
         if self.instruct is not None:
             read_script(self.instruct)
         if self.video is not None:
@@ -112,19 +122,22 @@ class Run:
 
     def _run(self, finished: list[EpisodeResult]) -> None:
         with ExitStack() as stack:
+            desk = self._desk() if self.view else None
+            if desk is not None:
+                stack.enter_context(page_of(desk, LOCAL, None))
             display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
                 observers.append(stack.enter_context(VideoWriter(path=self.video)))
-            results = stack.enter_context(closing(self._results(observers)))
+            results = stack.enter_context(closing(self._results(observers, desk)))
             for result in results:
                 finished.append(result)
                 finished.sort(key=lambda episode: episode.seed)
                 self._write(finished)
                 display.advance()
 
-    def _results(self, observers: Sequence[Observer]) -> Generator[EpisodeResult, None, None]:
-        configs = [
+    def _configs(self) -> list[EpisodeConfig]:
+        return [
             EpisodeConfig(
                 scenario=self.scenario,
                 magnitude=self.magnitude,
@@ -137,24 +150,34 @@ class Run:
             )
             for k in range(self.episodes)
         ]
+
+    def _desk(self) -> Desk:
+        return desk_for(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
+
+    def _results(
+        self, observers: Sequence[Observer], desk: Desk | None
+    ) -> Generator[EpisodeResult, None, None]:
+        configs = self._configs()
         if self.workers > 1:
             attempt = partial(attempt_episode, out=self.out)
             yield from run_side_by_side(attempt, configs, self.workers, broken_off)
         else:
             for config in configs:
-                yield attempt_episode(config, self.out, observers)
+                yield _attempted(config, self.out, observers, desk)
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
         write_results(self.out / "results.json", finished, config=plain(self))
 
 
-def _require_endpoint() -> None:
-    from planner.chat import endpoint_from_environment
-
-    try:
-        endpoint_from_environment()
-    except ValueError as error:
-        raise BadInputError(str(error)) from None
+def _attempted(
+    config: EpisodeConfig, out: Path, observers: Sequence[Observer], desk: Desk | None
+) -> EpisodeResult:
+    """One episode, watched at a desk where there is one."""
+    if desk is None:
+        return attempt_episode(config, out, observers)
+    desk.begin(config)
+    watching = (*observers, desk.interventions, desk.watcher)
+    return attempt_episode(config, out, watching, desk.inbox)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

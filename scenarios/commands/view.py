@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.browser import LOCAL, desk_for, page_of
 from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.endpoint import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
-
-LOCAL = "127.0.0.1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,28 +52,14 @@ class View:
         """Serves the page until Ctrl-C; returns 0."""
         config = self._config()
         require_checkpoint(self.controller, self.checkpoint)
+        require_endpoint(self.planner)
         require_writable_folder(self.out, "--out")
         if self.camera:
             _require_renderer()
-        from scenarios.viewer.desk import Desk
-        from scenarios.viewer.open_page import serve
-        from scenarios.viewer.pace import Pace
-        from scenarios.viewer.page import Page
         from scenarios.viewer.session import watch_episodes
-        from scenarios.viewer.watcher import Watcher
 
-        pace = Pace(paused=not self.start)
-        watcher = Watcher(pace, camera=self.camera)
-        desk = Desk(config=config, out=self.out, pace=pace, watcher=watcher)
-        with (
-            serve(
-                lambda port: Page(desk, host=self.host, port=port),
-                self.host,
-                self.port,
-                Console(stderr=True),
-            ),
-            suppress(KeyboardInterrupt),
-        ):
+        desk = desk_for(config, self.out, paused=not self.start, restarts=True, camera=self.camera)
+        with page_of(desk, self.host, self.port), suppress(KeyboardInterrupt):
             watch_episodes(desk)
         return 0
 

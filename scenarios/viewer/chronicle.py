@@ -109,7 +109,7 @@ class Chronicle:
 
     def end(self, result: EpisodeResult) -> None:
         """Take in what it came to."""
-        self._tell(self._story.time_s, "end", "passed" if result.success else "failed")
+        self._tell(self._story.time_s, "end", verdict(result))
         self._story = replace(self._story, result=result)
 
     def read(self) -> Story:
@@ -151,6 +151,13 @@ class Chronicle:
         for stage in self._spent_s.keys() | spent_s.keys():
             old, new = self._spent_s.get(stage, 0.0), spent_s.get(stage, 0.0)
             self._spent_s[stage] = old + SMOOTHING * (new - old)
+
+
+def verdict(result: EpisodeResult) -> str:
+    """In words."""
+    if result.error is not None:
+        return f"broke off: {result.error}"
+    return "passed" if result.success else "failed"
 
 
 def progress_of(story: Story) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import redirect_stdout
 from html import escape
@@ -17,12 +18,13 @@ from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.reel import Mark, Reel
 from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
+from tissue_sim.field import field_point
 
 FRAME_S = 1.0 / 20.0
 APART_M = 0.30  # of two fields side by side, which are 0.28 wide
 TICK_S = 0.1  # of the time line
 SPEEDS = {"½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
-LABEL_M = (0.0, 0.0, 0.055)  # above the field
+LABEL_M = field_point(0.0, -0.036, 0.0)  # below what is operated on
 
 
 class ReplayPage:
@@ -33,6 +35,8 @@ class ReplayPage:
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         self._reels, self._names = tuple(reels), tuple(names)
         self._scenes = stage(self.server, reels)
+        for k, name in enumerate(names):
+            self.server.scene.add_label(f"/field {k + 1}/name", name, position=LABEL_M)
         self._end_s = max(reel.end_s for reel in reels)
         self._marks = _told(self._reels)
         self._time_s, self._playing = 0.0, True
@@ -61,7 +65,8 @@ class ReplayPage:
         self._now = gui.add_html("")
         with gui.add_folder("Time line"):
             pad(gui, "two")
-            self._line = gui.add_slider("s", 0.0, max(self._end_s, TICK_S), TICK_S, 0.0)
+            most_s = TICK_S * max(math.ceil(self._end_s / TICK_S), 1)
+            self._line = gui.add_slider("s", 0.0, round(most_s, 1), TICK_S, 0.0)
             self._play = gui.add_button("Play or pause", icon=viser.Icon.PLAYER_PLAY)
             self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1 ×")
         with gui.add_folder("Jump to"):
@@ -122,7 +127,7 @@ class ReplayPage:
         with self.server.atomic():
             for scene, reel in zip(self._scenes, self._reels, strict=True):
                 scene.draw(reel.at(time_s))
-        self._line.value = round(min(time_s, self._end_s) / TICK_S) * TICK_S
+        self._line.value = round(min(time_s, self._end_s), 1)
         rows = "".join(
             _row(name, reel, time_s) for name, reel in zip(self._names, self._reels, strict=True)
         )

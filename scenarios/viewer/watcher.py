@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.action import CONTROL_STEP_S
 from scenarios.results import EpisodeResult
 from scenarios.viewer.chronicle import Chronicle, Story
 from scenarios.viewer.frame import Frame, frame_of, patient_of
@@ -35,6 +36,7 @@ class Watcher:
         self._asked, self._picture_asked = Event(), Event()
         self._lock = Lock()
         self._chronicle = Chronicle()
+        self._world: World | None = None
         self._step: Step | None = None
 
     def ask(self, *, picture: bool = False) -> None:
@@ -63,10 +65,10 @@ class Watcher:
         self._step = step
         with self._lock:
             self._chronicle.note(step)
-        self._pace.wait(self._world.config.control_step_s, self._serve)
+        self._pace.wait(CONTROL_STEP_S, self._serve)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Notes what it came to."""
+        """Notes what it came to, an error included."""
         with self._lock:
             self._chronicle.end(result)
         self._copy()
@@ -81,8 +83,10 @@ class Watcher:
             self._copy()
         if self._picture_asked.is_set():
             self._picture_asked.clear()
-            self.picture = self._world.endoscope_rgb()
+            self.picture = None if self._world is None else self._world.endoscope_rgb()
 
     def _copy(self) -> None:
+        if self._world is None:  # an episode that could not even begin
+            return
         ahead = () if self._step is None else self._step.ahead
         self.frame = frame_of(self._world, self._patient, ahead, self.frame)

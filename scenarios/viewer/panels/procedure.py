@@ -7,7 +7,7 @@ from html import escape
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
-from scenarios.viewer.chronicle import Story, progress_of
+from scenarios.viewer.chronicle import Story, progress_of, verdict
 from scenarios.viewer.desk import Desk
 from tissue_sim.arms import LEFT_ARM
 
@@ -34,8 +34,7 @@ class ProcedurePanel:
 def _now(story: Story, paused: bool) -> str:
     clock = f'<span class="dim">{story.time_s:.1f} s</span>'
     if story.result is not None:
-        verdict = "Passed" if story.result.success else "Failed"
-        return f'<div class="now">{verdict}</div>{clock}'
+        return f'<div class="now">{escape(verdict(story.result).capitalize())}</div>{clock}'
     if story.instruction is None:
         return '<div class="now">Ready: press Start</div>the patient lies on the table'
     said = story.instruction

@@ -1,0 +1,41 @@
+"""The page in the browser, for the commands that open one."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from scenarios.episode_config import EpisodeConfig
+
+if TYPE_CHECKING:
+    from scenarios.viewer.desk import Desk
+
+LOCAL = "127.0.0.1"
+
+
+def desk_for(
+    config: EpisodeConfig, out: Path, *, paused: bool, restarts: bool, camera: bool
+) -> Desk:
+    """What a page's controls act on, from this episode on."""
+    from scenarios.viewer.desk import Desk
+    from scenarios.viewer.pace import Pace
+    from scenarios.viewer.watcher import Watcher
+
+    pace = Pace(paused=paused)
+    watcher = Watcher(pace, camera=camera)
+    return Desk(config=config, out=out, pace=pace, watcher=watcher, restarts=restarts)
+
+
+def page_of(desk: Desk, host: str, port: int | None) -> AbstractContextManager[None]:
+    """The page, served while the block lasts, and where it is told.
+
+    Raises:
+        BadInputError: it cannot be served there.
+    """
+    from scenarios.viewer.open_page import serve
+    from scenarios.viewer.page import Page
+
+    return serve(lambda free: Page(desk, host=host, port=free), host, port, Console(stderr=True))
