@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 
 from scenarios.errors import BadInputError
@@ -33,4 +34,5 @@ def _why_not(host: str, port: int) -> str | None:
         with socket.create_server((host, port)):
             return None
     except (OSError, OverflowError) as error:
-        return getattr(error, "strerror", None) or str(error)
+        number = getattr(error, "errno", None) or 0
+        return os.strerror(number) if number > 0 else str(error)

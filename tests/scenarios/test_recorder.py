@@ -11,7 +11,7 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.episode_config import EpisodeConfig
 from scenarios.inbox import Heard, Inbox
 from scenarios.perturbation.effect import Applied
-from scenarios.recorder import STEP_ARRAYS, Recorder, load
+from scenarios.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
 from scenarios.results import EpisodeResult
 from scenarios.strict_json import plain
 
@@ -186,7 +186,7 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
 def test_another_schema_is_refused(tmp_path):
     path = tmp_path / "episode.npz"
     np.savez_compressed(path, header=np.array(json.dumps({"schema_version": 999})))
-    with pytest.raises(ValueError, match="has schema 999; allowed: 4"):
+    with pytest.raises(ValueError, match=f"has schema 999; allowed: {SCHEMA_VERSION}"):
         load(path)
 
 

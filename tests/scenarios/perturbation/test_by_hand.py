@@ -1,0 +1,54 @@
+"""Laws of what a person has go wrong: it sets in at once, is told, and the body swings back."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from scenarios.inbox import Inbox
+from scenarios.perturbation.by_hand import BY_HAND, NUDGE_S
+
+STEP_S = 1 / 30
+
+
+def disturbed(name, n=70):
+    """The steps of an episode that is disturbed before its 11th, and what the world was then."""
+    inbox = Inbox()
+    episode = begin(EpisodeConfig(seed=10_006), inbox=inbox)
+    running = episode.steps()
+    steps = list(islice(running, 10))
+    before = episode.world.T_world_endoscope.copy(), episode.world.record.clip_loaded
+    inbox.disturb(BY_HAND[name])
+    offsets_m = []
+    for step in islice(running, n):
+        steps.append(step)
+        offsets_m.append(np.linalg.norm(episode.world.body.offset_m))
+    return steps, episode.world, before, np.array(offsets_m)
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_it_sets_in_at_once_once_and_is_told(name):
+    steps, *_ = disturbed(name, n=20)
+    told = [(k, a.name) for k, step in enumerate(steps) for a in step.applied]
+    assert told == [(10, name)]
+
+
+def test_a_nudge_pushes_the_body_as_far_as_it_says_and_lets_it_come_back():
+    *_, offsets_m = disturbed("nudge the tissue")
+    assert offsets_m.max() == pytest.approx(BY_HAND["nudge the tissue"].magnitude, rel=0.02)
+    assert offsets_m[round(NUDGE_S / STEP_S) + 2 :].max() < 1e-9
+
+
+def test_the_clip_falls():
+    _, world, (_, loaded), _ = disturbed("drop the clip", n=1)
+    assert loaded
+    assert not world.record.clip_loaded
+    assert world.record.dropped_clips == 1
+
+
+def test_the_camera_is_shifted_by_as_much_as_it_says():
+    _, world, (T_before, _), _ = disturbed("shift the camera", n=1)
+    shift_m = np.linalg.norm(world.T_world_endoscope[:3, 3] - T_before[:3, 3])
+    assert shift_m == pytest.approx(BY_HAND["shift the camera"].magnitude)

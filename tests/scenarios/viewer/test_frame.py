@@ -1,0 +1,77 @@
+"""Laws of a frame: a copy of the world as it was, that agrees with it."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from controller.action import ToolAction, hold
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from scenarios.viewer.frame import frame_of, patient_of
+from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.instruments import PATCH_LINKS
+
+
+@pytest.fixture(scope="module")
+def episode():
+    episode = begin(EpisodeConfig(seed=10_003))
+    for _ in islice(episode.steps(), 30):
+        pass
+    return episode
+
+
+def arrays(frame):
+    return {name: v.copy() for name, v in vars(frame).items() if isinstance(v, np.ndarray)}
+
+
+def test_a_frame_stays_as_it_is_while_the_world_moves_on(episode):
+    frame = frame_of(episode.world, patient_of(episode.world))
+    before = arrays(frame)
+    for _ in islice(episode.steps(), 20):
+        pass
+    for name, array in arrays(frame).items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
+    later = frame_of(episode.world, frame.patient)
+    assert not np.array_equal(later.positions_m, frame.positions_m)
+
+
+def test_elements_are_used_again_until_some_are_cut(episode):
+    world = episode.world
+    first = frame_of(world, patient_of(world))
+    assert frame_of(world, first.patient, before=first).tets is first.tets
+    state = world.state()
+    world.tissue.host("tet_alive")[0, :5] = 0
+    cut = frame_of(world, first.patient, before=first)
+    assert len(cut.tets) == len(first.tets) - 5
+    assert cut.alive.sum() == len(cut.tets)
+    world.restore(state)
+
+
+def test_elements_of_another_patient_are_never_used_again(episode):
+    first = frame_of(episode.world, patient_of(episode.world))
+    other = frame_of(episode.world, patient_of(episode.world), before=first)
+    assert other.tets is not first.tets
+
+
+def test_the_way_ahead_begins_at_the_tip_and_adds_up(episode):
+    world = episode.world
+    moves = np.random.default_rng(1).normal(0.0, 1e-3, (5, 2, 3))
+    still = hold(np.zeros(2))
+    ahead = [
+        ToolAction(move_endoscope_m=m, turn_tool=still.turn_tool, jaw_rad=still.jaw_rad)
+        for m in moves
+    ]
+    way = frame_of(world, patient_of(world), ahead).ahead_m
+    assert way.shape == (2, 6, 3)
+    np.testing.assert_allclose(way[:, 0], world.arms.T_world_tool()[:, :3, 3])
+    total = (way[:, -1] - way[:, 0]) @ world.T_world_endoscope[:3, :3]
+    np.testing.assert_allclose(total, moves.sum(axis=0), atol=1e-9)
+
+
+def test_links_are_those_of_the_arms(episode):
+    frame = frame_of(episode.world, patient_of(episode.world))
+    finger = frame.T_world_link[RIGHT_ARM, PATCH_LINKS.index("finger_plus")]
+    expected = episode.world.arms.contact_shapes().T_world_link.reshape(2, 4, 4, 4)
+    np.testing.assert_allclose(frame.T_world_link, expected, atol=1e-5)
+    np.testing.assert_allclose(finger[:3, :3] @ finger[:3, :3].T, np.eye(3), atol=1e-5)

@@ -1,0 +1,122 @@
+"""Laws of the pace: a pause holds, a step is one step, a speed is kept, another episode comes."""
+
+import math
+import time
+from itertools import count
+from threading import Thread
+
+import pytest
+
+from scenarios.episode_config import EpisodeConfig
+from scenarios.viewer.pace import Pace, Restart
+
+STEP_S = 1 / 30
+CONFIG = EpisodeConfig(seed=10_001)
+
+
+def nothing():
+    pass
+
+
+class Loop:
+    """Counts the steps that a pace lets it make, in a thread of its own."""
+
+    def __init__(self, pace):
+        self.steps, self.wanted = 0, None
+        self._pace = pace
+        self._thread = Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        try:
+            for self.steps in count():
+                self._pace.wait(STEP_S, nothing)
+        except Restart as wish:
+            self.wanted = wish.config
+
+    def settled(self):
+        """Steps made, once no more are."""
+        made = -1
+        while made != self.steps:
+            made = self.steps
+            time.sleep(0.15)
+        return made
+
+    def end(self):
+        self._pace.restart(CONFIG)
+        self._thread.join(5.0)
+        assert self.wanted == CONFIG
+
+
+def test_a_pause_holds_and_each_step_asked_for_is_one_step():
+    pace = Pace(paused=True, speed=math.inf)
+    loop = Loop(pace)
+    assert loop.settled() == 0
+    for asked in (1, 2):
+        pace.step()
+        assert loop.settled() == asked
+    for _ in range(5):
+        pace.step()
+    assert loop.settled() == 7
+    loop.end()
+
+
+def test_it_goes_on_and_pauses_again():
+    pace = Pace(paused=True, speed=math.inf)
+    loop = Loop(pace)
+    pace.go_on()
+    time.sleep(0.2)
+    pace.pause()
+    made = loop.settled()
+    assert made > 20
+    assert loop.settled() == made
+    loop.end()
+
+
+@pytest.mark.parametrize("speed", [0.5, 4.0])
+def test_steps_take_their_time_over_the_speed(speed):
+    pace, steps = Pace(speed=speed), round(10 * speed)
+    pace.wait(STEP_S, nothing)
+    start_s = time.monotonic()
+    for _ in range(steps):
+        pace.wait(STEP_S, nothing)
+    assert time.monotonic() - start_s == pytest.approx(steps * STEP_S / speed, abs=0.1)
+
+
+def test_a_loop_that_was_late_does_not_rush_to_catch_up():
+    pace = Pace()
+    pace.wait(STEP_S, nothing)
+    time.sleep(1.0)
+    start_s = time.monotonic()
+    for _ in range(6):
+        pace.wait(STEP_S, nothing)
+    assert time.monotonic() - start_s > 4 * STEP_S
+
+
+def test_while_it_waits_it_sees_to_other_things_when_woken():
+    pace, seen = Pace(paused=True), []
+    thread = Thread(target=lambda: pace.wait(STEP_S, lambda: seen.append(1)), daemon=True)
+    thread.start()
+    time.sleep(0.1)
+    before = len(seen)
+    pace.wake()
+    time.sleep(0.1)
+    assert len(seen) == before + 1
+    pace.go_on()
+    thread.join(5.0)
+    assert not thread.is_alive()
+
+
+def test_a_restart_ends_even_a_rest_and_is_no_error():
+    pace = Pace()
+    pace.restart(CONFIG)
+    with pytest.raises(Restart) as wish:
+        pace.rest(nothing)
+    assert wish.value.config == CONFIG
+    assert not isinstance(wish.value, Exception)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, math.nan])
+def test_an_impossible_speed_is_refused(speed):
+    with pytest.raises(ValueError, match="above 0"):
+        Pace().speed = speed

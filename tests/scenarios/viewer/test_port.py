@@ -1,0 +1,46 @@
+"""Laws of the port: a taken one is passed over, or refused where it was asked for."""
+
+import socket
+
+import pytest
+
+from scenarios.errors import BadInputError
+from scenarios.viewer.port import FIRST_PORT, PORTS, choose_port
+
+HOST = "127.0.0.1"
+
+
+@pytest.fixture
+def taken():
+    with socket.create_server((HOST, 0)) as busy:
+        yield busy.getsockname()[1]
+
+
+def test_a_free_port_that_was_asked_for_is_taken():
+    with socket.create_server((HOST, 0)) as briefly:
+        free = briefly.getsockname()[1]
+    assert choose_port(HOST, free) == free
+
+
+def test_a_busy_port_that_was_asked_for_is_refused(taken):
+    with pytest.raises(BadInputError, match=f"--port {taken}: .*in use; leave it out"):
+        choose_port(HOST, taken)
+
+
+def test_a_busy_port_that_was_not_asked_for_is_passed_over():
+    free = choose_port(HOST)
+    with socket.create_server((HOST, free)):
+        following = choose_port(HOST)
+    assert free < following < FIRST_PORT + PORTS
+
+
+@pytest.mark.parametrize("port", [65_536, 1_000_000])
+def test_a_port_that_is_none_is_refused(port):
+    with pytest.raises(BadInputError, match=f"--port {port}"):
+        choose_port(HOST, port)
+
+
+@pytest.mark.parametrize("host", ["203.0.113.7", "no such host"])
+def test_an_address_of_another_machine_is_refused(host):
+    with pytest.raises(BadInputError, match=f"--host {host}"):
+        choose_port(host)
