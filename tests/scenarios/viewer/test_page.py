@@ -1,0 +1,129 @@
+"""Laws of the page's server: it answers, tabs come and go, and only what has changed is sent."""
+
+import math
+import time
+import urllib.request
+from contextlib import contextmanager
+
+import msgspec
+import pytest
+import viser
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from scenarios.viewer.page import Page
+from scenarios.viewer.panels.keys import KEYS
+from scenarios.viewer.port import choose_port
+from tests.scenarios.viewer.sessions import run_to, session
+
+HOST = "127.0.0.1"
+VERTICES_BYTES = 12 * 1500  # of the tissue's skin, no less
+LOOKING = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (0.0, 0.0, 0.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 1.0,
+    "image_height": 600,
+    "image_width": 800,
+    "look_at": (0.0, 0.0, 1.0),
+    "up_direction": (0.0, 1.0, 0.0),
+}
+
+
+@pytest.fixture
+def place(tmp_path):
+    """A desk and the page's port."""
+    with session(tmp_path) as desk, Page(desk, host=HOST, port=choose_port(HOST)) as page:
+        yield desk, page.server.get_port()
+
+
+@contextmanager
+def tab(port):
+    """An open tab's connection, which says where it looks from, as a browser does."""
+    with connect(
+        f"ws://{HOST}:{port}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None
+    ) as socket:
+        socket.send(msgspec.msgpack.encode(LOOKING))
+        yield socket
+
+
+def drain(socket, for_s):
+    """Sizes of what comes within a time."""
+    sizes, end_s = [], time.monotonic() + for_s
+    while (left_s := end_s - time.monotonic()) > 0:
+        try:
+            sizes.append(len(socket.recv(timeout=left_s)))
+        except TimeoutError:
+            break
+    return sizes
+
+
+def test_the_page_is_served_and_holds_all_it_needs(place):
+    with urllib.request.urlopen(f"http://{HOST}:{place[1]}") as page:
+        assert page.status == 200
+        assert b"<script" in page.read()
+
+
+def test_a_tab_that_comes_late_gets_the_whole_scene(place):
+    with tab(place[1]) as first:
+        whole = sum(drain(first, 2.0))
+    with tab(place[1]) as second:
+        again = sum(drain(second, 2.0))
+    assert whole > 1e5  # instruments, liver, fat
+    assert again == pytest.approx(whole, rel=0.2)
+
+
+def test_tabs_that_close_do_not_disturb_the_episode(place):
+    desk, port = place
+    desk.pace.speed = math.inf
+    desk.pace.go_on()
+    for _ in range(5):
+        with tab(port) as one, tab(port) as other:
+            drain(one, 0.1)
+            drain(other, 0.1)
+    run_to(desk, desk.watcher.story().time_s + 0.5)
+
+
+def test_geometry_is_sent_while_it_moves_20_times_a_second_and_else_not(place):
+    desk, port = place
+    with tab(port) as socket:
+        drain(socket, 3.0)
+        assert max(drain(socket, 1.0), default=0) < VERTICES_BYTES
+        desk.pace.go_on()
+        drain(socket, 0.3)
+        moving = [size for size in drain(socket, 2.0) if size >= VERTICES_BYTES]
+        assert 20 <= len(moving) <= 42
+        assert max(moving) < 2 * VERTICES_BYTES + 20_000  # points and panels, no triangles
+        desk.pace.pause()
+        drain(socket, 0.5)
+        assert max(drain(socket, 1.0), default=0) < VERTICES_BYTES
+
+
+def test_with_no_tab_open_nothing_is_copied(place):
+    desk, port = place
+    with tab(port) as socket:
+        drain(socket, 1.0)
+    desk.pace.go_on()
+    time.sleep(0.5)
+    last = desk.watcher.frame
+    run_to(desk, desk.watcher.story().time_s + 0.5)
+    assert desk.watcher.frame is last
+
+
+def test_rubbish_from_a_tab_ends_that_tab_alone(place):
+    desk, port = place
+    with tab(port) as good, tab(port) as bad:
+        bad.send(b"\x00 rubbish")
+        with pytest.raises(ConnectionClosed):
+            drain(bad, 5.0)
+        desk.pace.go_on()
+        drain(good, 0.5)
+        assert sum(drain(good, 1.0)) > VERTICES_BYTES
+    run_to(desk, 0.5)
+
+
+def test_no_two_keys_are_the_same():
+    keys = [(key.hotkey, key.shift) for key in KEYS]
+    assert len(set(keys)) == len(keys)
