@@ -30,6 +30,4 @@ class ClipLayer:
         """Put the legs where they are."""
         T = frame.T_world_leg
         self._legs.batched_positions = T[:, :3, 3].astype(np.float32)
-        self._legs.batched_wxyzs = np.array(
-            [wxyz(rotation) for rotation in T[:, :3, :3]], np.float32
-        ).reshape(-1, 4)
+        self._legs.batched_wxyzs = wxyz(T[:, :3, :3]).astype(np.float32)

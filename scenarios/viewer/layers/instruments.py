@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
@@ -12,29 +13,41 @@ from tissue_sim.instrument_meshes import finished, link_parts
 from tissue_sim.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
 from tissue_sim.psm import T_yaw_tool
 
+LINKS = (*PATCH_LINKS, "palm")
 ARM_OF = {"grasper": LEFT_ARM, "clip_applier": RIGHT_ARM, "scissors": RIGHT_ARM}
 
 
 class InstrumentLayer:
-    """All three tools from the start; what is not mounted is hidden."""
+    """All three tools from the start; what is not mounted is hidden.
+
+    Links are batches of one: viser compares a plain node's pose so carefully that it takes longer
+    than all the rest.
+    """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
+        still, here = np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 3))
         self._links = {
-            (tool, link): scene.add_glb(f"{root}/{tool}/{link}", mesh, visible=False)
+            tool: {
+                link: scene.add_batched_glb(f"{root}/{tool}/{link}", mesh, still, here, lod="off")
+                for link, mesh in _glbs(instrument).items()
+            }
             for tool, instrument in INSTRUMENTS.items()
-            for link, mesh in _glbs(instrument).items()
         }
 
     def update(self, frame: Frame) -> None:
         """Put every link of the mounted tools where it is."""
-        for (tool, link), node in self._links.items():
+        T = _T_world_links(frame).astype(np.float32)
+        positions, turns = T[..., :3, 3], wxyz(T[..., :3, :3])
+        for tool, links in self._links.items():
             arm = ARM_OF[tool]
             mounted = frame.tools[arm] == tool
-            node.visible = mounted
-            if mounted:
-                T = _T_world_link(frame, arm, link)
-                node.position, node.wxyz = T[:3, 3], wxyz(T[:3, :3])
+            for k, link in enumerate(LINKS):
+                if links[link].visible != mounted:
+                    links[link].visible = mounted
+                if mounted:
+                    links[link].batched_positions = positions[arm, k : k + 1]
+                    links[link].batched_wxyzs = turns[arm, k : k + 1]
 
 
 def _glbs(instrument: Instrument) -> dict[str, bytes]:
@@ -44,8 +57,8 @@ def _glbs(instrument: Instrument) -> dict[str, bytes]:
     }
 
 
-def _T_world_link(frame: Frame, arm: int, link: str) -> Array:
-    """The palm touches nothing, so it is not among the links whose poses tissue knows."""
-    if link in PATCH_LINKS:
-        return frame.T_world_link[arm, PATCH_LINKS.index(link)]
-    return frame.T_world_tool[arm] @ inverse_pose(T_yaw_tool(INSTRUMENTS[frame.tools[arm]]))
+def _T_world_links(frame: Frame) -> Array:
+    """(2, 5, 4, 4); the palm touches nothing, so the tissue does not know where it is."""
+    tools = [INSTRUMENTS[name] for name in frame.tools]
+    palms = frame.T_world_tool @ np.stack([inverse_pose(T_yaw_tool(tool)) for tool in tools])
+    return np.concatenate([frame.T_world_link, palms[:, None]], axis=1)

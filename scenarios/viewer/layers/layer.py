@@ -6,9 +6,10 @@ from typing import Protocol
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
+from viser.transforms import SO3
 
 from scenarios.viewer.frame import Frame
-from tissue_sim.frames import Array, rotation_vector
 from tissue_sim.textures import Colour
 
 Rgb = tuple[int, int, int]
@@ -38,9 +39,6 @@ def glb(*meshes: trimesh.Trimesh) -> bytes:
     return made
 
 
-def wxyz(rotation: Array) -> Array:
-    """(4,) quaternion of a (3, 3) rotation."""
-    vector = rotation_vector(rotation)
-    angle = float(np.linalg.norm(vector))
-    axis = vector / angle if angle > 0.0 else vector
-    return np.array([np.cos(0.5 * angle), *(np.sin(0.5 * angle) * axis)])
+def wxyz(rotations: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(..., 4) quaternions of rotations (..., 3, 3)."""
+    return SO3.from_matrix(rotations).wxyz

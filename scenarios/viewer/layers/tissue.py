@@ -22,6 +22,7 @@ class TissueLayer:
         self._rest_faces = surface_faces(patient.organ.tets)
         self._tets = np.zeros((0, 4), np.int32)
         self._meshes: dict[str, viser.MeshHandle] = {}
+        self._dyed: float | None = None
 
     def update(self, frame: Frame) -> None:
         """Draw the tissue where it is."""
@@ -30,11 +31,12 @@ class TissueLayer:
         surfaces = self._skin.surfaces(frame.positions_m)
         for name, mesh in self._meshes.items():
             mesh.vertices = surfaces[name][0]
-            mesh.color = _colour(looks(self._patient.anatomy, frame.dyed)[name])
+        if frame.dyed != self._dyed:
+            self._colour(frame.dyed)
 
     def _rebuild(self, frame: Frame) -> None:
         """Another topology: all triangles anew."""
-        self._tets = frame.tets
+        self._tets, self._dyed = frame.tets, None
         self._skin = build_skin(
             frame.tets,
             self._patient.organ.region[frame.alive],
@@ -54,8 +56,14 @@ class TissueLayer:
             for name, patch in self._skin.patches.items()
         }
 
+    def _colour(self, dyed: float) -> None:
+        self._dyed = dyed
+        for name, look in looks(self._patient.anatomy, dyed).items():
+            if name in self._meshes:
+                self._meshes[name].color = _rgb(look)
 
-def _colour(look: Look) -> Rgb:
+
+def _rgb(look: Look) -> Rgb:
     """Dye tints the whole of it: the page has no texture on what deforms."""
     clean, dye = np.array(look.colour), np.array(DYE)
     red, green, blue = (1.0 - look.dyed) * clean + look.dyed * dye

@@ -45,13 +45,14 @@ def browser():
 
 
 @contextmanager
-def open_tab(chromium, address):
+def open_tab(chromium, address, *, offline=False):
     """A tab in which any error on the page fails the test."""
     errors = []
-    tab = chromium.new_page(viewport=SIZE)
-    tab.set_default_timeout(60_000)
+    context = chromium.new_context(viewport=SIZE, offline=offline)
+    tab = context.new_page()
+    tab.set_default_timeout(120_000)
     tab.on("pageerror", lambda error: errors.append(str(error)))
     tab.goto(address)
     yield tab
-    tab.close()
+    context.close()
     assert not errors, errors

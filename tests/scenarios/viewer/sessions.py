@@ -44,7 +44,7 @@ def session(out, *, paused=True, speed=1.0, **config):
     finally:
         desk.watcher.over = True
         pace.wake()
-        thread.join(30.0)
+        thread.join(120.0)
         assert not thread.is_alive()
 
 
@@ -53,7 +53,7 @@ def _run(desk):
         watch_episodes(desk)
 
 
-def wait_until(holds, within_s=30.0):
+def wait_until(holds, within_s=120.0):
     """Polls, and fails when it does not come to hold."""
     end_s = time.monotonic() + within_s
     while not holds():

@@ -50,7 +50,7 @@ def press(tab, name):
 
 def button(tab, name):
     """By its own text: style sheets may show another."""
-    return tab.locator("button", has_text=re.compile(f"^{re.escape(name)}$"))
+    return tab.locator("button", has_text=re.compile(rf"^\s*{re.escape(name)}$"))
 
 
 def say(tab, text):
@@ -187,7 +187,6 @@ def test_saving_an_intervention_makes_a_loadable_episode(tab, desk):
 
 
 def test_keys_do_what_the_legend_says(tab, desk):
-    tab.locator("canvas").first.click()
     tab.keyboard.press("Space")
     wait_until(lambda: not desk.pace.paused)
     tab.keyboard.press("Shift+KeyI")
@@ -215,7 +214,5 @@ def test_an_exported_page_works_offline(chromium, tmp_path, desk):
     desk.pace.restart(desk.config)
     page = tmp_path / "page.html"
     page.write_text(export(Reel(recorded(desk), every=6), lambda time_s: None))
-    context = chromium.new_context(offline=True)
-    with open_tab(context, page.as_uri()) as tab:
+    with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)
-    context.close()
