@@ -179,15 +179,19 @@ class Episode:
     def __post_init__(self) -> None:
         self.driver = Driver(rig_in(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
+        self._begun = False
         self._chunk: Iterator[ToolAction] = iter(())
         self._n_told = 0  # entries of the ledger that observers have been told of
         self._heeded: tuple[str, Source, float] | None = None  # the correction in force
         self._heard: list[Heard] = []  # of which observers have not been told
 
     def steps(self) -> Iterator[Step]:
-        """The loop: plan, hear, exchange tools when needed, act; until done or out of time."""
-        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
-        self._instruction = self._plan()
+        """The loop: plan, hear, exchange tools when needed, act; until done or out of time.
+
+        Called again, or on a copy, it goes on from where the episode is.
+        """
+        if not self._begun:
+            self._begin()
         while True:
             self._hear()
             while self._needs_exchange():
@@ -200,6 +204,11 @@ class Episode:
                 return
             if self._is_finished(step) or self._plan_is_due():
                 self._follow(self._plan())
+
+    def _begin(self) -> None:
+        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
+        self._instruction = self._plan()
+        self._begun = True
 
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
