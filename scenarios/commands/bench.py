@@ -231,6 +231,33 @@ class Corrections:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Latency:
+    """How long it takes from submitted text to the first joint command that it changed."""
+
+    controller: Literal["diffusion", "expert"] = "expert"
+    """Who is spoken to."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the diffusion controller; left out, the one that comes with Calot."""
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the anatomy."""
+    texts: Annotated[int, at_least(1)] = 50
+    """How often somebody speaks, at most; an episode has about 50 moments for it."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_latency import latency_table
+        from scenarios.episode_config import EpisodeConfig
+
+        require_checkpoint(self.controller, self.checkpoint)
+        checkpoint = str(self.checkpoint) if self.checkpoint else None
+        config = EpisodeConfig(controller=self.controller, checkpoint=checkpoint, seed=self.seed)
+        with Console(stderr=True).status("measuring: latency"):
+            table = latency_table(config, self.texts)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -243,6 +270,7 @@ class Bench:
         | Annotated[Controller, subcommand("controller")]
         | Annotated[Obedience, subcommand("obedience")]
         | Annotated[Corrections, subcommand("corrections")]
+        | Annotated[Latency, subcommand("latency")]
     ]
 
     def execute(self) -> int:
