@@ -24,7 +24,7 @@ from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Source
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
-from planner.task import Tube
+from planner.task import Task, Tube
 from scenarios.catalogue import (
     CONTROLLERS,
     LEARNED_CONTROLLERS,
@@ -346,16 +346,30 @@ class Episode:
         )
 
     def _note(self, step: Step) -> None:
-        """Count the step's time to its task; done once is done, unless it is taken up again."""
-        task = step.instruction.task
+        """Count the step to its task; done once is done, unless it is taken up again.
+
+        What the planner is at may come to be done under a person's word for something else.
+        """
+        self._credit(
+            step.instruction.task,
+            success=step.outcome.task_done,
+            time_s=self.world.config.control_step_s,
+            corrections=int(self._begins_correction(step.instruction)),
+        )
+        planned = self._override.planned.task
+        if planned != step.instruction.task and task_done(planned, self.world):
+            self._credit(planned, success=True)
+
+    def _credit(
+        self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0
+    ) -> None:
         before = self.tasks.get(task.index)
-        corrections = before.corrections if before else 0
         self.tasks[task.index] = TaskResult(
             index=task.index,
             instruction=task.text,
-            success=step.outcome.task_done,
-            time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
-            corrections=corrections + self._begins_correction(step.instruction),
+            success=success,
+            time_s=(before.time_s if before else 0.0) + time_s,
+            corrections=(before.corrections if before else 0) + corrections,
         )
 
     def _begins_correction(self, instruction: Instruction) -> bool:
