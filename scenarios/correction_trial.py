@@ -76,7 +76,7 @@ class Comparison:
         if step is None:
             return Trial(seed=seed)
         task, moment = step.instruction.task, Moment(episode)
-        correction = correction_of(*_wanted(task, episode.world))
+        correction = correction_of(*wanted_motion(task, episode.world))
         if not correction:
             return Trial(seed=seed)
         without = _course(moment.again(), task, "")
@@ -110,7 +110,7 @@ def _course(episode: Episode, task: Task, correction: str) -> Course:
         if correction and n == round(SAID_S / CONTROL_STEP_S):
             episode.inbox.press(COMMANDS["resume"])
         if n == round(LOOK_S / CONTROL_STEP_S):
-            off_m = float(np.linalg.norm(_wanted(task, world)[0]))
+            off_m = float(np.linalg.norm(wanted_motion(task, world)[0]))
         if done_s is None and task_done(task, world):
             done_s = step.time_s - start_s
         if done_s is not None and n * CONTROL_STEP_S >= LOOK_S:
@@ -118,10 +118,11 @@ def _course(episode: Episode, task: Task, correction: str) -> Course:
     return Course(off_m=off_m, done_s=done_s, injuries=len(world.record.injuries) - n_injuries)
 
 
-def _wanted(task: Task, world: World) -> tuple[Array, Array]:
-    """The motion of both tips (2, 3), endoscope frame, that would put the working one right.
+def wanted_motion(task: Task, world: World) -> tuple[Array, Array]:
+    """What would put the tip that works on the task right, as `correction_of` takes it.
 
-    And (2,) no change of the jaws, as `correction_of` takes them.
+    Returns:
+        (2, 3) of both tips, m in the endoscope frame, and (2,) of the jaws, none.
     """
     arm, goal = _goal(task, world)
     way = goal[:3, 3] - world.arms.T_world_tool()[arm][:3, 3]

@@ -5,11 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
+from planner.task import TASKS
 from scenarios.bench_corrections import corrections_table, error_lines, mean_gain, sign_test
 from scenarios.bench_latency import measured
-from scenarios.correction_trial import SAID_S, Comparison, Course, Trial, lost_trial
+from scenarios.correction_trial import SAID_S, Comparison, Course, Trial, lost_trial, wanted_motion
+from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import inverse_pose
 
 SEED = 10_004
 ASTRAY = EpisodeConfig(scenario="overshoot")
@@ -26,6 +31,21 @@ def test_a_correction_is_said_where_an_arm_was_led_astray_and_it_leads_nearer(tr
     assert trial.told.off_m < trial.without.off_m
     assert trial.without.done_s is not None
     assert trial.told.done_s > SAID_S
+
+
+@pytest.mark.parametrize(("task", "arm"), [(TASKS[0], LEFT_ARM), (TASKS[1], RIGHT_ARM)])
+def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task, arm):
+    world = begin(EpisodeConfig(seed=SEED)).world
+    if arm == LEFT_ARM:
+        T_world_goal = grasp_pose(world)
+    else:
+        T_world_goal = clip_pose(world, world.anatomy.structure("left"), 1)
+    moved_m, opened_rad = wanted_motion(task, world)
+    there_m = world.observe().tips_endoscope[arm, :3, 3] + moved_m[arm]
+    goal_m = (inverse_pose(world.T_world_endoscope) @ T_world_goal)[:3, 3]
+    np.testing.assert_allclose(there_m, goal_m, atol=1e-6)
+    assert not moved_m[1 - arm].any()
+    assert not opened_rad.any()
 
 
 def test_the_same_moment_again_gives_the_same(trial):

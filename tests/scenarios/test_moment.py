@@ -35,9 +35,10 @@ def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
     episode.effects = Effects((NOISE,), SEED)
     running = episode.steps()
     next(step for step in running if step.time_s >= at_s and not step.exchange)
-    moment = Moment(episode)
+    moment, rate = Moment(episode), episode.filter.rate
     after = seen(islice(running, 60))
     for _ in range(2):
+        np.testing.assert_array_equal(moment.again().filter.rate, rate)
         assert_same(seen(islice(moment.again().steps(), 60)), after)
 
 
@@ -46,8 +47,10 @@ def test_what_is_said_in_one_is_not_heard_in_the_other():
     running = episode.steps()
     next(step for step in running if step.time_s >= 1.0)
     moment = Moment(episode)
+    episode.inbox.press(COMMANDS["stop"])
     without = seen(islice(moment.again().steps(), 30))
     told = moment.again()
     told.inbox.press(COMMANDS["move right arm higher"])
     assert {texts[-1] for texts in seen(islice(told.steps(), 30))} == {"move right arm higher"}
+    assert {texts[-1] for texts in without} == {"grabbing gallbladder"}
     assert_same(seen(islice(moment.again().steps(), 30)), without)
