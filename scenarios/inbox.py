@@ -41,7 +41,7 @@ class Heard:
 
 @cache
 def interpreter() -> Interpreter:
-    """The one of this process; asked for early, it makes the first text as fast as the others."""
+    """The one of this process; have it read a text early where the first must not be slow."""
     return Interpreter()
 
 
