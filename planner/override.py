@@ -66,6 +66,13 @@ class PlannerOverridden:
         self._planner, self._duct = planner, duct
         self._forget()
 
+    @property
+    def planned(self) -> Instruction:
+        """What the planner said last, whoever is heard."""
+        if self._planned is None:
+            raise RuntimeError("the planner has not been asked yet")
+        return self._planned
+
     def reset(self) -> None:
         """Forgets the episode so far, and what was said in it."""
         self._planner.reset()
@@ -82,13 +89,11 @@ class PlannerOverridden:
 
     def in_force(self, time_s: float) -> Instruction:
         """What holds at a time: a person's instruction, else what the planner said last."""
-        if self._planned is None:
-            raise RuntimeError("the planner has not been asked yet")
         said = self._human_at(time_s)
         if said is None:
-            return self._planned
+            return self.planned
         return Instruction(
-            task=said.task or self._planned.task,
+            task=said.task or self.planned.task,
             correction=said.correction,
             hold=said.hold,
             source="human",

@@ -25,7 +25,7 @@ from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Source
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
-from planner.task import Tube
+from planner.task import Task, Tube
 from scenarios.catalogue import (
     CONTROLLERS,
     LEARNED_CONTROLLERS,
@@ -187,6 +187,7 @@ class Episode:
     def __post_init__(self) -> None:
         self.driver = Driver(rig_in(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
+        self._begun = False
         self._chunk: deque[ToolAction] = deque()
         self._clock = StageClock()
         self._n_told = 0  # entries of the ledger that observers have been told of
@@ -195,9 +196,12 @@ class Episode:
         self._heard: list[Heard] = []  # of which observers have not been told
 
     def steps(self) -> Iterator[Step]:
-        """The loop: plan, hear, exchange tools when needed, act; until done or out of time."""
-        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
-        self._instruction = self._plan()
+        """The loop: plan, hear, exchange tools when needed, act; until done or out of time.
+
+        Called again, or on a copy, it goes on from where the episode is.
+        """
+        if not self._begun:
+            self._begin()
         while True:
             self._hear()
             while self._needs_exchange():
@@ -212,6 +216,11 @@ class Episode:
                 return
             if self._is_finished(step) or self._plan_is_due():
                 self._follow(self._plan())
+
+    def _begin(self) -> None:
+        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
+        self._instruction = self._plan()
+        self._begun = True
 
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
@@ -365,16 +374,30 @@ class Episode:
         )
 
     def _note(self, step: Step) -> None:
-        """Count the step's time to its task; done once is done, unless it is taken up again."""
-        task = step.instruction.task
+        """Count the step to its task; done once is done, unless it is taken up again.
+
+        What the planner is at may come to be done under a person's word for something else.
+        """
+        self._credit(
+            step.instruction.task,
+            success=step.outcome.task_done,
+            time_s=self.world.config.control_step_s,
+            corrections=int(self._begins_correction(step.instruction)),
+        )
+        planned = self._override.planned.task
+        if planned != step.instruction.task and task_done(planned, self.world):
+            self._credit(planned, success=True)
+
+    def _credit(
+        self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0
+    ) -> None:
         before = self.tasks.get(task.index)
-        corrections = before.corrections if before else 0
         self.tasks[task.index] = TaskResult(
             index=task.index,
             instruction=task.text,
-            success=step.outcome.task_done,
-            time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
-            corrections=corrections + self._begins_correction(step.instruction),
+            success=success,
+            time_s=(before.time_s if before else 0.0) + time_s,
+            corrections=(before.corrections if before else 0) + corrections,
         )
 
     def _begins_correction(self, instruction: Instruction) -> bool:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
@@ -44,6 +44,12 @@ class Heard:
         return self.reading.text
 
 
+@cache
+def interpreter() -> Interpreter:
+    """The one of this process; have it read a text early where the first must not be slow."""
+    return Interpreter()
+
+
 class Inbox:
     """A queue of readings. Texts are read in the thread that submits them, not in the loop.
 
@@ -57,14 +63,9 @@ class Inbox:
         self._disturbances: SimpleQueue[Perturbation] = SimpleQueue()
         self.hand: Hand | None = None
 
-    @cached_property
-    def interpreter(self) -> Interpreter:
-        """Made when it is first needed; ask for it early where the first text must be fast."""
-        return Interpreter()
-
     def say(self, text: str) -> Reading:
         """Submit free text; returns how it is read, be it understood or asked back."""
-        reading = self._read(text)
+        reading = _read(text)
         self._said.put(reading)
         return reading
 
@@ -92,7 +93,7 @@ class Inbox:
     def arrange(self, script: Sequence[Timed]) -> None:
         """Have these come at their times; they replace what was arranged before."""
         ordered = sorted(script, key=lambda timed: timed.time_s)
-        self._arranged = deque((timed.time_s, self._read(timed.text)) for timed in ordered)
+        self._arranged = deque((timed.time_s, _read(timed.text)) for timed in ordered)
 
     def take(self, time_s: float) -> list[Reading]:
         """What is due at a moment of simulated time, then what was said since; each once."""
@@ -101,8 +102,9 @@ class Inbox:
             taken.append(self._arranged.popleft()[1])
         return taken + _drained(self._said)
 
-    def _read(self, text: str) -> Reading:
-        return self.interpreter.read(text[:LONGEST])
+
+def _read(text: str) -> Reading:
+    return interpreter().read(text[:LONGEST])
 
 
 def _drained(queue: SimpleQueue[T]) -> list[T]:

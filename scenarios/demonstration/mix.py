@@ -16,7 +16,6 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-INTERVENTION = "intervention"  # a person's, in the viewer
 KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import count
 from pathlib import Path
 
 from planner.command import COMMANDS
-from scenarios.atomic_write import write_atomic
+from scenarios.catalogue import LEARNED_CONTROLLERS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.viewer.interventions import Interventions
+from scenarios.viewer.interventions import InterventionsOnRequest
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.watcher import Watcher
 
@@ -38,7 +37,12 @@ class Desk:
 
     def begin(self, config: EpisodeConfig) -> None:
         """Another episode: what was said to the one before is forgotten."""
-        self.config, self.interventions = config, Interventions(config)
+        self.config = config
+        self.interventions = InterventionsOnRequest(
+            self.out / "interventions",
+            config.scenario,
+            expert=config.controller not in LEARNED_CONTROLLERS,
+        )
         self.inbox.take(float("inf"))
         self.inbox.disturbances()
         self.inbox.hand = None
@@ -58,17 +62,3 @@ class Desk:
             KeyError: there is no such thing.
         """
         self.inbox.disturb(BY_HAND[name])
-
-    def save_intervention(self) -> Path:
-        """Keeps the episode so far as training data; returns the file.
-
-        Raises:
-            ValueError: there is nothing to keep.
-            OSError: the file cannot be written.
-        """
-        content = self.interventions.part()
-        names = (f"{self.config.seed:05d}-{k}.parquet" for k in count(1))
-        folder = self.out / "interventions"
-        path = next(folder / name for name in names if not (folder / name).exists())
-        write_atomic(path, content)
-        return path

@@ -47,10 +47,12 @@ class _Handler(BaseHTTPRequestHandler):
     server: ChatServer
 
     def do_POST(self) -> None:
-        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"] or 0)) or "{}")
         self.server.asked.append({"path": self.path, "headers": dict(self.headers), **body})
         answers = self.server.answers
         (answers.pop(0) if len(answers) > 1 else answers[0])(self)
+
+    do_GET = do_POST  # a redirection may make one of the other
 
     def log_message(self, *_: object) -> None:
         pass

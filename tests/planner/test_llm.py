@@ -143,9 +143,10 @@ def test_nobody_listening_is_told_too():
     assert "it cannot be reached" in planner.plan(clipped()).remark
 
 
-def test_the_key_goes_nowhere_else():
+@pytest.mark.parametrize("status", [302, 307])
+def test_the_key_goes_nowhere_else(status):
     with serving(GOOD) as other:
-        moved = sends(b"", 307, Location=other.url + "/chat/completions")
+        moved = sends(b"", status, Location=other.url + "/chat/completions")
         with serving(moved) as server:
             endpoint = Endpoint(url=server.url, model="m", key="secret")
             said = PlannerLlm(endpoint, sleep=Waits()).plan(clipped())

@@ -114,6 +114,15 @@ def test_an_episode_held_for_ever_ends_at_the_tasks_cap():
     assert not episode.is_done
 
 
+def test_what_the_planner_is_at_may_come_to_be_done_under_other_words():
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.planner = Saying(Instruction(task=TASKS[2]))  # going back: the arm is
+    episode.inbox.press(COMMANDS[TASKS[0].text])
+    list(islice(episode.steps(), 10))
+    assert {k: task.success for k, task in episode.tasks.items()} == {1: False, 3: True}
+    assert (episode.tasks[1].time_s, episode.tasks[3].time_s) == (pytest.approx(10 * STEP_S), 0.0)
+
+
 class Saying:
     """One thing, at the time it is asked."""
 

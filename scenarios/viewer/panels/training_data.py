@@ -24,7 +24,7 @@ class TrainingDataPanel:
     def _on_save(self, event: viser.GuiEvent) -> None:
         """In a thread of its own, as files take their time."""
         try:
-            title, body, colour = "Saved", str(self._desk.save_intervention()), "green"
+            title, body, colour = "Saved", str(self._desk.interventions.save_so_far()), "green"
         except (OSError, ValueError) as error:
             title, body, colour = "Not saved", str(error), "red"
         if event.client is not None:
@@ -32,4 +32,4 @@ class TrainingDataPanel:
 
     def update(self, story: Story) -> None:
         """There is something to save once a person has done something."""
-        self._save.disabled = self._desk.interventions.corrected == 0
+        self._save.disabled = not self._desk.interventions.intervened

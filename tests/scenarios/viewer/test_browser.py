@@ -181,8 +181,8 @@ def test_saving_an_intervention_makes_a_loadable_episode(tab, desk):
     tab.locator(f'button:enabled:has-text("{save}")').wait_for()
     run_to(desk, desk.watcher.story().time_s + 0.5)
     press(tab, save)
-    wait_until(lambda: list(desk.out.glob("interventions/*.parquet")))
-    (path,) = desk.out.glob("interventions/*.parquet")
+    wait_until(lambda: list(desk.out.glob("interventions/parts/*.parquet")))
+    (path,) = desk.out.glob("interventions/parts/*.parquet")
     assert "move left arm lower" in read_part(path).columns["correction"]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from controller.dataset.part import read_part
+from controller.dataset.reader import read_episodes
 from planner.instruction import CORRECTIONS
 from scenarios.inbox import LONGEST
 from scenarios.perturbation.by_hand import BY_HAND
@@ -106,16 +107,17 @@ def test_an_episode_that_breaks_off_is_told_and_the_next_one_begins(desk):
 
 
 def test_an_intervention_is_saved_as_training_data_beside_the_others(desk):
-    with pytest.raises(ValueError, match="no frame"):
-        desk.save_intervention()
+    with pytest.raises(ValueError, match="nobody has corrected"):
+        desk.interventions.save_so_far()
     desk.pace.go_on()
     desk.press("move left arm lower")
     run_to(desk, 1.0)
     desk.pace.pause()
-    paths = [desk.save_intervention() for _ in range(2)]
+    paths = [desk.interventions.save_so_far() for _ in range(2)]
     assert len(set(paths)) == 2
     episode = read_part(paths[0])
     assert set(episode.columns["correction"]) == {"move left arm lower"}
     assert np.all(episode.columns["expert"])
+    assert len(list(read_episodes(desk.out / "interventions"))) == 2
     with pytest.raises(KeyError):
         desk.press("do a somersault")
