@@ -13,7 +13,8 @@ def require_checkpoint(controller: str, checkpoint: Path | None) -> None:
         BadInputError: it is not so.
     """
     if controller in LEARNED_CONTROLLERS:
-        from controller.diffusion.checkpoint import CheckpointError, checked_config, chosen
+        from controller.diffusion.checkpoint import checked_config, chosen
+        from planner.learning.checkpoint import CheckpointError
 
         try:
             checked_config(chosen(checkpoint))

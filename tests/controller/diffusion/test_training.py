@@ -7,13 +7,10 @@ import pytest
 import torch
 
 from controller.diffusion import training
-from controller.diffusion.checkpoint import (
-    FITS,
-    CheckpointError,
-    load_checkpoint,
-    save_checkpoint,
-)
+from controller.diffusion.checkpoint import FITS, load_checkpoint, save_checkpoint
 from controller.diffusion.policy import Policy
+from planner.learning.checkpoint import CheckpointError
+from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
 
 SMOKE = training.PRESETS["smoke"]
@@ -57,10 +54,10 @@ def test_another_seed_gives_another_policy(trained, tmp_path):
 
 def test_another_configuration_does_not_go_on_from_there(trained):
     out, _ = trained
-    before = (out / training.STATE_FILE).read_bytes()
+    before = (out / STATE_FILE).read_bytes()
     with pytest.raises(ValueError, match="of another configuration"):
         next(training.train(GIVEN, replace(SMOKE, batch=32), out))
-    assert (out / training.STATE_FILE).read_bytes() == before
+    assert (out / STATE_FILE).read_bytes() == before
 
 
 def test_other_demonstrations_do_not_go_on_from_there(trained):
