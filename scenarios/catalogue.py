@@ -51,7 +51,11 @@ SCENARIOS: dict[str, Scenario] = {
 
 PLANNERS: dict[str, str] = {
     "scripted": "planner.scripted:PlannerScripted",
+    "learned": "planner.learned.planner:load_planner",
 }
+
+LEARNED_PLANNERS = ("learned",)
+"""Made from a checkpoint; the others from the world, which these never get hold of."""
 
 CONTROLLERS: dict[str, str] = {
     "expert": "controller.expert:ControllerExpert",

@@ -7,7 +7,7 @@ from pathlib import Path
 from controller.action import ACTION_SIZE
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
-from planner.learning.checkpoint import CheckpointError, read_config, read_weights, write
+from planner.learning.checkpoint import read_config, read_weights, write
 from tissue_sim.observation import VECTOR_SIZE
 from tissue_sim.world import WORLD_VERSION
 
@@ -19,17 +19,6 @@ FITS = {
     "action size": ACTION_SIZE,
 }
 """What a checkpoint must have been made with."""
-
-
-def chosen(path: str | Path | None) -> Path:
-    """The checkpoint to take; left out, it is the one that comes with Calot.
-
-    Raises:
-        CheckpointError: it is left out, and none comes with Calot.
-    """
-    if path is None and not SHIPPED.exists():
-        raise CheckpointError("none comes with Calot: `calot train controller` makes one to name")
-    return Path(path or SHIPPED)
 
 
 def save_checkpoint(path: Path, policy: Policy) -> None:

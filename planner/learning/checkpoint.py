@@ -17,6 +17,17 @@ class CheckpointError(ValueError):
     """A file is no checkpoint, or one for something else; says which in one line."""
 
 
+def chosen(path: str | Path | None, shipped: Path, learner: str) -> Path:
+    """The checkpoint to take; left out, it is the one that comes with Calot.
+
+    Raises:
+        CheckpointError: it is left out, and none comes with Calot.
+    """
+    if path is None and not shipped.exists():
+        raise CheckpointError(f"none comes with Calot: `calot train {learner}` makes one to name")
+    return Path(path or shipped)
+
+
 def write(path: Path, model: nn.Module, config: Any, fits: Mapping[str, Any]) -> None:
     """Write a model, whole or not at all.
 

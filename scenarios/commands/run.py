@@ -13,7 +13,7 @@ from tyro.conf import arg
 from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
-from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
@@ -49,6 +49,8 @@ class Run:
     """Who moves the arms."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of a learned controller; left out, the one that comes with Calot."""
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a learned planner; left out, the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -82,6 +84,7 @@ class Run:
     def _require_possible(self) -> None:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
+        require_planner_checkpoint(self.planner, self.planner_checkpoint)
         if self.video is not None:
             self._require_video_possible(self.video)
         require_writable_folder(self.out, "--out")
@@ -124,7 +127,8 @@ class Run:
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,
-                checkpoint=None if self.checkpoint is None else str(self.checkpoint),
+                checkpoint=_name(self.checkpoint),
+                planner_checkpoint=_name(self.planner_checkpoint),
                 safety_filter=self.filter,
             )
             for k in range(self.episodes)
@@ -138,6 +142,10 @@ class Run:
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
         write_results(self.out / "results.json", finished, config=plain(self))
+
+
+def _name(checkpoint: Path | None) -> str | None:
+    return None if checkpoint is None else str(checkpoint)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

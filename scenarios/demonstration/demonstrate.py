@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from scenarios.results import EpisodeResult
 if TYPE_CHECKING:  # both are heavy to import
     from controller.dataset.episode import Episode as Demonstrated
     from scenarios.episode import Episode as Running
+    from scenarios.episode_config import EpisodeConfig
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
@@ -71,13 +72,15 @@ def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
         frames=len(episode),
         wall_s=time.perf_counter() - start_s,
     )
-    path = part_path(demonstration, out, PARTS if success else FAILED)
+    kept = success or demonstration.is_rollout
+    path = part_path(demonstration, out, PARTS if kept else FAILED)
     return _written(outcome, path, part_bytes(episode))
 
 
 def run(demonstration: Demonstration) -> Demonstrated:
     """The whole of it, in memory."""
     from controller.dataset.episode import Episode, Header
+    from scenarios.demonstration.rollouts import WitnessOfRollout
     from scenarios.demonstration.witness import Witness
     from scenarios.episode import play
     from scenarios.strict_json import plain
@@ -85,7 +88,7 @@ def run(demonstration: Demonstration) -> Demonstrated:
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
-    witness = Witness(kind, episode.controller)
+    witness = (WitnessOfRollout if demonstration.is_rollout else Witness)(kind, episode.controller)
     result = play(episode, [witness], time.perf_counter())
     header = Header(
         seed=seed,
@@ -110,13 +113,12 @@ def begun(demonstration: Demonstration) -> Running:
     from scenarios.demonstration.order import shuffled_order
     from scenarios.demonstration.turns import ControllerTakingTurns
     from scenarios.episode import begin
-    from scenarios.episode_config import EpisodeConfig
     from scenarios.perturbation.effects import Effects
 
     seed, scenario = demonstration.seed, demonstration.scenario
     rng = np.random.default_rng([0xDE30, seed])
-    episode = begin(EpisodeConfig(seed=seed, scenario=scenario))
-    noise = (NOISE,) if demonstration.noise else ()
+    episode = begin(_config(demonstration))
+    noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
     if demonstration.kind in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
@@ -129,6 +131,18 @@ def begun(demonstration: Demonstration) -> Running:
         learner = load_controller(demonstration.checkpoint, seed)
         episode.controller = ControllerTakingTurns(learner, episode.controller, rng)
     return episode
+
+
+def _config(demonstration: Demonstration) -> EpisodeConfig:
+    from scenarios.episode_config import EpisodeConfig
+
+    expert = EpisodeConfig(seed=demonstration.seed, scenario=demonstration.scenario)
+    if not demonstration.is_rollout:
+        return expert
+    learned = replace(expert, controller="diffusion", checkpoint=demonstration.checkpoint)
+    if not demonstration.planner:
+        return learned
+    return replace(learned, planner="learned", planner_checkpoint=demonstration.planner)
 
 
 def _failures(result: EpisodeResult) -> list[str]:

@@ -16,13 +16,17 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS
+ROLLOUT, TROUBLED = "rollout", "troubled"
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, TROUBLED
+ROLLOUTS = "rollouts"
+OF_THE_LEARNED = TURNS, ROLLOUT, TROUBLED
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),
     "recovery": (RECOVERY,),
     "corrections": (CORRECTION,),
     "orders": (ORDER,),
     "turns": (TURNS,),
+    ROLLOUTS: (ROLLOUT, TROUBLED),
     "all": (NOMINAL, RECOVERY, NOMINAL, CORRECTION),
 }
 
@@ -33,15 +37,24 @@ class Demonstration:
 
     Attributes:
         seed: of the patient and of everything random.
-        kind: "nominal", "recovery:" and the perturbation's name, "correction", "order" or "turns".
+        kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:" or "troubled:"
+            and a perturbation's name.
         noise: whether bursts of noise disturb the motion.
-        checkpoint: of the learned controller that takes turns with the expert; "" where none does.
+        checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
+            where none does.
+        planner: checkpoint of the learned planner that says what to do; "" where the scripted does.
     """
 
     seed: int
     kind: str
     noise: bool = True
     checkpoint: str = ""
+    planner: str = ""
+
+    @property
+    def is_rollout(self) -> bool:
+        """Whether a learned controller acts alone, and all that it does is kept."""
+        return self.kind.startswith((ROLLOUT, TROUBLED))
 
     @property
     def scenario(self) -> str:
@@ -55,15 +68,29 @@ class Demonstration:
 
 
 def demonstrations(
-    mix: str, first_seed: int, episodes: int, *, noise: bool = True, checkpoint: str = ""
+    mix: str,
+    first_seed: int,
+    episodes: int,
+    *,
+    noise: bool = True,
+    checkpoint: str = "",
+    planner: str = "",
 ) -> list[Demonstration]:
     """One for each seed, so that more episodes later only add to them."""
     turns = MIXES[mix]
     made = []
     for seed in range(first_seed, first_seed + episodes):
         kind = turns[seed % len(turns)]
-        if kind == RECOVERY:
-            kind = f"{RECOVERY}:{RECOVERIES[seed // len(turns) % len(RECOVERIES)]}"
-        of_turns = checkpoint if kind == TURNS else ""
-        made.append(Demonstration(seed=seed, kind=kind, noise=noise, checkpoint=of_turns))
+        learned = kind in OF_THE_LEARNED
+        if kind in (RECOVERY, TROUBLED):
+            kind = f"{kind}:{RECOVERIES[seed // len(turns) % len(RECOVERIES)]}"
+        made.append(
+            Demonstration(
+                seed=seed,
+                kind=kind,
+                noise=noise,
+                checkpoint=checkpoint if learned else "",
+                planner=planner if learned else "",
+            )
+        )
     return made

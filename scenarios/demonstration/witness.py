@@ -11,7 +11,7 @@ from controller.base import Controller
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
-from scenarios.demonstration.failures import is_undone
+from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
 from scenarios.demonstration.mix import RECOVERY
 from scenarios.demonstration.turns import ControllerTakingTurns
@@ -35,7 +35,7 @@ class Witness:
         self._controller = controller
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
-        self._failures: set[str] = set()
+        self._failing = Failing()
         self._segment = 0
 
     def on_reset(self, world: World) -> None:
@@ -78,10 +78,8 @@ class Witness:
         }
 
     def _frame(self, step: Step) -> dict[str, Any]:
-        led, correction = step.asked is None, step.instruction.correction
-        if self._recovers:
-            self._failures |= {applied.name for applied in step.applied}
-            self._failures -= {f for f in self._failures if not led and is_undone(f, self._world)}
+        correction = step.instruction.correction
+        failed = self._recovers and self._failing.after(step, self._world)
         if step.disturbed and step.asked is not None:
             action = step.asked
         else:
@@ -93,7 +91,7 @@ class Witness:
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
             "expert": not step.disturbed and self._expert_acts(),
-            "failed": bool(self._failures) and not led,
+            "failed": failed,
             "segment": self._segment,
         }
 
