@@ -82,7 +82,7 @@ class PlannerNetwork(nn.Module):
             config.width,
             config.heads,
             2 * config.width,
-            dropout=0.1,
+            dropout=0.0,  # its chance would not be resumed; moments are noised instead
             activation="gelu",
             batch_first=True,
             norm_first=True,
