@@ -45,9 +45,8 @@ def test_it_goes_by_what_its_training_gives_for_the_same_episode(network):
     states = rollout(1).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
     n = np.arange(len(states)) // STEPS_A_SECOND
-    corrected = [
-        NOT_SAID if s.correction is None else CORRECTIONS.index(s.correction) for s in said
-    ]
+    numbers = {None: NOT_SAID} | {c: k for k, c in enumerate(CORRECTIONS)}
+    corrected = [numbers[s.correction] for s in said]
     as_run = replace(
         rollout(1),
         states=states,

@@ -1,4 +1,4 @@
-"""Laws of what a planner learns from: nothing of the future, and labels that say what came of it."""
+"""Laws of what a planner learns from: no future in it, and labels say what came of it."""
 
 from dataclasses import replace
 
