@@ -16,6 +16,7 @@ from planner.task import TASKS
 
 COLUMNS = ("observation.state", "task_index", "task", "flag", "correction")
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that a planner does not know
+LEARNED = ("rollout", "troubled")
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
@@ -29,7 +30,7 @@ def rollouts(roots: Iterable[Path], leave_out: str | None = None) -> list[Rollou
     """
     left_out = (*OTHER_ORDERS, leave_out)
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    return [rollout_of(e) for e in episodes if e.header.kind.partition(":")[0] not in left_out]
+    return [rollout_of(e) for e in episodes if _kind(e) not in left_out]
 
 
 def rollout_of(episode: Episode) -> Rollout:
@@ -44,7 +45,12 @@ def rollout_of(episode: Episode) -> Rollout:
         task=task - 1,
         correction=np.array([_CORRECTION.get(name, NOT_SAID) for name in names]),
         success=episode.header.success,
+        learned=_kind(episode) in LEARNED,
     )
+
+
+def _kind(episode: Episode) -> str:
+    return episode.header.kind.partition(":")[0]
 
 
 def _task_said(

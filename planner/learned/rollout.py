@@ -32,6 +32,7 @@ class Rollout:
         task: (n,) the one that should have been under way, 0 to 16.
         correction: (n,) the one that should have been said, 0 to 17, or -1.
         success: the last task was done as well.
+        learned: a learned controller moved the arms, and no expert.
 
     Raises:
         ValueError: lengths differ, or there is no step.
@@ -43,6 +44,7 @@ class Rollout:
     task: NDArray[np.int64]
     correction: NDArray[np.int64]
     success: bool
+    learned: bool = False
 
     def __post_init__(self) -> None:
         lengths = {

@@ -11,7 +11,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from planner.learned.checkpoint import save_checkpoint
+from planner.learned.calibration import calibrate
+from planner.learned.checkpoint import load_checkpoint, save_checkpoint
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, Opinion, PlannerNetwork
@@ -21,6 +22,7 @@ from tissue_sim.tracker_noise import noised
 
 CHECKPOINT_FILE = "planner.safetensors"
 NORMALISE_BY = 20_000  # steps
+KEEP_OUT_EVERY = 6
 CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn from all steps alike
 MISLED, UNTOLD = 0.1, 0.1  # of a batch: told another task than was said, or nothing
 TASK_SHARE = 0.6  # of the loss; SRT-H's
@@ -54,13 +56,16 @@ def train(
 ) -> Iterator[TrainingStep]:
     """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
 
+    When it ends, the checkpoint is calibrated on rollouts kept out.
+
     Raises:
         ValueError: there is nothing to learn from, or `out` holds the training of another
             configuration or of other rollouts; nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator().manual_seed(config.seed)
-    data = Rollouts(rollouts, config.planner.history)
+    learnt_from, kept_out = parted(rollouts)
+    data = Rollouts(learnt_from, config.planner.history)
     network = PlannerNetwork(config.planner)
     some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
     network.normalise_by(data.steps.states[some])
@@ -73,6 +78,16 @@ def train(
         data.digest,
         save=partial(save_checkpoint, out / CHECKPOINT_FILE),
     )
+    if kept_out:
+        trained = load_checkpoint(out / CHECKPOINT_FILE)
+        calibrate(trained, kept_out)
+        save_checkpoint(out / CHECKPOINT_FILE, trained)
+
+
+def parted(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
+    """What is learnt from, and what is kept out to calibrate on: a part of those of the learned."""
+    kept_out = [r for r in rollouts if r.learned][KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY]
+    return [r for r in rollouts if not any(r is k for k in kept_out)], kept_out
 
 
 def _loss(
