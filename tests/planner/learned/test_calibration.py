@@ -20,9 +20,9 @@ def test_logits_that_say_too_much_are_brought_back_to_the_chances_behind_them():
 
 def test_a_further_score_is_seldom_above_the_conformal_quantile():
     rng = np.random.default_rng(0)
-    scores = rng.exponential(size=(4_000, 100))
+    scores = rng.exponential(size=(20_000, 100))
     above = [s[-1] > conformal_quantile(s[:-1], 0.1) for s in scores]
-    assert 0.08 < np.mean(above) <= 0.1 + 2.0 * np.sqrt(0.09 / len(scores))
+    assert 0.09 < np.mean(above) <= 0.1 + 3.0 * np.sqrt(0.09 / len(scores))
 
 
 def test_with_too_few_scores_there_is_no_alarm():
