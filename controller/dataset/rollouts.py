@@ -16,14 +16,14 @@ from planner.task import TASKS
 
 COLUMNS = ("observation.state", "task_index", "task", "flag", "correction")
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that a planner does not know
-LEARNED = ("rollout", "troubled")
+LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
 def rollouts(roots: Iterable[Path], leave_out: str | None = None) -> list[Rollout]:
     """All of the datasets in these folders in which the tubes were taken in their order.
 
-    Or all of them but those of a kind, "troubled" say.
+    Or all of them but those of a kind, "recovery" say.
 
     Raises:
         ValueError: as of `read_episodes`, in one line.
@@ -45,7 +45,7 @@ def rollout_of(episode: Episode) -> Rollout:
         task=task - 1,
         correction=np.array([_CORRECTION.get(name, NOT_SAID) for name in names]),
         success=episode.header.success,
-        learned=_kind(episode) in LEARNED,
+        learned=_kind(episode) == LEARNED,
     )
 
 

@@ -71,8 +71,8 @@ correction: of the 18, the one that was heard or, under the flag, the one that w
 flag: a correction is wanted, since something went wrong and is not undone yet.
 task: the one under way, 1 to 17.
 kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
-    "turns"; of a learned controller acting alone "rollout", or "troubled:" and the perturbation's
-    name, in which `task`, `flag` and `correction` are what should have been said.
+    "turns", "rollout", the last two perhaps with a perturbation's name as well. In a rollout, of a
+    learned controller alone, `task`, `flag` and `correction` are what should have been said.
 expert: False where a perturbation or noise led the arms: not to be imitated.
 segment: one more after each exchange of tools, where a policy begins anew.
 """

@@ -22,10 +22,10 @@ from scenarios.demonstration.demonstrate import (
     is_finished,
 )
 from scenarios.demonstration.mix import (
+    LEARNED_MIXES,
     MIXES,
-    ROLLOUTS,
+    ROLLOUT,
     TRAINING_SEEDS,
-    TURNS,
     Demonstration,
     demonstrations,
 )
@@ -53,8 +53,8 @@ class Collect:
     """How many episodes run side by side."""
     mix: Annotated[str, one_of(MIXES)] = "all"
     """What is demonstrated: all goes well, failures are undone, corrections are obeyed, all three;
-    tubes in any order; turns that the expert takes with a learned controller; or what that does
-    alone, labelled with what should have been said, whether it passes or fails."""
+    tubes in any order; turns that the expert takes with a learned controller, recovering or not; or
+    what that does alone, labelled with what should have been said, whether it passes or fails."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of the learned controller that takes turns with the expert or acts alone."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -89,15 +89,16 @@ class Collect:
                 f"--seed {self.seed} --episodes {self.episodes}: demonstrations take training seeds"
                 f" only, 0 to {TRAINING_SEEDS.stop - 1}"
             )
-        if (self.mix in (TURNS, ROLLOUTS)) != (self.checkpoint is not None):
+        if (self.mix in LEARNED_MIXES) != (self.checkpoint is not None):
             raise BadInputError(
-                f"--checkpoint is for --mix {TURNS} or {ROLLOUTS}, which need it; no other takes it"
+                f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}, which need it; no other"
+                " takes it"
             )
         if self.checkpoint:
             require_checkpoint("diffusion", self.checkpoint)
         if self.planner_checkpoint:
-            if self.mix != ROLLOUTS:
-                raise BadInputError(f"--planner-checkpoint is for --mix {ROLLOUTS}")
+            if not self.mix.startswith(ROLLOUT):
+                raise BadInputError("--planner-checkpoint is for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
 

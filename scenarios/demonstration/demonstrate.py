@@ -120,12 +120,12 @@ def begun(demonstration: Demonstration) -> Running:
     episode = begin(_config(demonstration))
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
-    if demonstration.kind in (ORDER, TURNS):
+    if demonstration.family in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
-    corrected_by_turns = demonstration.kind == TURNS and seed % 2 == 1
-    if demonstration.kind == CORRECTION or corrected_by_turns:
+    corrected_by_turns = demonstration.family == TURNS and seed % 2 == 1
+    if demonstration.family == CORRECTION or corrected_by_turns:
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
-    if demonstration.kind == TURNS:
+    if demonstration.family == TURNS:
         from controller.diffusion.controller import load_controller
 
         learner = load_controller(demonstration.checkpoint, seed)

@@ -16,19 +16,21 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-ROLLOUT, TROUBLED = "rollout", "troubled"
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, TROUBLED
-ROLLOUTS = "rollouts"
-OF_THE_LEARNED = TURNS, ROLLOUT, TROUBLED
+ROLLOUT = "rollout"
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT
+OF_THE_LEARNED = TURNS, ROLLOUT
+FAILING = ":"  # after a kind: one failure of the recovery set is set up, and its name follows
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),
-    "recovery": (RECOVERY,),
+    "recovery": (RECOVERY + FAILING,),
     "corrections": (CORRECTION,),
     "orders": (ORDER,),
     "turns": (TURNS,),
-    ROLLOUTS: (ROLLOUT, TROUBLED),
-    "all": (NOMINAL, RECOVERY, NOMINAL, CORRECTION),
+    "turns-recovery": (TURNS + FAILING,),
+    "rollouts": (ROLLOUT, ROLLOUT + FAILING),
+    "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
+LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +39,8 @@ class Demonstration:
 
     Attributes:
         seed: of the patient and of everything random.
-        kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:" or "troubled:"
-            and a perturbation's name.
+        kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:", "turns:",
+            "rollout:" and a perturbation's name.
         noise: whether bursts of noise disturb the motion.
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
             where none does.
@@ -54,12 +56,17 @@ class Demonstration:
     @property
     def is_rollout(self) -> bool:
         """Whether a learned controller acts alone, and all that it does is kept."""
-        return self.kind.startswith((ROLLOUT, TROUBLED))
+        return self.family == ROLLOUT
+
+    @property
+    def family(self) -> str:
+        """One of `KINDS`."""
+        return self.kind.partition(FAILING)[0]
 
     @property
     def scenario(self) -> str:
         """A key of the scenarios' catalogue."""
-        return self.kind.partition(":")[2] or "nominal"
+        return self.kind.partition(FAILING)[2] or "nominal"
 
     @property
     def name(self) -> str:
@@ -81,9 +88,9 @@ def demonstrations(
     made = []
     for seed in range(first_seed, first_seed + episodes):
         kind = turns[seed % len(turns)]
-        learned = kind in OF_THE_LEARNED
-        if kind in (RECOVERY, TROUBLED):
-            kind = f"{kind}:{RECOVERIES[seed // len(turns) % len(RECOVERIES)]}"
+        learned = kind.rstrip(FAILING) in OF_THE_LEARNED
+        if kind.endswith(FAILING):
+            kind += RECOVERIES[seed // len(turns) % len(RECOVERIES)]
         made.append(
             Demonstration(
                 seed=seed,

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from controller.action import CONTROL_STEP_S, Chunk
-from controller.base import Controller
 from controller.expert import ControllerExpert
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted
@@ -24,10 +23,6 @@ from tissue_sim.world import World
 
 class WitnessOfRollout(Witness):
     """Labels of a rollout: the task under way is the one that should be."""
-
-    def __init__(self, kind: str, controller: Controller) -> None:
-        super().__init__(kind, controller)
-        self._recovers = True
 
     def on_reset(self, world: World) -> None:
         """Oracle and expert begin as well."""

@@ -13,7 +13,7 @@ from controller.dataset.tables import strings
 from controller.driver import motion_between
 from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
-from scenarios.demonstration.mix import RECOVERY
+from scenarios.demonstration.mix import FAILING
 from scenarios.demonstration.turns import ControllerTakingTurns
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
@@ -31,7 +31,7 @@ class Witness:
     """
 
     def __init__(self, kind: str, controller: Controller) -> None:
-        self._recovers = kind.startswith(RECOVERY)
+        self._recovers = FAILING in kind
         self._controller = controller
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
