@@ -1,4 +1,4 @@
-"""Laws of what is seen of the tissue: clips by their place along a tube, not by when they closed."""
+"""Laws of what is seen of the tissue: clips by their place along a tube, not in time."""
 
 import pytest
 import torch
