@@ -64,6 +64,10 @@ CORRECTIONS: tuple[Correction, ...] = (
     ),
 )
 
+_OPPOSITE = {
+    "left": "right", "right": "left", "higher": "lower", "lower": "higher",
+    "away": "towards", "towards": "away", "open": "close", "close": "open", None: None,
+}  # fmt: skip
 _BY_TEXT = {correction.text: correction for correction in CORRECTIONS}
 
 
@@ -77,3 +81,9 @@ def correction_from_text(text: str) -> Correction:
         return _BY_TEXT[text]
     except KeyError:
         raise ValueError(f"unknown correction {text!r}; allowed: {', '.join(_BY_TEXT)}") from None
+
+
+def opposite(correction: Correction) -> Correction:
+    """Returns the correction that takes it back."""
+    back = (correction.arm, _OPPOSITE[correction.direction], _OPPOSITE[correction.jaw])
+    return next(c for c in CORRECTIONS if (c.arm, c.direction, c.jaw) == back)

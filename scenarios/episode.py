@@ -11,28 +11,35 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from pkgutil import resolve_name
 
-from controller.action import ToolAction
+from controller.action import ToolAction, hold
 from controller.base import Controller
 from controller.driver import Driver, Rig, rig_of
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
 from planner.base import Planner
 from planner.criteria import structure_of, task_done
-from planner.instruction import TASKS, Instruction
+from planner.instruction import TASKS, Instruction, Source
+from planner.language.interpreter import Reading
+from planner.override import Answer, PlannerOverridden
+from planner.task import Task, Tube
 from scenarios.catalogue import (
     CONTROLLERS,
+    ENDPOINT_PLANNERS,
     LEARNED_CONTROLLERS,
     LEARNED_PLANNERS,
     PLANNERS,
     SCENARIOS,
 )
 from scenarios.episode_config import EpisodeConfig
+from scenarios.inbox import Heard, Inbox
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.script import read_script
 from tissue_sim import nurse
 from tissue_sim.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.arms import JointCommand
@@ -47,13 +54,16 @@ from tissue_sim.world import World
 PLAN_PERIOD_S = 1.0
 
 
-def run_episode(config: EpisodeConfig, observers: Sequence[Observer] = ()) -> EpisodeResult:
-    """Run one episode to its end and judge it.
+def run_episode(
+    config: EpisodeConfig, observers: Sequence[Observer] = (), inbox: Inbox | None = None
+) -> EpisodeResult:
+    """Run one episode to its end and judge it; `inbox` is where people speak to it.
 
     An exception ends the episode and is the caller's to record: it is no failed episode.
     """
     start_s = time.perf_counter()
-    episode = begin(config, render=any(getattr(o, "needs_images", False) for o in observers))
+    render = any(getattr(o, "needs_images", False) for o in observers)
+    episode = begin(config, render=render, inbox=inbox)
     return play(episode, observers, start_s)
 
 
@@ -70,14 +80,18 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     return result
 
 
-def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
+def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = None) -> Episode:
     """The patient on the table, planner and controller ready, nothing done yet."""
+    inbox = inbox or Inbox()
+    if config.instruct is not None:
+        inbox.arrange(read_script(Path(config.instruct)))
     world, effects = World(render=render), Effects(config.perturbations, config.seed)
     observation = world.reset(effects.on_anatomy(anatomy_of(config)))
     return Episode(
         world=world,
         planner=_planner(config, world),
         controller=_controller(config, world),
+        inbox=inbox,
         effects=effects,
         observation=observation,
         config=config,
@@ -86,6 +100,8 @@ def begin(config: EpisodeConfig, *, render: bool = False) -> Episode:
 
 def _planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
     make = resolve_name(PLANNERS[config.planner])
+    if config.planner in ENDPOINT_PLANNERS:
+        return make()
     return make(config.planner_checkpoint if config.planner in LEARNED_PLANNERS else world)
 
 
@@ -121,6 +137,7 @@ class Step:
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
+        heard: What people said before it, and what came of that.
     """
 
     time_s: float
@@ -133,6 +150,7 @@ class Step:
     exchange: bool
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
+    heard: tuple[Heard, ...] = ()
 
 
 @dataclass(kw_only=True)
@@ -141,6 +159,7 @@ class Episode:
 
     Attributes:
         observation: What is seen now.
+        inbox: Where people speak to it.
         effects: What disturbs it.
         tasks: What became of each task begun so far, by its index.
         exchange_s: Simulated time of tool exchanges so far.
@@ -153,6 +172,7 @@ class Episode:
     planner: Planner[Observation]
     controller: Controller
     observation: Observation
+    inbox: Inbox = field(default_factory=Inbox)
     effects: Effects = field(default_factory=Effects)
     tasks: dict[int, TaskResult] = field(default_factory=dict)
     exchange_s: float = 0.0
@@ -162,14 +182,22 @@ class Episode:
     def __post_init__(self) -> None:
         self.driver = Driver(rig_in(self.world), self.observation.joints)
         self.filter = SafetyFilter(self.world) if self.config.safety_filter else None
+        self._begun = False
         self._chunk: Iterator[ToolAction] = iter(())
         self._n_told = 0  # entries of the ledger that observers have been told of
+        self._heeded: tuple[str, Source, float] | None = None  # the correction in force
+        self._heard: list[Heard] = []  # of which observers have not been told
 
     def steps(self) -> Iterator[Step]:
-        """The loop: plan, exchange tools when needed, act; until done or out of time."""
-        self._instruction = self._plan()
+        """The loop: plan, hear, exchange tools when needed, act; until done or out of time.
+
+        Called again, or on a copy, it goes on from where the episode is.
+        """
+        if not self._begun:
+            self._begin()
         while True:
-            if self._needs_exchange():
+            self._hear()
+            while self._needs_exchange():
                 yield from self._exchange()
             asked, action = self._next_action()
             step = self._step(self._drive(action), asked=asked, disturbed=action is not asked)
@@ -177,26 +205,59 @@ class Episode:
             yield step
             if self._is_over(step):
                 return
-            if self._plan_is_due(step.outcome):
-                before, self._instruction = self._instruction, self._plan()
-                if self._instruction.text != before.text:
-                    self._drop_chunk()
+            if self._has_news(step) or self._plan_is_due():
+                self._follow(self._plan())
+
+    def _begin(self) -> None:
+        self._override = PlannerOverridden(self.planner, duct=_duct_in(self.world))
+        self._instruction = self._plan()
+        self._begun = True
 
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
-        return self.planner.plan(self.observation)
+        return self._override.plan(self.observation)
 
-    def _plan_is_due(self, outcome: Outcome) -> bool:
-        """Once a second; a privileged planner hears of a task's success at once."""
-        if outcome.task_done and self.planner.hears_of_success:
-            return True
+    def _hear(self) -> None:
+        """Take in what people have said, and let go of what has lapsed of it."""
+        for reading in self.inbox.take(self._time_s):
+            self._heard.append(self._answer(reading))
+        self._follow(self._override.in_force(self._time_s))
+
+    def _answer(self, reading: Reading) -> Heard:
+        if reading.command is None:
+            answer = Answer(instruction=None, reply=reading.reply)
+        else:
+            answer = self._override.instruct(reading.command, self.observation, reading.confidence)
+        return Heard(
+            time_s=self._time_s,
+            reading=reading,
+            instruction=answer.instruction,
+            reply=answer.reply,
+        )
+
+    def _follow(self, instruction: Instruction) -> None:
+        if instruction.text != self._instruction.text:
+            self._drop_chunk()
+        self._instruction = instruction
+
+    def _has_news(self, step: Step) -> bool:
+        """A task of a privileged planner's is done, of which it hears; a person's keeps its time."""
+        done = step.outcome.task_done and step.instruction.source == "planner"
+        return done and self.planner.hears_of_success
+
+    def _plan_is_due(self) -> bool:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
 
     def _next_action(self) -> tuple[ToolAction | None, ToolAction]:
-        """What the controller asks for, and what is done.
+        """What is asked for, and what is done.
 
-        Where a perturbation leads an arm astray, the controller is not asked and begins anew later.
+        Where the arms are to stay, or a perturbation leads one astray, the controller is not asked
+        and begins anew later.
         """
+        if self._instruction.hold:
+            self.controller.reset()
+            stay = hold(self.driver.joints[:, 6])
+            return stay, stay
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._drop_chunk()
             self.controller.reset()
@@ -240,12 +301,16 @@ class Episode:
         task = self._instruction.task
         clip = task.kind == "clip" and not task_done(task, self.world)
         needed = nurse.is_needed(self.world, task.right_tool, clip=clip)
-        return needed and right_arm_back(self.world)
+        return needed and not self._instruction.hold and right_arm_back(self.world)
 
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.driver.joints
         self._drop_chunk()
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
+            self._hear()
+            if self._instruction.hold:  # what is left of it follows later
+                joints = self.world.target
+                break
             yield self._step(command, exchange=True)
         self.driver.attach(rig_in(self.world), joints)
         if self.filter is not None:
@@ -264,6 +329,7 @@ class Episode:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])
         self._n_told = len(self.ledger)
+        heard, self._heard = tuple(self._heard), []
         self.effects.before_step(self.world, task)
         self.observation = self.world.step(command, intended=structure_of(task, self.world))
         return Step(
@@ -280,19 +346,40 @@ class Episode:
             exchange=exchange,
             applied=self.effects.news(),
             altered=altered,
+            heard=heard,
         )
 
     def _note(self, step: Step) -> None:
-        """Count the step's time to its task; done once is done, unless it is taken up again."""
-        task = step.instruction.task
+        """Count the step to its task; done once is done, unless it is taken up again.
+
+        What the planner is at may come to be done under a person's word for something else.
+        """
+        self._credit(
+            step.instruction.task,
+            success=step.outcome.task_done,
+            time_s=self.world.config.control_step_s,
+            corrections=int(self._begins_correction(step.instruction)),
+        )
+        planned = self._override.planned.task
+        if planned != step.instruction.task and task_done(planned, self.world):
+            self._credit(planned, success=True)
+
+    def _credit(
+        self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0
+    ) -> None:
         before = self.tasks.get(task.index)
         self.tasks[task.index] = TaskResult(
             index=task.index,
             instruction=task.text,
-            success=step.outcome.task_done,
-            time_s=(before.time_s if before else 0.0) + self.world.config.control_step_s,
-            corrections=0,
+            success=success,
+            time_s=(before.time_s if before else 0.0) + time_s,
+            corrections=(before.corrections if before else 0) + corrections,
         )
+
+    def _begins_correction(self, instruction: Instruction) -> bool:
+        """Whether a correction is heard that was not heard the step before."""
+        before, self._heeded = self._heeded, _correction_in(instruction)
+        return self._heeded not in (None, before)
 
     def _is_over(self, step: Step) -> bool:
         """The last task alone is not the end: it is also how one backs off from the last cut."""
@@ -327,6 +414,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
+        corrections=sum(task.corrections for task in tasks),
         dropped_clips=world.record.dropped_clips,
         injuries=tuple(
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
@@ -345,6 +433,21 @@ def _safety(episode: Episode) -> SafetyResult:
         min_clearance_m=episode.clearance_m if math.isfinite(episode.clearance_m) else None,
         ledger=ledger,
     )
+
+
+def _correction_in(instruction: Instruction) -> tuple[str, Source, float] | None:
+    """What tells one correction from the next: a person's are told apart by when they were given.
+
+    A planner repeats its own as long as it means it.
+    """
+    if instruction.correction is None:
+        return None
+    given_s = instruction.time_s if instruction.source == "human" else 0.0
+    return instruction.text, instruction.source, given_s
+
+
+def _duct_in(world: World) -> Tube:
+    return "left" if world.anatomy.structure("left") == "duct" else "right"
 
 
 def rig_in(world: World) -> Rig:

@@ -30,6 +30,7 @@ class EpisodeConfig:
         checkpoint: File of a learned controller; None for the one that comes with Calot.
         planner_checkpoint: Likewise of a learned planner.
         safety_filter: Whether commands pass through the safety filter.
+        instruct: File of what a person says and when; None where nobody says anything.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
@@ -46,6 +47,7 @@ class EpisodeConfig:
     planner_checkpoint: str | None = None
     task_cap_s: float = 90.0
     safety_filter: bool = True
+    instruct: str | None = None
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)

@@ -38,11 +38,16 @@ class ProgressDisplay:
         self._progress.reset(self._tasks, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
-        """Shows the task under way and the simulated time."""
+        """Shows the task under way, the simulated time, and what was said and replied."""
+        for heard in step.heard:
+            line = f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}"
+            self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
+        why = f" ({step.instruction.remark})" if step.instruction.remark else ""
+        said = f"{step.instruction.text}{why}"
         self._progress.update(
             self._tasks,
             completed=step.instruction.task.index - 1,
-            detail=f"{step.instruction.text}, {step.time_s:.1f} s simulated",
+            detail=f"{said}, {step.time_s:.1f} s simulated",
         )
 
     def on_end(self, result: EpisodeResult) -> None:

@@ -16,7 +16,7 @@ from scenarios.results import EpisodeResult
 from scenarios.strict_json import dumps, plain
 from scenarios.versions import versions
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "time_s": (),
@@ -37,10 +37,12 @@ class Recording:
         config: The `EpisodeConfig`, as a dict.
         versions: What it was made with.
         anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
-        instructions: Table of what was asked: task index, text, source.
+        instructions: Table of what was asked: task index, text, source, remark.
         events: What happened, in order, each with its step.
         perturbations: What disturbed the episode, in order, each with the step it set in with.
         ledger: What the safety filter altered, in order, each with its step.
+        heard: What people said, in order, each with its step: how it was read, by whom, what came
+            of it and was replied; commands and instructions by their texts.
         result: The `EpisodeResult`, as a dict; None if the episode broke off.
         error: What broke it off, else None.
         arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
@@ -54,6 +56,7 @@ class Recording:
     events: tuple[dict[str, Any], ...]
     perturbations: tuple[dict[str, Any], ...]
     ledger: tuple[dict[str, Any], ...]
+    heard: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
     arrays: dict[str, np.ndarray]
@@ -70,10 +73,11 @@ class Recorder:
     path: Path
     _anatomy: Any = None
     _result: EpisodeResult | None = None
-    _instructions: dict[tuple[int, str, str], int] = field(default_factory=dict)
+    _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
     _events: list[dict[str, Any]] = field(default_factory=list)
     _perturbations: list[dict[str, Any]] = field(default_factory=list)
     _ledger: list[dict[str, Any]] = field(default_factory=list)
+    _heard: list[dict[str, Any]] = field(default_factory=list)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
 
     def __enter__(self) -> Self:
@@ -111,13 +115,15 @@ class Recorder:
             self._perturbations.append({"step": number, **plain(applied)})
         for entry in step.altered:
             self._ledger.append({"step": number, **plain(entry)})
+        for heard in step.heard:
+            self._heard.append({"step": number, **_in_words(heard)})
 
     def on_end(self, result: EpisodeResult) -> None:
         """Keeps what it came to."""
         self._result = result
 
     def _row(self, instruction: Any) -> int:
-        key = (instruction.task.index, instruction.text, instruction.source)
+        key = (instruction.task.index, instruction.text, instruction.source, instruction.remark)
         return self._instructions.setdefault(key, len(self._instructions))
 
     def _save(self, error: str | None) -> None:
@@ -127,12 +133,13 @@ class Recorder:
             "versions": versions(),
             "anatomy": self._anatomy,
             "instructions": [
-                {"task": task, "text": text, "source": source}
-                for task, text, source in self._instructions
+                {"task": task, "text": text, "source": source, "remark": remark}
+                for task, text, source, remark in self._instructions
             ],
             "events": self._events,
             "perturbations": self._perturbations,
             "ledger": self._ledger,
+            "heard": self._heard,
             "result": self._result,
             "error": error,
         }
@@ -143,6 +150,21 @@ class Recorder:
         buffer = io.BytesIO()
         np.savez_compressed(buffer, allow_pickle=False, header=np.array(dumps(header)), **arrays)
         write_atomic(self.path, buffer.getvalue())
+
+
+def _in_words(heard: Any) -> dict[str, Any]:
+    """A `Heard` as plain data."""
+    reading, instruction = heard.reading, heard.instruction
+    return {
+        "time_s": heard.time_s,
+        "text": heard.text,
+        "command": reading.command.text if reading.command else None,
+        "guesses": [guess.text for guess in reading.guesses],
+        "confidence": reading.confidence,
+        "by": reading.by,
+        "instruction": instruction.text if instruction else None,
+        "reply": heard.reply,
+    }
 
 
 def _dtype(name: str) -> type[np.generic]:
@@ -176,6 +198,7 @@ def load(path: Path) -> Recording:
         events=tuple(header["events"]),
         perturbations=tuple(header["perturbations"]),
         ledger=tuple(header["ledger"]),
+        heard=tuple(header["heard"]),
         result=header["result"],
         error=header["error"],
         arrays=arrays,

@@ -64,17 +64,21 @@ DEMONSTRATED: dict[str, Feature] = {
 observation.state: `Observation.vector()` before the action, without a tracker's noise.
 action: `ToolAction.vector()` as commanded, after the safety filter; where injected noise disturbed
     it, as the expert asked.
-timestamp: s since the first frame; exchanges of tools, in which policies pause, are left out.
+timestamp: s since the first frame; exchanges of tools and holds, in which policies pause,
+    are left out.
 task_index: row of `TEXTS` that was heard, which is also in `instruction`.
 correction: of the 18, the one that was heard or, under the flag, the one that would have asked for
     the motion that follows; "" when there is none.
-flag: a correction is wanted, since something went wrong and is not undone yet.
+flag: a correction is wanted, since something went wrong and is not undone yet, or as a person gives
+    one.
 task: the one under way, 1 to 17.
 kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
-    "turns", "rollout", the last two perhaps with a perturbation's name as well. In a rollout, of a
-    learned controller alone, `task`, `flag` and `correction` are what should have been said.
-expert: False where a perturbation or noise led the arms: not to be imitated.
-segment: one more after each exchange of tools, where a policy begins anew.
+    "turns", "rollout", the last two perhaps with a perturbation's name as well; "intervention". In a
+    rollout, of a learned controller alone, `task`, `flag` and `correction` are what should have
+    been said.
+expert: False where a perturbation or noise led the arms, or a learned controller: not to be
+    imitated.
+segment: one more after each exchange of tools, or hold of the arms, where a policy begins anew.
 """
 
 FEATURES: dict[str, Feature] = {

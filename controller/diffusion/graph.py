@@ -29,6 +29,10 @@ class Sampler:
             export(policy), options, providers=["CPUExecutionProvider"]
         )
 
+    def __deepcopy__(self, memo: object) -> Sampler:
+        """Itself: it remembers nothing, so that a copied controller may share it."""
+        return self
+
     def __call__(self, inputs: dict[str, NDArray]) -> NDArray[np.float32]:
         """A chunk (H, 20) from `Policy.forward`'s inputs by name, without the batch axis."""
         feeds = {name: np.asarray(value)[None] for name, value in inputs.items()}

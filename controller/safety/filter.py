@@ -45,7 +45,12 @@ class Allowed:
 
 
 class SafetyFilter:
-    """Of one patient and one robot."""
+    """Of one patient and one robot.
+
+    Attributes:
+        rate: (2, 7) of the joints, rad/s and m/s, by the command allowed last; all that the filter
+            remembers from one command to the next.
+    """
 
     def __init__(
         self,
@@ -61,7 +66,7 @@ class SafetyFilter:
 
     def restart(self) -> None:
         """The arms stand still: an episode starts, or a tool was exchanged."""
-        self._rate: Array = np.zeros((2, 7))
+        self.rate: Array = np.zeros((2, 7))
 
     def allow(self, start: Array, asked: Array, instruction: Instruction, time_s: float) -> Allowed:
         """What may be commanded when joints (2, 7) are asked for, `start` having been commanded.
@@ -77,7 +82,7 @@ class SafetyFilter:
                 time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
             )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
-        situation = self._watch.see(start, self._rate, asked, instruction)
+        situation = self._watch.see(start, self.rate, asked, instruction)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
         aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
         kept, motion = AllBounds(bounds), situation.motion
@@ -90,7 +95,7 @@ class SafetyFilter:
             broken["keep-out: on the way"] = 1.0 - share
         moved = np.zeros(N_MOTION) if motion is None else share * motion
         joints = start + moved.reshape(2, 7) if broken else asked
-        self._rate = (joints - start) / self._control_step_s
+        self.rate = (joints - start) / self._control_step_s
         return Allowed(
             joints=joints,
             entry=_entry(situation, moved, broken, tuple(overridden), time_s),

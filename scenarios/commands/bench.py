@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal
 from rich.console import Console
 from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
-from scenarios.commands.arguments import at_least
+from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint import require_checkpoint
 from scenarios.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_RESETS = 50  # fewer say nothing about a slope
+ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
 LEAST_STEPS = 30  # some chunks join in them
 
 
@@ -195,6 +196,68 @@ class Obedience:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Corrections:
+    """What a correction gains where an arm was led astray: with and without, from one moment on."""
+
+    scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
+    """What goes wrong."""
+    controller: Literal["diffusion", "expert"] = "diffusion"
+    """Who is corrected."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the diffusion controller; left out, the one that comes with Calot."""
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the first anatomy; then one up."""
+    episodes: Annotated[int, at_least(1)] = 30
+    """Patients, each corrected once."""
+    workers: Annotated[int, at_least(1)] = 1
+    """Processes."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 1 if an error ended a trial."""
+        from scenarios.bench_corrections import corrections_table, error_lines, run_trials
+        from scenarios.episode_config import EpisodeConfig
+
+        require_checkpoint(self.controller, self.checkpoint)
+        config = EpisodeConfig(
+            scenario=self.scenario,
+            controller=self.controller,
+            checkpoint=str(self.checkpoint) if self.checkpoint else None,
+            seed=self.seed,
+        )
+        trials = run_trials(config, self.episodes, self.workers)
+        errors = error_lines(trials)
+        _show([corrections_table(trials), *errors])
+        return 1 if errors else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Latency:
+    """How long it takes from submitted text to the first joint command that it changed."""
+
+    controller: Literal["diffusion", "expert"] = "expert"
+    """Who is spoken to."""
+    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the diffusion controller; left out, the one that comes with Calot."""
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the anatomy."""
+    texts: Annotated[int, at_least(1)] = 50
+    """How often somebody speaks, at most; an episode has about 50 moments for it."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_latency import latency_table
+        from scenarios.episode_config import EpisodeConfig
+
+        require_checkpoint(self.controller, self.checkpoint)
+        checkpoint = str(self.checkpoint) if self.checkpoint else None
+        config = EpisodeConfig(controller=self.controller, checkpoint=checkpoint, seed=self.seed)
+        with Console(stderr=True).status("measuring: latency"):
+            table = latency_table(config, self.texts)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -206,6 +269,8 @@ class Bench:
         | Annotated[Safety, subcommand("safety")]
         | Annotated[Controller, subcommand("controller")]
         | Annotated[Obedience, subcommand("obedience")]
+        | Annotated[Corrections, subcommand("corrections")]
+        | Annotated[Latency, subcommand("latency")]
     ]
 
     def execute(self) -> int:

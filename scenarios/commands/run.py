@@ -11,10 +11,11 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode, broken_off
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
 from scenarios.observer import Observer
@@ -29,6 +30,7 @@ from scenarios.report import (
     task_table,
 )
 from scenarios.results import EpisodeResult, summarise, write_results
+from scenarios.script import read_script
 from scenarios.strict_json import plain
 from scenarios.video import VideoWriter
 
@@ -55,6 +57,10 @@ class Run:
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
     """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    instruct: Annotated[Path | None, arg(metavar="FILE")] = None
+    """What a person says and when, a line each: SECONDS, a tab, the words; of simulated time."""
+    save_interventions: Annotated[Path | None, arg(metavar="FOLDER")] = None
+    """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
     seed: Annotated[int, at_least(0)] = 20_000
@@ -85,9 +91,25 @@ class Run:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
         require_planner_checkpoint(self.planner, self.planner_checkpoint)
+        if self.planner == "llm":
+            _require_endpoint()
+        if self.instruct is not None:
+            read_script(self.instruct)
         if self.video is not None:
             self._require_video_possible(self.video)
+        if self.save_interventions is not None:
+            self._require_savable(self.save_interventions)
         require_writable_folder(self.out, "--out")
+
+    def _require_savable(self, folder: Path) -> None:
+        if self.workers != 1:
+            raise BadInputError(f"--save-interventions needs --workers 1, got {self.workers}")
+        if self.seed + self.episodes > TRAINING_SEEDS.stop:
+            raise BadInputError(
+                f"--save-interventions takes training seeds only, 0 to {TRAINING_SEEDS.stop - 1}:"
+                f" got --seed {self.seed} --episodes {self.episodes}"
+            )
+        require_writable_folder(folder, "--save-interventions")
 
     def _require_magnitude(self) -> None:
         try:
@@ -112,6 +134,13 @@ class Run:
             observers: list[Observer] = [display]
             if self.video is not None:
                 observers.append(stack.enter_context(VideoWriter(path=self.video)))
+            if self.save_interventions is not None:
+                from scenarios.demonstration.interventions import Interventions
+
+                expert = self.controller not in LEARNED_CONTROLLERS
+                observers.append(
+                    Interventions(self.save_interventions, self.scenario, expert=expert)
+                )
             results = stack.enter_context(closing(self._results(observers)))
             for result in results:
                 finished.append(result)
@@ -130,6 +159,7 @@ class Run:
                 checkpoint=_name(self.checkpoint),
                 planner_checkpoint=_name(self.planner_checkpoint),
                 safety_filter=self.filter,
+                instruct=None if self.instruct is None else str(self.instruct),
             )
             for k in range(self.episodes)
         ]
@@ -146,6 +176,15 @@ class Run:
 
 def _name(checkpoint: Path | None) -> str | None:
     return None if checkpoint is None else str(checkpoint)
+
+
+def _require_endpoint() -> None:
+    from planner.chat import endpoint_from_environment
+
+    try:
+        endpoint_from_environment()
+    except ValueError as error:
+        raise BadInputError(str(error)) from None
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -81,6 +81,7 @@ def run(demonstration: Demonstration) -> Demonstrated:
     """The whole of it, in memory."""
     from controller.dataset.episode import Episode, Header
     from scenarios.demonstration.rollouts import WitnessOfRollout
+    from scenarios.demonstration.turns import expert_acts
     from scenarios.demonstration.witness import Witness
     from scenarios.episode import play
     from scenarios.strict_json import plain
@@ -88,14 +89,15 @@ def run(demonstration: Demonstration) -> Demonstrated:
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
-    witness = (WitnessOfRollout if demonstration.is_rollout else Witness)(kind, episode.controller)
+    make = WitnessOfRollout if demonstration.is_rollout else Witness
+    witness = make(kind, lambda: expert_acts(episode.controller))
     result = play(episode, [witness], time.perf_counter())
     header = Header(
         seed=seed,
         kind=kind,
         scenario=demonstration.scenario,
         success=result.success,
-        failures=_failures(result),
+        failures=failures_of(result),
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
     )
@@ -145,7 +147,8 @@ def _config(demonstration: Demonstration) -> EpisodeConfig:
     return replace(learned, planner="learned", planner_checkpoint=demonstration.planner)
 
 
-def _failures(result: EpisodeResult) -> list[str]:
+def failures_of(result: EpisodeResult) -> list[str]:
+    """What stood against success: injuries, tasks that were not done."""
     injuries = [f"{i.event} at {i.time_s:.1f} s" for i in result.injuries]
     return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.success]
 

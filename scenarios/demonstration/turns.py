@@ -55,3 +55,8 @@ class ControllerTakingTurns:
         self._acting.reset()
         turn_s = self._rng.uniform(*(EXPERT_S if self.expert_acts else LEARNER_S))
         self._steps_left = round(turn_s / CONTROL_STEP_S)
+
+
+def expert_acts(controller: Controller) -> bool:
+    """Whether the motions handed out last are the expert's, who may have the arms alone."""
+    return not isinstance(controller, ControllerTakingTurns) or controller.expert_acts

@@ -1,20 +1,19 @@
-"""Watches the expert at work and keeps what is imitated, frame by frame."""
+"""Watches a controller at work and keeps what is learned from, frame by frame."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from controller.action import CONTROL_STEP_S
-from controller.base import Controller
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
 from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
 from scenarios.demonstration.mix import FAILING
-from scenarios.demonstration.turns import ControllerTakingTurns
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
 from tissue_sim.observation import Observation
@@ -24,15 +23,16 @@ _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
 class Witness:
-    """Observes one episode of the expert, or of it and a learned controller by turns.
+    """Observes one episode of the expert, of a learned controller, or of both by turns.
 
     Attributes:
         result: of the episode, once it has ended.
     """
 
-    def __init__(self, kind: str, controller: Controller) -> None:
+    def __init__(self, kind: str, expert_acts: Callable[[], bool]) -> None:
+        """`expert_acts`: whether the motions handed out last are the expert's."""
         self._recovers = FAILING in kind
-        self._controller = controller
+        self._expert_acts = expert_acts
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
         self._failing = Failing()
@@ -44,8 +44,8 @@ class Witness:
         self._commanded = self._seen.joints
 
     def on_step(self, step: Step) -> None:
-        """One frame, unless the nurse has the arms."""
-        if step.exchange:
+        """One frame, unless the nurse has the arms or they are told to stay."""
+        if step.exchange or step.instruction.hold:
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
@@ -91,13 +91,10 @@ class Witness:
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
             "expert": not step.disturbed and self._expert_acts(),
+            "corrected": bool(correction) and step.instruction.source == "human",
             "failed": failed,
             "segment": self._segment,
         }
-
-    def _expert_acts(self) -> bool:
-        by_turns = self._controller
-        return not isinstance(by_turns, ControllerTakingTurns) or by_turns.expert_acts
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         """The correction of each frame, and whether it is wanted."""
@@ -105,7 +102,7 @@ class Witness:
         for k, frame in enumerate(self._frames):
             wanted = correction_of(*self._motion_from(k)) if frame["failed"] else ""
             corrections.append(frame["heard"] or wanted)
-            flags.append(bool(wanted))
+            flags.append(bool(wanted) or frame["corrected"])
         return corrections, flags
 
     def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:

@@ -60,8 +60,12 @@ class LedAstray(Effect, ABC):
         if self._way is None and self.due(world, task) and self._about_to_act(world, task):
             self._way = self._leading(world, *self.failing(world, task))
             self.note(world.record.time_s)
-        waypoint = next(self._way, None) if self._way else None
-        return None if waypoint is None else _action(world, self.arm, *waypoint)
+        if self._way is None:
+            return None
+        if (waypoint := next(self._way, None)) is None:
+            self._way = iter(())  # which can be copied, where a generator cannot
+            return None
+        return _action(world, self.arm, *waypoint)
 
     @abstractmethod
     def goal(self, world: World, task: Task) -> Array:

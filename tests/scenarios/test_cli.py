@@ -42,6 +42,8 @@ def complaint(capfd, *words):
     [
         (["run", "--scenario", "zoo"], ["--scenario", "'zoo'", "nominal"]),
         (["run", "--planner", "oracle"], ["--planner", "'oracle'", "scripted"]),
+        (["run", "--planner", "llm"], ["'llm'", "CALOT_LLM_URL", "CALOT_LLM_MODEL"]),
+        (["run", "--instruct", "said.tsv"], ["--instruct", "said.tsv", "No such file"]),
         (["run", "--controller", "hand"], ["--controller", "'hand'", "expert", "idle"]),
         (["run", "--seed", "-1"], ["--seed", "'-1'", "whole number of at least 0"]),
         (["run", "--seed", "1.5"], ["--seed", "'1.5'", "whole number of at least 0"]),
@@ -66,6 +68,8 @@ def complaint(capfd, *words):
 )
 def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, words, said):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CALOT_LLM_URL", raising=False)
+    monkeypatch.delenv("CALOT_LLM_MODEL", raising=False)
     line = complaint(capfd, *words)
     assert all(word in line for word in said)
     assert list(tmp_path.iterdir()) == []

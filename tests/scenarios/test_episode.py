@@ -14,6 +14,7 @@ import pytest
 
 from controller.action import hold
 from controller.idle import ControllerIdle
+from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.scripted import PlannerScripted
 from scenarios.attempt import attempt_episode
@@ -201,6 +202,7 @@ class PlannerSays:
 
     def __init__(self, *instructions):
         self._instructions = list(instructions)
+        self.asked = 0
 
     def reset(self):
         pass
@@ -208,6 +210,7 @@ class PlannerSays:
     hears_of_success = False
 
     def plan(self, observation):
+        self.asked += 1
         return self._instructions.pop(0) if len(self._instructions) > 1 else self._instructions[0]
 
 
@@ -256,6 +259,17 @@ def test_a_new_instruction_drops_the_running_chunk_at_once():
     period = round(PLAN_PERIOD_S / CONTROL_STEP_S)
     assert chunks(islice(episode.steps(), period + 5)) == [(1, period), (2, 5)]
     assert controller.heard == [first.text, second.text]
+
+
+def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked_on_time():
+    planner, controller = PlannerSays(Instruction(task=TASKS[0])), ControllerCounts()
+    episode = episode_of(planner, controller)
+    steps = episode.steps()
+    before = list(islice(steps, 10))
+    episode.inbox.press(COMMANDS[CORRECTIONS[0].text])
+    assert chunks([*before, *islice(steps, 50)]) == [(1, 10), (2, LONG_CHUNK), (3, 5)]
+    assert controller.heard == [TASKS[0].text, *2 * [CORRECTIONS[0].text]]
+    assert planner.asked == 2
 
 
 def test_an_exchange_drops_the_chunk_and_resets_the_controller():

@@ -9,6 +9,7 @@ import pytest
 from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.episode_config import EpisodeConfig
+from scenarios.inbox import Heard, Inbox
 from scenarios.perturbation.effect import Applied
 from scenarios.recorder import STEP_ARRAYS, Recorder, load
 from scenarios.results import EpisodeResult
@@ -61,9 +62,10 @@ class Step:
     outcome: Outcome
     applied: tuple[Event, ...] = ()
     altered: tuple[Entry, ...] = ()
+    heard: tuple[Heard, ...] = ()
 
 
-def random_step(rng, number, instruction=None, events=(), applied=(), altered=()):
+def random_step(rng, number, instruction=None, events=(), **kept):
     return Step(
         time_s=number / 30,
         instruction=instruction or Instruction(task=TASKS[0]),
@@ -74,8 +76,7 @@ def random_step(rng, number, instruction=None, events=(), applied=(), altered=()
             forces_n=rng.normal(size=(2, 3)),
         ),
         outcome=Outcome(events=events),
-        applied=applied,
-        altered=altered,
+        **kept,
     )
 
 
@@ -183,7 +184,7 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
 def test_another_schema_is_refused(tmp_path):
     path = tmp_path / "episode.npz"
     np.savez_compressed(path, header=np.array(json.dumps({"schema_version": 999})))
-    with pytest.raises(ValueError, match="has schema 999; allowed: 3"):
+    with pytest.raises(ValueError, match="has schema 999; allowed: 4"):
         load(path)
 
 
@@ -203,3 +204,26 @@ def test_what_the_filter_altered_is_kept_with_its_step(tmp_path):
     ]
     record(tmp_path / "e.npz", steps)
     assert load(tmp_path / "e.npz").ledger == ({"step": 1, **plain(entry)},)
+
+
+def test_every_utterance_is_kept_with_its_reading_and_its_answer(tmp_path):
+    inbox, said = Inbox(), ("move right arm higher", "the weather\x00 ü世 is nice \ud800", "")
+    for text in said:
+        inbox.say(text)
+    obeyed = Instruction(task=TASKS[0], correction=CORRECTIONS[8], source="human")
+    heard = tuple(
+        Heard(
+            time_s=0.5, reading=r, instruction=obeyed if r.command else None, reply=f"re: {r.text}"
+        )
+        for r in inbox.take(0.5)
+    )
+    rng = np.random.default_rng(0)
+    steps = [random_step(rng, k, heard=heard if k == 2 else ()) for k in range(4)]
+    record(tmp_path / "e.npz", steps)
+    kept = load(tmp_path / "e.npz").heard
+    assert [(line["step"], line["time_s"], line["text"]) for line in kept] == [
+        (2, 0.5, text) for text in said
+    ]
+    assert [line["command"] for line in kept] == ["move right arm higher", None, None]
+    assert [line["instruction"] for line in kept] == [obeyed.text, None, None]
+    assert [line["reply"] for line in kept] == [f"re: {text}" for text in said]

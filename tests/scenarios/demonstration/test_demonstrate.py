@@ -11,6 +11,7 @@ from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun, run
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
 from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.turns import expert_acts
 from scenarios.demonstration.witness import Witness
 
 SEED = 10_001
@@ -22,7 +23,7 @@ class Shown:
 
     def __init__(self, kind, frames, noise=True):
         self.episode = begun(Demonstration(seed=SEED, kind=kind, noise=noise))
-        self.witness = Witness(kind, self.episode.controller)
+        self.witness = Witness(kind, lambda: expert_acts(self.episode.controller))
         self.witness.on_reset(self.episode.world)
         self.first = self.episode.observation
         self.steps = []

@@ -1,0 +1,1 @@
+"""From free text to a command, or a question back."""

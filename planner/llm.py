@@ -1,0 +1,139 @@
+"""A language model as planner: it reads the scene in words and answers with an instruction.
+
+Simulated time stands still while it is asked, so an episode does not depend on how long it takes.
+Where it gives no answer that can be followed, both arms hold, and the instruction says why.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from planner.chat import Endpoint, NoAnswerError, endpoint_from_environment
+from planner.correction import CORRECTIONS, Correction, correction_from_text
+from planner.instruction import Instruction
+from planner.scene_in_words import scene_in_words
+from planner.task import TASKS, Task, task_from_text
+from tissue_sim.observation import Observation
+
+ATTEMPTS = 3
+FIRST_WAIT_S = 0.5  # on the clock, before the second attempt; twice as long before the next
+REMEMBERED = 8  # instructions that it is reminded of
+NONE = "none"
+
+SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "properties": {
+        "reason": {"type": "string"},
+        "task": {"type": "string", "enum": [task.text for task in TASKS]},
+        "correction": {"type": "string", "enum": [NONE, *(c.text for c in CORRECTIONS)]},
+        "confidence": {"type": "number"},
+    },
+    "required": ["reason", "task", "correction", "confidence"],
+    "additionalProperties": False,
+}
+"""Of an answer: the closed set of instructions, 17 tasks and 18 corrections."""
+
+SYSTEM = f"""\
+You are the surgeon who directs a two-armed robot through the clipping and cutting of a \
+gallbladder removal. Once a second you are told what is seen, and say what to do next. The left \
+arm holds a grasper, the right arm a clip applier or scissors; an assistant changes the right tool \
+when the task needs another and the arm is back.
+
+The tasks in their order, the left tube first:
+{chr(10).join(f"{task.index}. {task.text}" for task in TASKS)}
+
+Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
+straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \
+15 mm from both tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
+next. Where a clip or a cut has not come off after 12 s, say the going back that follows it, then \
+the task again.
+
+A correction takes the place of the task in what the robot hears, and makes a small motion. Give \
+one only where the robot is visibly failing, for a second or two; else "{NONE}".
+
+Answer with JSON alone: "reason" (a short sentence), "task", "correction", "confidence" (0 to 1)."""
+
+
+class PlannerLlm:
+    """Asks an endpoint once for each instruction, again when an answer cannot be followed."""
+
+    def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
+        """`sleep` waits between attempts."""
+        self._endpoint, self._sleep = endpoint, sleep
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets what was said."""
+        self._task = TASKS[0]
+        self._said: deque[tuple[float, str]] = deque(maxlen=REMEMBERED)
+        self._silent = False
+
+    def plan(self, observation: Observation) -> Instruction:
+        """What the model says; to hold when it says nothing that can be followed."""
+        now_s = observation.time_s
+        try:
+            task, correction, confidence, reason = self._answer(observation)
+        except NoAnswerError as error:
+            self._silent = True
+            remark = f"{self._endpoint.name}: {error}"
+            return Instruction(task=self._task, hold=True, time_s=now_s, remark=remark)
+        self._silent, self._task = False, task
+        instruction = Instruction(
+            task=task, correction=correction, confidence=confidence, time_s=now_s, remark=reason
+        )
+        self._remember(instruction)
+        return instruction
+
+    def _answer(self, observation: Observation) -> tuple[Task, Correction | None, float, str]:
+        """Of the first attempt that can be followed; one that was silent is asked once only."""
+        question = self._question(observation)
+        last = 1 if self._silent else ATTEMPTS
+        for attempt in range(1, last + 1):
+            try:
+                return followed(self._endpoint.ask(SYSTEM, question, SCHEMA))
+            except NoAnswerError as error:
+                if attempt == last or not error.passing:
+                    raise
+                self._sleep(FIRST_WAIT_S * 2 ** (attempt - 1))
+        raise AssertionError("there is at least one attempt")
+
+    def _question(self, observation: Observation) -> str:
+        said = "\n".join(f"{time_s:.0f} s: {text}" for time_s, text in self._said)
+        return f"{scene_in_words(observation)}\n\nYou said, from when on:\n{said or 'nothing yet'}"
+
+    def _remember(self, instruction: Instruction) -> None:
+        if not self._said or self._said[-1][1] != instruction.text:
+            self._said.append((instruction.time_s, instruction.text))
+
+
+def followed(answer: Any) -> tuple[Task, Correction | None, float, str]:
+    """An answer as task, correction, confidence and reason, if it keeps `SCHEMA`.
+
+    Raises:
+        NoAnswerError: it does not.
+    """
+    if not isinstance(answer, dict) or set(answer) != set(SCHEMA["required"]):
+        raise NoAnswerError(f"its answer must have {', '.join(SCHEMA['required'])}")
+    said, confidence = answer["correction"], answer["confidence"]
+    if isinstance(confidence, bool) or not isinstance(confidence, int | float):
+        raise NoAnswerError(f"confidence must be a number, got {confidence!r:.80}")
+    if not 0.0 <= confidence <= 1.0:
+        raise NoAnswerError(f"confidence must be 0 to 1, got {confidence}")
+    try:
+        task = task_from_text(answer["task"])
+        correction = None if said == NONE else correction_from_text(said)
+    except (ValueError, TypeError) as error:
+        raise NoAnswerError(f"its answer is outside the set: {str(error)[:80]}") from None
+    return task, correction, float(confidence), str(answer["reason"])[:200]
+
+
+def planner_from_environment() -> PlannerLlm:
+    """The planner that asks the endpoint which the environment names.
+
+    Raises:
+        ValueError: it names none, or a wrong one.
+    """
+    return PlannerLlm(endpoint_from_environment())

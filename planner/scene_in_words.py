@@ -1,0 +1,84 @@
+"""What is seen, in words, for a planner that reads. From the observation alone."""
+
+from __future__ import annotations
+
+from math import degrees
+
+import numpy as np
+
+from planner.due import clips_on, off_m
+from planner.task import Tube
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.frames import Array
+from tissue_sim.observation import Observation
+
+AXES = (("left", "right"), ("higher", "lower"), ("further away", "nearer"))  # of the endoscope
+TUBES: tuple[Tube, Tube] = ("left", "right")
+
+
+def scene_in_words(observation: Observation) -> str:
+    """Tools, tubes, clips and forces; lengths in mm, directions as the endoscope sees them."""
+    return "\n".join(
+        (
+            f"Time: {observation.time_s:.0f} s.",
+            _left_arm(observation),
+            _right_arm(observation),
+            *(_tube(tube, observation) for tube in TUBES),
+        )
+    )
+
+
+def way_in_words(way_m: Array) -> str:
+    """A way (3,) in the endoscope's frame, whole mm; "right there" where it rounds to nothing."""
+    parts = [
+        f"{abs(mm)} mm {words[0] if mm > 0 else words[1]}"
+        for mm, words in zip(np.rint(1e3 * way_m).astype(int).tolist(), AXES, strict=True)
+        if mm
+    ]
+    return ", ".join(parts) or "right there"
+
+
+def _left_arm(observation: Observation) -> str:
+    sac_m = observation.sac_m
+    tip = observation.tips_endoscope[LEFT_ARM, :3, 3]
+    nearest = sac_m[np.linalg.norm(sac_m - tip, axis=1).argmin()]
+    way = way_in_words(nearest - tip)
+    return f"Left arm: {_tool(LEFT_ARM, observation)}; from its tip to the gallbladder: {way}."
+
+
+def _right_arm(observation: Observation) -> str:
+    tool = _tool(RIGHT_ARM, observation)
+    if observation.tools[RIGHT_ARM] == "clip_applier":
+        tool += ", loaded" if observation.clip_loaded else ", without a clip"
+    tip = observation.tips_endoscope[RIGHT_ARM, :3, 3]
+    ways = "; ".join(_way_to(tube, tip, observation) for tube in TUBES)
+    return f"Right arm: {tool}; {ways}."
+
+
+def _way_to(tube: Tube, tip: Array, observation: Observation) -> str:
+    line = _line(tube, observation)
+    far_mm = 1e3 * off_m(tip[None], line)[0]
+    way = way_in_words(line.mean(axis=0) - tip)
+    return f"from its tip to the middle of the {tube} tube: {way} ({far_mm:.0f} mm to its axis)"
+
+
+def _tool(arm: int, observation: Observation) -> str:
+    name = observation.tools[arm].replace("_", " ")
+    opening = degrees(observation.joints[arm, 6])
+    force_n = np.linalg.norm(observation.forces_n[arm])
+    return f"{name}, jaws {opening:.0f} degrees open, tissue force {force_n:.1f} N"
+
+
+def _tube(tube: Tube, observation: Observation) -> str:
+    line = _line(tube, observation)
+    length_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    straight = np.linalg.norm(line[-1] - line[0]) / max(length_m, 1e-9)
+    parts = "in two parts" if observation.severed[TUBES.index(tube)] else "in one part"
+    return (
+        f"{tube.capitalize()} tube: {clips_on(tube, observation)} clips, {parts},"
+        f" {100 * straight:.0f} % straight."
+    )
+
+
+def _line(tube: Tube, observation: Observation) -> Array:
+    return observation.left_tube_m if tube == "left" else observation.right_tube_m

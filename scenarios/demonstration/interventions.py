@@ -1,0 +1,79 @@
+"""Keeps the episodes in which a person intervened, to learn from: a dataset that grows.
+
+As in YAY Robot (Shi et al., arXiv 2403.12910): what a person said, and when, teaches the planner.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from controller.dataset.episode import Episode as Demonstrated
+from controller.dataset.episode import Header
+from controller.dataset.merge import merge
+from controller.dataset.part import part_bytes
+from scenarios.atomic_write import write_atomic
+from scenarios.demonstration.demonstrate import PARTS, failures_of
+from scenarios.demonstration.witness import Witness
+from scenarios.episode import Step
+from scenarios.results import EpisodeResult
+from scenarios.strict_json import plain
+from scenarios.versions import versions
+from tissue_sim.world import World
+
+KIND = "intervention"
+
+
+class Interventions:
+    """Observes episodes of a scenario, and saves those that end and in which a person was obeyed.
+
+    Words about the run alone, as stop and resume, are no intervention.
+    """
+
+    def __init__(self, out: Path, scenario: str, *, expert: bool) -> None:
+        """`expert`: its motions may be imitated; a learned controller's may not."""
+        self._out, self._scenario, self._expert = out, scenario, expert
+
+    def on_reset(self, world: World) -> None:
+        """A new episode, nobody has intervened."""
+        self._anatomy, self._intervened = world.anatomy, False
+        self._witness = Witness(KIND, lambda: self._expert)
+        self._witness.on_reset(world)
+
+    def on_step(self, step: Step) -> None:
+        """One frame more."""
+        said = step.instruction
+        self._intervened |= said.source == "human" and not said.hold and not step.exchange
+        self._witness.on_step(step)
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Saves it, with what it came to."""
+        self.save(result.success, failures_of(result))
+
+    def save(self, success: bool, failures: list[str]) -> Path | None:
+        """The episode so far as a file of its own and in the dataset; None if nobody intervened.
+
+        Raises:
+            OSError: it cannot be written.
+            ValueError: the folder holds parts that do not fit.
+        """
+        if not self._intervened:
+            return None
+        seed = self._anatomy.seed
+        header = Header(
+            seed=seed,
+            kind=KIND,
+            scenario=self._scenario,
+            success=success,
+            failures=failures,
+            anatomy=plain(self._anatomy),
+            versions=versions(),
+        )
+        episode = Demonstrated(header=header, columns=self._witness.columns(seed, KIND))
+        path = self._free_path(seed)
+        write_atomic(path, part_bytes(episode))
+        merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)
+        return path
+
+    def _free_path(self, seed: int) -> Path:
+        n = len(list((self._out / PARTS).glob(f"{seed:05d}-{KIND}-*.parquet")))
+        return self._out / PARTS / f"{seed:05d}-{KIND}-{n:03d}.parquet"

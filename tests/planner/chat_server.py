@@ -1,0 +1,105 @@
+"""A local server that speaks the chat-completions protocol, well or badly as it is told."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+Answer = Callable[[BaseHTTPRequestHandler], None]
+
+
+class ChatServer(ThreadingHTTPServer):
+    """Gives its answers one after another, the last one from then on.
+
+    Attributes:
+        asked: bodies of the requests so far, parsed, with their headers under "headers".
+        closing: set when the server goes away, so that nothing hangs longer.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, answers: list[Answer]) -> None:
+        super().__init__(("127.0.0.1", 0), _Handler)
+        self.answers, self.asked, self.closing = answers, [], threading.Event()
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}/v1"
+
+
+@contextmanager
+def serving(*answers: Answer) -> Iterator[ChatServer]:
+    with ChatServer(list(answers)) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.closing.set()
+            server.shutdown()
+            thread.join()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: ChatServer
+
+    def do_POST(self) -> None:
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"] or 0)) or "{}")
+        self.server.asked.append({"path": self.path, "headers": dict(self.headers), **body})
+        answers = self.server.answers
+        (answers.pop(0) if len(answers) > 1 else answers[0])(self)
+
+    do_GET = do_POST  # a redirection may make one of the other
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+def sends(
+    content: bytes, status: int = 200, kind: str = "application/json", **headers: str
+) -> Answer:
+    """This, whatever was asked."""
+
+    def answer(handler: BaseHTTPRequestHandler) -> None:
+        handler.send_response(status)
+        handler.send_header("Content-Type", kind)
+        handler.send_header("Content-Length", str(len(content)))
+        for name, value in headers.items():
+            handler.send_header(name, value)
+        handler.end_headers()
+        handler.wfile.write(content)
+
+    return answer
+
+
+def completes(text: object) -> Answer:
+    """A chat completion with this text."""
+    return sends(json.dumps({"choices": [{"message": {"content": text}}]}).encode())
+
+
+def says(task: object, correction: object = "none", **other: object) -> Answer:
+    """A completion of the planner's schema."""
+    answer = {"reason": "as seen", "task": task, "correction": correction, "confidence": 0.9}
+    return completes(json.dumps({**answer, **other}))
+
+
+def hangs(handler: BaseHTTPRequestHandler) -> None:
+    """Takes the question and never answers."""
+    handler.server.closing.wait(30)
+
+
+def drips(handler: BaseHTTPRequestHandler) -> None:
+    """Begins an answer and never ends it, a byte now and then."""
+    handler.send_response(200)
+    handler.send_header("Content-Type", "application/json")
+    handler.end_headers()
+    while not handler.server.closing.wait(0.05):
+        handler.wfile.write(b" ")
+
+
+def hangs_up(handler: BaseHTTPRequestHandler) -> None:
+    """Closes the connection without a word."""
+    handler.close_connection = True

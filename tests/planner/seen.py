@@ -1,0 +1,40 @@
+"""Observations made up: two straight tubes side by side, as many clips on each as wanted."""
+
+import numpy as np
+
+from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+
+
+def clipped(
+    left: int = 0, right: int = 0, time_s: float = 0.0, apart_m: float = 0.016
+) -> Observation:
+    """Tubes of 28 mm side by side; the clips between tracked points, 1 mm off the middle line."""
+    tubes_m = {
+        side: np.column_stack(
+            [
+                np.full(TUBE_POINTS, x),
+                np.linspace(0.0, 0.028, TUBE_POINTS),
+                np.full(TUBE_POINTS, 0.15),
+            ]
+        )
+        for side, x in (("left", apart_m / 2), ("right", -apart_m / 2))
+    }
+    clips_m = np.zeros((MOST_CLIPS, 3))
+    for k, (side, n) in enumerate(
+        [("left", n) for n in range(left)] + [("right", n) for n in range(right)]
+    ):
+        clips_m[k] = tubes_m[side][0] + [0.001, 0.006 + 0.006 * n, 0.0]
+    return Observation(
+        time_s=time_s,
+        joints=np.zeros((2, 7)),
+        tips_endoscope=np.tile(np.eye(4), (2, 1, 1)),
+        forces_n=np.zeros((2, 3)),
+        tools=("grasper", "clip_applier"),
+        clip_loaded=True,
+        left_tube_m=tubes_m["left"],
+        right_tube_m=tubes_m["right"],
+        sac_m=np.zeros((SAC_POINTS, 3)),
+        clips_m=clips_m,
+        n_clips=left + right,
+        severed=np.zeros(2, bool),
+    )

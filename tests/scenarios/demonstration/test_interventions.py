@@ -1,0 +1,105 @@
+"""Laws of interventions: what a person said is in a dataset that loads, and only that flags."""
+
+from itertools import groupby, islice
+
+import numpy as np
+import pytest
+
+from controller.dataset.reader import read_episodes
+from planner.override import HOLD_S
+from scenarios.attempt import attempt_episode
+from scenarios.cli import main
+from scenarios.demonstration.interventions import Interventions
+from scenarios.episode import begin
+from scenarios.episode_config import EpisodeConfig
+from scenarios.inbox import Inbox
+from scenarios.recorder import load
+from scenarios.script import Timed
+
+SEED = 10_004
+HIGHER = "move right arm higher"
+SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n30\twhat a day\n"
+
+
+@pytest.fixture(scope="module")
+def spoken(tmp_path_factory):
+    """A whole procedure in which somebody speaks: its result, its record, the dataset."""
+    out = tmp_path_factory.mktemp("spoken")
+    (out / "said.tsv").write_text(SAID)
+    config = EpisodeConfig(seed=SEED, instruct=str(out / "said.tsv"))
+    result = attempt_episode(config, out, [Interventions(out / "set", "nominal", expert=True)])
+    (episode,) = read_episodes(out / "set")
+    return result, load(out / "episodes" / f"{SEED}.npz"), episode
+
+
+def test_a_procedure_is_passed_though_somebody_skips_a_task_and_makes_it_wait(spoken):
+    result, recording, _ = spoken
+    assert result.success, [task for task in result.tasks if not task.success]
+    assert (result.corrections, result.tasks[0].corrections) == (1, 1)
+    assert [line["text"] for line in recording.heard] == [
+        line.split("\t")[1] for line in SAID.splitlines()
+    ]
+    assert recording.heard[-1]["instruction"] is None
+
+
+def test_it_loads_as_an_episode_with_the_correction_flagged_where_it_was_in_force(spoken):
+    result, recording, episode = spoken
+    assert (episode.header.kind, episode.header.seed) == ("intervention", SEED)
+    assert episode.header.success == result.success
+    flags, corrections = episode.columns["flag"], episode.columns["correction"]
+    assert flags.sum() == round(1.5 * 30)
+    assert set(corrections[flags]) == {HIGHER}
+    assert set(corrections[~flags]) == {""}
+    assert set(episode.columns["instruction"][flags]) == {HIGHER}
+    texts = [recording.instructions[row]["text"] for row in recording.arrays["instruction"]]
+    exchanging = round(30 * result.exchange_time_s)
+    assert len(episode) == len(texts) - texts.count("hold") - exchanging
+
+
+def test_nothing_to_imitate_lies_across_a_hold(spoken):
+    _, _, episode = spoken
+    moved = np.diff(episode.columns["segment"])
+    assert moved.min() == 0
+    n_exchanges = 3 + 1 + 3
+    assert episode.columns["segment"].max() == n_exchanges + 1
+
+
+def watched(out, *said, expert=True, n=60):
+    """The first steps of an episode, saved there and then."""
+    inbox = Inbox()
+    inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
+    interventions = Interventions(out, "nominal", expert=expert)
+    episode = begin(EpisodeConfig(seed=SEED), inbox=inbox)
+    interventions.on_reset(episode.world)
+    for step in islice(episode.steps(), n):
+        interventions.on_step(step)
+    return interventions.save(False, ["still going on"])
+
+
+@pytest.mark.parametrize("said", [(), ((0.5, "stop"),), ((0.5, "what a day"),)])
+def test_where_nobody_was_obeyed_nothing_is_saved(tmp_path, said):
+    assert watched(tmp_path / "set", *said) is None
+    assert not (tmp_path / "set").exists()
+
+
+def test_a_dataset_grows_by_each_and_a_learned_controller_is_not_imitated(tmp_path):
+    paths = [watched(tmp_path, (0.5, HIGHER), expert=expert) for expert in (True, False)]
+    assert len(set(paths)) == 2
+    one, other = read_episodes(tmp_path)
+    assert [len(e.stretches()) for e in (one, other)] == [1, 0]
+    runs = [(flag, len(list(g))) for flag, g in groupby(one.columns["flag"])]
+    assert runs == [(False, 15), (True, 45)]
+    assert runs[1][1] < 30 * HOLD_S
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--seed", "9999", "--episodes", "2"], "training seeds only"),
+        (["--workers", "2"], "workers 1"),
+    ],
+)
+def test_test_patients_are_not_trained_on(capfd, tmp_path, words, why):
+    assert main(["run", *words, "--save-interventions", str(tmp_path / "set")]) == 2
+    assert why in capfd.readouterr().err
+    assert not (tmp_path / "set").exists()
