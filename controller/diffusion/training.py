@@ -15,9 +15,9 @@ from torch import Tensor
 from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
-from controller.diffusion.sentence_encoder import embed_all
 from controller.diffusion.tracker_noise import noised
 from controller.diffusion.windows import Demonstration, Windows
+from planner.language.sentence_encoder import embed_all
 
 STATE_FILE, CHECKPOINT_FILE, LOG_FOLDER = "training.pt", "policy.safetensors", "tensorboard"
 NORMALISE_BY = 20_000  # windows

@@ -43,7 +43,9 @@ _BY_SENSE: dict[Sense, str] = {
     Sense("jaw", "open"): "open, opened, widen, spread, release, unclench, opening, wide",
     Sense("jaw", "close"): "close, shut, squeeze, clench, pinch, closed, closing, tighten, narrow",
     # what is done
-    Sense("deed", "clip"): "clip, clipping, clamp, clamping, ligate, ligating, occlude, apply, place",
+    Sense(
+        "deed", "clip"
+    ): "clip, clipping, clamp, clamping, ligate, ligating, occlude, apply, place",
     Sense("deed", "cut"): (
         "cut, cutting, divide, dividing, transect, transecting, snip, sever, severing, dissect through"
     ),
@@ -51,7 +53,9 @@ _BY_SENSE: dict[Sense, str] = {
         "go to the cutting position, cutting position, cut position, into position to cut,"
         " position to cut, position for cutting, ready to cut, where to cut"
     ),
-    Sense("deed", "grab"): "grab, grabbing, grasp, grasping, hold, take, catch, pick up, get hold of",
+    Sense(
+        "deed", "grab"
+    ): "grab, grabbing, grasp, grasping, hold, take, catch, pick up, get hold of",
     Sense("deed", "back"): (
         "go back, going back, back off, back, retreat, withdraw, retract, return, pull away, move back,"
         " come back, get out, come away"
