@@ -1,110 +1,172 @@
-"""What the words say outright: slots from a lexicon, and the one command that they fill.
-
-A reading stands only when every word is accounted for and no slot is filled twice.
-"""
+"""What the words say outright: the slots that they fill, or why nothing is to be done."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
+from collections import defaultdict
 from collections.abc import Iterator
-from difflib import get_close_matches
+from dataclasses import dataclass
+from functools import cache
 
-from planner.command import COMMANDS, Command
-from planner.correction import CORRECTIONS
-from planner.language.lexicon import LEXICON, LONGEST, Sense
-from planner.task import TASKS
+from planner.language.lexicon import FILLER, LEXICON, LONGEST, Sense
+from planner.language.slots import DIRECTIONS, OPPOSITE, ORDINALS, TUBE_KINDS, Filled
 
-OPPOSITE = {
-    "left": "right", "right": "left", "higher": "lower", "lower": "higher",
-    "away": "towards", "towards": "away", "open": "close", "close": "open",
-}  # fmt: skip
-_MOST_CHARACTERS = 200
-_ASKS = re.compile(
-    r"^(what|why|who|whose|when|where|which|how|is|are|was|were|do|does|did|am|has|have|should)\b"
+_NUMBER = r"(\d+([.,]\d+)?|an?|half an?|one|two|three|four|five|ten|a few|a couple of|some)"
+_AMOUNT = re.compile(rf"\b{_NUMBER}\s*(mm|cm|(milli|centi)met(er|re)s?)\b")
+_OPENING = re.compile(
+    r"^(right|good|great|perfect|nice|fine|excellent|all ?right|well done)[,.!;:]+"
 )
-_WORDS = sorted({word for phrase in LEXICON for word in phrase.split() if len(word) > 3})
-_CLOSE = 0.82  # of difflib's ratio: one letter in five
+_DO_NOT_MOVE = re.compile(r"^(please )?(do not|don't|dont) move( please| now| anything)?$")
+_NOT_ENOUGH = re.compile(r"\b(is not|isn't|are not|aren't|not)\b(.*\benough\b)")
+_QUESTION = re.compile(
+    r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|do you|does"
+    r"|did|am|has|have|had|should|shall|can|could|would|will|may|must)\b(?! you\b)|^do (we|i|they)\b"
+    r"|^(are|have|were|did|do|should|must|had) you\b"
+)
+_REQUEST = re.compile(r"^(please )?(can|could|would|will) you\b")
+_STOP = re.compile(r"^((no|please|hey|robot|calot|just) )*(stop|halt|freeze|abort)\b")
+_A_QUESTION = "it is a question"
+_OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parse:
+    """What the words of a sentence say.
+
+    Attributes:
+        filled: The slots.
+        unknown: Words that nothing is known about.
+        refusal: Why nothing is to be done, in words; empty when there is no reason.
+    """
+
+    filled: Filled
+    unknown: tuple[str, ...] = ()
+    refusal: str = ""
 
 
 def normalised(text: str) -> str:
-    """Lower case, plain letters, single spaces; numbers and their units go."""
-    plain = unicodedata.normalize("NFKC", text).lower().replace("’", "'")
-    plain = re.sub(r"\d+([.,]\d+)?\s*(mm|cm|millimet\w+|centimet\w+)", " ", plain)
-    return " ".join(re.sub(r"[^a-z0-9' ]+", " ", plain).split())
+    """Lower case, plain letters, single spaces; amounts and their units go.
+
+    What begins with "stop" is "stop", whatever follows: to stop in vain does no harm.
+    """
+    plain = unicodedata.normalize("NFKC", text).lower().replace("’", "'").strip()
+    plain = re.sub(r"[^a-z0-9' ]+", " ", _AMOUNT.sub(" ", _OPENING.sub("", plain)))
+    plain = _NOT_ENOUGH.sub(r"\2", " ".join(plain.split()))
+    return "stop" if _STOP.match(plain) or _DO_NOT_MOVE.match(plain) else plain
 
 
-def read(text: str) -> Command | None:
-    """The command that a sentence spells out; None when it does not."""
-    if len(text) > _MOST_CHARACTERS or not text.isprintable():
-        return None
+def parse(text: str) -> Parse:
+    """The slots that a sentence fills, the words it leaves open, and what speaks against it."""
     words = normalised(text)
-    if not words or (text.rstrip().endswith("?") and _ASKS.match(words)) or _ASKS.match(words):
-        return None
     senses = list(_senses(words.split()))
-    if any(sense is None for sense in senses):
-        return None
-    slots: dict[str, set[str]] = {}
+    said: dict[str, set[str]] = {}
     for sense in senses:
-        if sense is not None and sense.slot != "filler":
-            slots.setdefault(sense.slot, set()).add(sense.value)
-    return _command(slots)
+        if isinstance(sense, Sense) and sense != FILLER:
+            said.setdefault(sense.slot, set()).add(sense.value)
+    unknown = tuple(sense for sense in senses if isinstance(sense, str))
+    refusal = _refusal(words, said, asked=text.rstrip().endswith("?"))
+    return Parse(filled=_filled(said), unknown=unknown, refusal=refusal)
 
 
-def _senses(words: list[str]) -> Iterator[Sense | None]:
-    """Of the longest phrases, from the first word on; None for a word that is not known."""
+def _refusal(words: str, said: dict[str, set[str]], *, asked: bool) -> str:
+    if _QUESTION.match(words) or (asked and not _REQUEST.match(words)):
+        return _A_QUESTION
+    if "is" in said and "too" not in said and "enough" not in words:
+        return "it tells how things are"
+    return min(said.get("refusal", {""}))
+
+
+def _senses(words: list[str]) -> Iterator[Sense | str]:
+    """Of the longest phrases, from the first word on; a word that is not known as it is."""
     k = 0
     while k < len(words):
-        for n in range(min(LONGEST, len(words) - k), 0, -1):
-            if sense := LEXICON.get(" ".join(words[k : k + n])):
-                yield sense
-                k += n
-                break
-        else:
-            yield _misspelt(words[k])
-            k += 1
+        n, sense = _longest(words[k : k + LONGEST])
+        yield sense
+        k += n
 
 
-def _misspelt(word: str) -> Sense | None:
-    near = get_close_matches(word, _WORDS, n=1, cutoff=_CLOSE) if len(word) > 3 else []
-    return LEXICON.get(near[0], Sense("filler", "")) if near else None
+def _longest(words: list[str]) -> tuple[int, Sense | str]:
+    for n in range(len(words), 0, -1):
+        if sense := LEXICON.get(" ".join(words[:n])):
+            return n, sense
+    return 1, LEXICON.get(_spelt(words[0]), words[0])
 
 
-def _command(slots: dict[str, set[str]]) -> Command | None:
-    if any(len(values) > 1 for values in slots.values()):
-        return None
-    one = {slot: next(iter(values)) for slot, values in slots.items()}
-    if "not" in one:
-        return None
-    if "word" in one:
-        return COMMANDS[one["word"]] if len(one) == 1 else None
-    if "too" in one:
-        for slot in ("direction", "jaw"):
-            if slot in one:
-                one[slot] = OPPOSITE[one[slot]]
-    if "deed" in one:
-        return _task(one)
-    return _correction(one)
+@cache
+def _known_words() -> frozenset[str]:
+    return frozenset(word for phrase in LEXICON for word in phrase.split() if len(word) > 3)
 
 
-def _correction(one: dict[str, str]) -> Command | None:
-    arm = one.get("gripper") or one.get("arm")
-    meant = [
-        c
-        for c in CORRECTIONS
-        if (c.arm, c.direction, c.jaw) == (arm, one.get("direction"), one.get("jaw"))
-    ]
-    return COMMANDS[meant[0].text] if meant else None
+def _spelt(word: str) -> str:
+    """The known word from which one slip of the finger leads to this; or the word itself."""
+    if len(word) < 4:
+        return word
+    near = {slip for slip in _slips(word) if slip in _known_words() and slip[0] == word[0]}
+    return near.pop() if len(near) == 1 and not _inflects(word, *near) else word
 
 
-def _task(one: dict[str, str]) -> Command | None:
-    tube, clip, deed = one.get("tube"), one.get("ordinal"), one["deed"]
-    if deed in ("clip", "cut") and clip is None:
-        where = one.get("structure") or (f"{tube} tube" if tube else None)
-        return COMMANDS.get(f"{deed} {where}")
-    kind = {"cut_position": "cut", "clip": "clip", "grab": "grab"}.get(deed, deed)
-    if deed == "back":
-        kind = "go_back_from_cut" if "from_cut" in one else "go_back"
-    wanted = (kind, tube, int(clip) if clip else None)
-    meant = [t for t in TASKS if (t.kind, t.tube, t.clip) == wanted]
-    return COMMANDS[meant[0].text] if len(meant) == 1 else None
+def _inflects(word: str, known: str) -> bool:
+    """Whether it is another form of it, as "moved" is of "move", and means something else."""
+    return word.startswith(known[:-1]) and word.endswith(("s", "d", "ed", "er", "y"))
+
+
+def _slips(word: str) -> Iterator[str]:
+    """A letter left out, swapped, changed or put in."""
+    letters = "abcdefghijklmnopqrstuvwxyz"
+    for k in range(len(word) + 1):
+        head, tail = word[:k], word[k:]
+        yield head + tail[1:]
+        yield head + tail[1:2] + tail[:1] + tail[2:]
+        for letter in letters:
+            yield head + letter + tail[1:]
+            yield head + letter + tail
+
+
+def _filled(said: dict[str, set[str]]) -> Filled:
+    """The slots of a command, from what the phrases say together."""
+    said = defaultdict(set, {slot: set(values) for slot, values in said.items()})
+    if "stop" in said["kind"]:
+        return {"kind": {"stop"}}
+    _join_phrases(said)
+    _place_sides(said)
+    _infer_kind(said)
+    if said["too"]:
+        for slot in ("kind", "what"):
+            said[slot] = {OPPOSITE.get(value, value) for value in said[slot]}
+    return {slot: said[slot] for slot in _OF_COMMANDS if said[slot]}
+
+
+def _join_phrases(said: dict[str, set[str]]) -> None:
+    """Going back from the cut, and the position for it, are not cutting."""
+    if said["from_cut"] and "go_back" in said["kind"]:
+        said["kind"] = {"go_back_from_cut"}
+    if "cut_position" in said["kind"]:
+        said["kind"] -= {"cut"}
+
+
+def _place_sides(said: dict[str, set[str]]) -> None:
+    """Sides without a noun belong to what the rest is about."""
+    of_tube = bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS) and not said["arm"]
+    of_arm = said["kind"] & {"open", "close", "let go"} or said["what"] & DIRECTIONS
+    said["tube" if of_tube else "arm"] |= said["which"]
+    if of_tube and not said["tube"]:
+        said["tube"] |= said["side"]
+    elif of_arm and not said["arm"]:
+        said["arm"] |= said["side"]
+    else:
+        said["what"] |= said["side"]
+
+
+def _infer_kind(said: dict[str, set[str]]) -> None:
+    """What is done, where only how or to what is said."""
+    if said["arm"] and said["kind"] == {"go_back"} and not said["tube"] | said["what"]:
+        said["kind"], said["what"] = set(), {"towards"}
+    if said["arm"] and said["kind"] == {"let go"}:
+        said["kind"] = {"open"}
+    if said["what"] & ORDINALS and not said["kind"]:
+        said["kind"] = {"clip"}
+    if said["what"] & DIRECTIONS:
+        said["kind"] |= {"move"}
+    if not said["kind"] | said["what"]:
+        said["kind"] = said["alone"]
