@@ -9,8 +9,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
-from planner.language.lexicon import FILLER, LEXICON, LONGEST, Sense
-from planner.language.slots import DIRECTIONS, OPPOSITE, ORDINALS, TUBE_KINDS, Filled
+from planner.command import Command
+from planner.language.lexicon import LEXICON, LONGEST, Sense
+from planner.language.slots import (
+    DIRECTIONS,
+    OPPOSITE,
+    ORDINALS,
+    TUBE_KINDS,
+    Filled,
+    contradicts,
+    names_closed_slots,
+)
 
 _NUMBER = r"(\d+([.,]\d+)?|an?|half an?|one|two|three|four|five|ten|a few|a couple of|some)"
 _AMOUNT = re.compile(rf"\b{_NUMBER}\s*(mm|cm|(milli|centi)met(er|re)s?)\b")
@@ -20,13 +29,12 @@ _OPENING = re.compile(
 _DO_NOT_MOVE = re.compile(r"^(please )?(do not|don't|dont) move( please| now| anything)?$")
 _NOT_ENOUGH = re.compile(r"\b(is not|isn't|are not|aren't|not)\b(.*\benough\b)")
 _QUESTION = re.compile(
-    r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|do you|does"
-    r"|did|am|has|have|had|should|shall|can|could|would|will|may|must)\b(?! you\b)|^do (we|i|they)\b"
-    r"|^(are|have|were|did|do|should|must|had) you\b"
+    r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|am|does|did"
+    r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
 )
 _REQUEST = re.compile(r"^(please )?(can|could|would|will) you\b")
+_BACK_AFTER = re.compile(r"\b(back|back off|return|retreat|withdraw) after\b")
 _STOP = re.compile(r"^((no|please|hey|robot|calot|just) )*(stop|halt|freeze|abort)\b")
-_A_QUESTION = "it is a question"
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
 
@@ -52,7 +60,7 @@ def normalised(text: str) -> str:
     """
     plain = unicodedata.normalize("NFKC", text).lower().replace("’", "'").strip()
     plain = re.sub(r"[^a-z0-9' ]+", " ", _AMOUNT.sub(" ", _OPENING.sub("", plain)))
-    plain = _NOT_ENOUGH.sub(r"\2", " ".join(plain.split()))
+    plain = _BACK_AFTER.sub(r"\1 from", _NOT_ENOUGH.sub(r"\2", " ".join(plain.split())))
     return "stop" if _STOP.match(plain) or _DO_NOT_MOVE.match(plain) else plain
 
 
@@ -62,16 +70,16 @@ def parse(text: str) -> Parse:
     senses = list(_senses(words.split()))
     said: dict[str, set[str]] = {}
     for sense in senses:
-        if isinstance(sense, Sense) and sense != FILLER:
+        if isinstance(sense, Sense) and sense.slot != "filler":
             said.setdefault(sense.slot, set()).add(sense.value)
     unknown = tuple(sense for sense in senses if isinstance(sense, str))
     refusal = _refusal(words, said, asked=text.rstrip().endswith("?"))
-    return Parse(filled=_filled(said), unknown=unknown, refusal=refusal)
+    return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
 def _refusal(words: str, said: dict[str, set[str]], *, asked: bool) -> str:
-    if _QUESTION.match(words) or (asked and not _REQUEST.match(words)):
-        return _A_QUESTION
+    if (asked or _QUESTION.match(words)) and not _REQUEST.match(words):
+        return "it is a question"
     if "is" in said and "too" not in said and "enough" not in words:
         return "it tells how things are"
     return min(said.get("refusal", {""}))
@@ -123,14 +131,20 @@ def _slips(word: str) -> Iterator[str]:
             yield head + letter + tail
 
 
-def _filled(said: dict[str, set[str]]) -> Filled:
-    """The slots of a command, from what the phrases say together."""
+def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
+    """The slots of a command, from what the phrases say together.
+
+    What is implied only is filled when the `whole` sentence is known: a word that is not may say
+    otherwise.
+    """
     said = defaultdict(set, {slot: set(values) for slot, values in said.items()})
     if "stop" in said["kind"]:
         return {"kind": {"stop"}}
     _join_phrases(said)
     _place_sides(said)
-    _infer_kind(said)
+    if whole:
+        _place_bare_sides(said)
+        _infer_kind(said)
     if said["too"]:
         for slot in ("kind", "what"):
             said[slot] = {OPPOSITE.get(value, value) for value in said[slot]}
@@ -145,14 +159,21 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
         said["kind"] -= {"cut"}
 
 
+def _of_tube(said: dict[str, set[str]]) -> bool:
+    return bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS) and not said["arm"]
+
+
 def _place_sides(said: dict[str, set[str]]) -> None:
-    """Sides without a noun belong to what the rest is about."""
-    of_tube = bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS) and not said["arm"]
-    of_arm = said["kind"] & {"open", "close", "let go"} or said["what"] & DIRECTIONS
-    said["tube" if of_tube else "arm"] |= said["which"]
-    if of_tube and not said["tube"]:
+    """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
+    said["tube" if _of_tube(said) else "arm"] |= said.pop("which", set())
+    if said["arm"] and not said["kind"] & TUBE_KINDS:
+        said["what"] |= said.pop("side", set())
+
+
+def _place_bare_sides(said: dict[str, set[str]]) -> None:
+    if _of_tube(said) and not said["tube"]:
         said["tube"] |= said["side"]
-    elif of_arm and not said["arm"]:
+    elif said["kind"] & {"open", "close", "let go"} or said["what"] & DIRECTIONS:
         said["arm"] |= said["side"]
     else:
         said["what"] |= said["side"]
@@ -170,3 +191,9 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
         said["kind"] |= {"move"}
     if not said["kind"] | said["what"]:
         said["kind"] = said["alone"]
+
+
+def may_be_filled(parsed: Parse, command: Command) -> bool:
+    """Whether a command may be taken for what is left open: by unknown words, not by too few."""
+    open_to_others = parsed.unknown and not parsed.refusal and not contradicts(parsed.filled)
+    return bool(open_to_others) and names_closed_slots(command, parsed.filled)

@@ -16,10 +16,11 @@ OPPOSITE = {
 DIRECTIONS = frozenset({"left", "right", "higher", "lower", "away", "towards"})
 ORDINALS = frozenset({"1", "2", "3"})
 TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_cut"})
+_CLOSED = ORDINALS | {"left", "right"}
 _MAY_ADD: dict[str, dict[str, str]] = {
     "grab": {"arm": "left", "organ": "gallbladder"},
     "let go": {"organ": "gallbladder"},
-    **dict.fromkeys(TUBE_KINDS, {"arm": "right"}),
+    **{kind: {"arm": "right"} for kind in TUBE_KINDS},
 }
 """What may be said with a kind and changes nothing, as nothing else could be meant."""
 
@@ -47,12 +48,30 @@ def candidates(filled: Filled) -> list[Command]:
     return [COMMANDS[text] for text in SLOTS if filled and _agrees(text, filled)]
 
 
+def contradicts(filled: Filled) -> bool:
+    """Whether a slot is filled twice."""
+    return any(len(values) > 1 for values in filled.values())
+
+
 def spelt_out(filled: Filled) -> Command | None:
     """The one command all of whose slots are filled, each with one value."""
-    if any(len(values) > 1 for values in filled.values()):
+    if contradicts(filled):
         return None
     whole = [c for c in candidates(filled) if SLOTS[c.text].keys() <= filled.keys()]
     return whole[0] if len(whole) == 1 else None
+
+
+def names_closed_slots(command: Command, filled: Filled) -> bool:
+    """Whether all is said of a command that has but a handful of words: sides and ordinals.
+
+    Everyone says "left" for left; if it was not said it was not meant, and is not to be guessed.
+    """
+    needed = {
+        slot
+        for slot, value in SLOTS[command.text].items()
+        if slot in ("arm", "tube") or value in _CLOSED
+    }
+    return needed <= filled.keys()
 
 
 def _agrees(text: str, filled: Filled) -> bool:
