@@ -27,13 +27,13 @@ _OPENING = re.compile(
     r"^(right|good|great|perfect|nice|fine|excellent|all ?right|well done)[,.!;:]+"
 )
 _DO_NOT_MOVE = re.compile(r"^(please )?(do not|don't|dont) move( please| now| anything)?$")
-_NOT_ENOUGH = re.compile(r"\b(is not|isn't|are not|aren't|not)\b(.*\benough\b)")
+_NOT_ENOUGH = re.compile(r"\b(is not|isn't|are not|aren't|not)\b(.*)\benough\b")
 _QUESTION = re.compile(
     r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|am|does|did"
     r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
 )
-_REQUEST = re.compile(r"^(please )?(can|could|would|will) you\b")
-_BACK_AFTER = re.compile(r"\b(back|back off|return|retreat|withdraw) after\b")
+_REQUEST = re.compile(r"^(please )?((can|could|would|will) you|(can|could) (we|i) (have|get))\b")
+_BACK_AFTER = re.compile(r"\b(back|back off|out|return|retreat|withdraw) after\b")
 _STOP = re.compile(r"^((no|please|hey|robot|calot|just) )*(stop|halt|freeze|abort)\b")
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
@@ -67,22 +67,21 @@ def normalised(text: str) -> str:
 def parse(text: str) -> Parse:
     """The slots that a sentence fills, the words it leaves open, and what speaks against it."""
     words = normalised(text)
-    senses = list(_senses(words.split()))
+    asked_for = _REQUEST.sub("", words)
+    senses = list(_senses(asked_for.split()))
     said: dict[str, set[str]] = {}
     for sense in senses:
         if isinstance(sense, Sense) and sense.slot != "filler":
             said.setdefault(sense.slot, set()).add(sense.value)
+    refusal = min(said.get("refusal", {""}))
+    if "is" in said and "too" not in said:
+        refusal = refusal or "it tells how things are"
+    if words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?")):
+        refusal = "it is a question"
+    if "stop" in said.get("kind", ()):  # whatever else is said
+        return Parse(filled={"kind": {"stop"}}, refusal=refusal)
     unknown = tuple(sense for sense in senses if isinstance(sense, str))
-    refusal = _refusal(words, said, asked=text.rstrip().endswith("?"))
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
-
-
-def _refusal(words: str, said: dict[str, set[str]], *, asked: bool) -> str:
-    if (asked or _QUESTION.match(words)) and not _REQUEST.match(words):
-        return "it is a question"
-    if "is" in said and "too" not in said and "enough" not in words:
-        return "it tells how things are"
-    return min(said.get("refusal", {""}))
 
 
 def _senses(words: list[str]) -> Iterator[Sense | str]:
@@ -138,8 +137,6 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
     otherwise.
     """
     said = defaultdict(set, {slot: set(values) for slot, values in said.items()})
-    if "stop" in said["kind"]:
-        return {"kind": {"stop"}}
     _join_phrases(said)
     _place_sides(said)
     if whole:
@@ -181,11 +178,15 @@ def _place_bare_sides(said: dict[str, set[str]]) -> None:
 
 def _infer_kind(said: dict[str, set[str]]) -> None:
     """What is done, where only how or to what is said."""
-    if said["arm"] and said["kind"] == {"go_back"} and not said["tube"] | said["what"]:
+    if (
+        said["arm"]
+        and said["kind"] == {"go_back"}
+        and not said["tube"] | said["what"] - {"towards"}
+    ):
         said["kind"], said["what"] = set(), {"towards"}
     if said["arm"] and said["kind"] == {"let go"}:
         said["kind"] = {"open"}
-    if said["what"] & ORDINALS and not said["kind"]:
+    if said["what"] & ORDINALS and not said["kind"] | said["motion"]:
         said["kind"] = {"clip"}
     if said["what"] & DIRECTIONS:
         said["kind"] |= {"move"}

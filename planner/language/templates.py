@@ -81,7 +81,7 @@ _WORDS = {
     "let go": ("let go", "release the gallbladder", "drop what you hold"),
 }  # fmt: skip
 _NAMES = {"1": "first", "2": "second", "3": "third", "duct": "duct", "artery": "artery"}
-_FRAMES = ("{}", "please {}", "could you {} slightly", "{} now")
+_FRAMES = ("{}", "please {}", "could you {} slightly", "{} now", "you can {} for me", "ok robot {}")
 
 _OTHER_DEEDS = (
     "irrigate", "cauterize", "dissect", "peel", "staple", "suture", "inspect", "remove", "rotate",
