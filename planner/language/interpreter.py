@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Literal
 
 from planner.command import Command
-from planner.language.grammar import Parse, may_be_filled, normalised, parse
+from planner.language.grammar import Parse, may_be_filled, parse
+from planner.language.phrases import normalised
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 

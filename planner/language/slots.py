@@ -16,7 +16,7 @@ OPPOSITE = {
 DIRECTIONS = frozenset({"left", "right", "higher", "lower", "away", "towards"})
 ORDINALS = frozenset({"1", "2", "3"})
 TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_cut"})
-_CLOSED = ORDINALS | {"left", "right"}
+_CERTAIN = ORDINALS | {"left", "right", "clip", "cut"}
 _MAY_ADD: dict[str, dict[str, str]] = {
     "grab": {"arm": "left", "organ": "gallbladder"},
     "let go": {"organ": "gallbladder"},
@@ -61,17 +61,15 @@ def spelt_out(filled: Filled) -> Command | None:
     return whole[0] if len(whole) == 1 else None
 
 
-def names_closed_slots(command: Command, filled: Filled) -> bool:
-    """Whether all is said of a command that has but a handful of words: sides and ordinals.
+def named_outright(command: Command, filled: Filled) -> bool:
+    """Whether words fill every slot of a command that must not be guessed.
 
-    Everyone says "left" for left; if it was not said it was not meant, and is not to be guessed.
+    These are sides and ordinals, for which everyone has the same few words, and what cannot be
+    undone: clipping and cutting.
     """
-    needed = {
-        slot
-        for slot, value in SLOTS[command.text].items()
-        if slot in ("arm", "tube") or value in _CLOSED
-    }
-    return needed <= filled.keys()
+    said = SLOTS[command.text]
+    certain = {slot for slot, value in said.items() if slot in ("arm", "tube") or value in _CERTAIN}
+    return certain <= filled.keys()
 
 
 def _agrees(text: str, filled: Filled) -> bool:

@@ -87,10 +87,15 @@ _OTHER_DEEDS = (
     "irrigate", "cauterize", "dissect", "peel", "staple", "suture", "inspect", "remove", "rotate",
     "burn", "measure", "photograph", "stretch", "inject", "drain", "biopsy", "mark", "clean",
     "scrape", "tie", "stitch", "dye", "tear", "describe", "sharpen", "unload", "test", "sterilise",
+    "kiss", "bend", "draw", "touch", "massage", "map", "freeze", "cool", "resect", "graft", "crush",
+    "dilate", "palpate", "expose", "skeletonise", "hide", "follow", "highlight", "delete", "learn",
+    "hate", "mention", "question", "feel", "glue", "hang", "wrap", "unclip", "plug", "buy", "drop",
+    "protect", "keep", "mobilise", "free",
 )  # fmt: skip
 _THINGS = (
     "left tube", "right tube", "duct", "artery", "left arm", "right arm", "left gripper", "clip",
-    "gallbladder", "liver", "camera", "bleeding", "right hand", "scissors",
+    "gallbladder", "liver", "camera", "bleeding", "right hand", "scissors", "both grippers",
+    "first clip on the left tube", "third clip on the right tube",
 )  # fmt: skip
 _OTHER_FRAMES = (
     "do not {}", "why did you {}", "should we {}", "the nurse will {}", "if it bleeds {}",

@@ -18,8 +18,9 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from planner.command import COMMANDS
-from planner.language.grammar import Parse, may_be_filled, normalised, parse
+from planner.language.grammar import Parse, may_be_filled, parse
 from planner.language.lexicon import LEXICON
+from planner.language.phrases import normalised
 from planner.language.scoring import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
 from planner.language.sentence_encoder import embed
 from planner.language.slot_heads import CLASSES, SHIPPED, SlotHeads, labels, save
