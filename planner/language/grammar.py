@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from planner.command import Command
@@ -61,18 +60,17 @@ def parse(text: str) -> Parse:
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
-def _refusal(said: Mapping[str, set[str]], unknown: tuple[str, ...]) -> str:
+def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
     tells = (said["is"] and not said["too"]) or any(map(_TELLS.fullmatch, unknown))
     return min(said["refusal"], default="it tells how things are" if tells else "")
 
 
-def _filled(said: Mapping[str, set[str]], *, whole: bool) -> Filled:
+def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
     """The slots of a command, from what the phrases say together.
 
     What is implied only is filled when the `whole` sentence is known: a word that is not may say
     otherwise.
     """
-    said = defaultdict(set, {slot: set(values) for slot, values in said.items()})
     _join_phrases(said)
     _place_sides(said)
     if whole:

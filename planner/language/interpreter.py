@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
+from unicodedata import normalize
 
 from planner.command import Command
 from planner.language.grammar import Parse, may_be_filled, parse
@@ -78,6 +79,8 @@ def _trouble(text: str) -> str:
         return f"it is longer than {MOST_CHARACTERS} characters"
     if not text.strip().isprintable():
         return "it has characters that cannot be read"
+    if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", text)):
+        return "it is not in English"
     return ""
 
 
