@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from planner.command import Command
@@ -49,15 +50,22 @@ def parse(text: str) -> Parse:
     asked_for = _REQUEST.sub("", words)
     found = list(senses(asked_for.split()))
     unknown = tuple(one for one in found if isinstance(one, str))
-    said: dict[str, set[str]] = defaultdict(set)
-    for one in found:
-        if isinstance(one, Sense):
-            said[one.slot].add(one.value)
+    said = _said(one for one in found if isinstance(one, Sense))
     asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
     if "stop" in said["kind"]:  # whatever else is said
         return Parse(filled={"kind": {"stop"}}, refusal=refusal)
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
+
+
+def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
+    """Values by slot; what one has too much of is turned round."""
+    said, too = defaultdict(set), False
+    for slot, value in found:
+        turns = too and slot in ("kind", "what", "side")
+        said[slot].add(OPPOSITE.get(value, value) if turns else value)
+        too = slot == "too" or (too and not turns)
+    return said
 
 
 def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
@@ -76,14 +84,13 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
     if whole:
         _place_bare_sides(said)
         _infer_kind(said)
-    if said["too"]:
-        for slot in ("kind", "what"):
-            said[slot] = {OPPOSITE.get(value, value) for value in said[slot]}
     return {slot: said[slot] for slot in _OF_COMMANDS if said[slot]}
 
 
 def _join_phrases(said: dict[str, set[str]]) -> None:
-    """Going back from the cut, and the position for it, are not cutting."""
+    """Going back from the cut, and the position for it, are not cutting; holding may be waiting."""
+    if said["hold"] and said["organ"]:
+        said["kind"] |= {"grab"}
     if said["from_cut"] and "go_back" in said["kind"]:
         said["kind"] = {"go_back_from_cut"}
     if "cut_position" in said["kind"]:
@@ -91,7 +98,7 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
 
 
 def _of_tube(said: dict[str, set[str]]) -> bool:
-    return bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS) and not said["arm"]
+    return bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS)
 
 
 def _place_sides(said: dict[str, set[str]]) -> None:
@@ -112,11 +119,8 @@ def _place_bare_sides(said: dict[str, set[str]]) -> None:
 
 def _infer_kind(said: dict[str, set[str]]) -> None:
     """What is done, where only how or to what is said."""
-    if (
-        said["arm"]
-        and said["kind"] == {"go_back"}
-        and not said["tube"] | said["what"] - {"towards"}
-    ):
+    elsewhere = said["tube"] | said["what"] - {"towards"}
+    if said["arm"] and said["kind"] == {"go_back"} and not elsewhere:
         said["kind"], said["what"] = set(), {"towards"}
     if said["arm"] and said["kind"] == {"let go"}:
         said["kind"] = {"open"}

@@ -16,6 +16,7 @@ _OPENING = re.compile(
 )
 _IS = re.compile(r"(?<=arm|and|per|one|ool|ent|jaw)'s\b")  # of the nouns of an arm
 _NOT_ENOUGH = re.compile(r"\b(is not|isn't|are not|aren't|not)\b(.*)\benough\b")
+_TOO_CLOSE = re.compile(r"\btoo close\b")  # no word about the jaws
 _BACK_AFTER = re.compile(r"\b(back|back off|out|return|retreat|withdraw) after\b")
 _STOP = re.compile(
     r"^((no|please|hey|robot|calot|just) )*(stop|halt|freeze|abort)\b"
@@ -32,7 +33,7 @@ def normalised(text: str) -> str:
     plain = _AMOUNT.sub(" ", _OPENING.sub("", plain))
     plain = " ".join(re.sub(r"[^a-z0-9' ]+", " ", plain).split())
     plain = _NOT_ENOUGH.sub(r"\2", _IS.sub(" is", plain))
-    plain = _BACK_AFTER.sub(r"\1 from", plain)
+    plain = _BACK_AFTER.sub(r"\1 from", _TOO_CLOSE.sub("too near", plain))
     return "stop" if _STOP.match(plain) else plain
 
 

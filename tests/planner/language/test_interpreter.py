@@ -56,12 +56,25 @@ def test_too_open_means_close(jaw, said):
     assert command_text(f"left gripper is too {said}") == f"{OPPOSITE[jaw]} left gripper"
 
 
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [
+        ("lower the left arm, it's too high", "move left arm lower"),
+        ("open the left gripper too", "open left gripper"),
+        ("the left arm is too close to me", "move left arm away from me"),
+        ("the right arm isn't high enough", "move right arm higher"),
+    ],
+)
+def test_too_turns_what_follows_only(sentence, text):
+    assert command_text(sentence) == text
+
+
 @given(
     orders,
     st.sampled_from(
         ["don't {}", "do not {}", "never {}", "please don't {}", "no, don't {}", "{}? No",
-         "you must not {}", "why did you {}", "should we {}?", "is it time to {}", "{}?", "if it bleeds {}",
-         "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
+         "you must not {}", "why did you {}", "should we {}?", "is it time to {}", "{}?",
+         "if it bleeds {}", "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
     ),
 )  # fmt: skip
 @no_deadline
