@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,6 +34,7 @@ OFTEN = 3  # a sentence of the set counts as so many made by rule
 MOST_MISREAD = 0.01
 MARGIN = 0.05  # of confidence, as unseen sentences are worse; assumed
 UNKNOWN = "qqqq"
+_vector = cache(embed)  # of all sentences, more than the encoder keeps
 _CLOSED_SENSES = ("it says what not to do", "it sets a condition or a time")
 _CLOSED_WORDS = {
     "too", "and", "both", "left", "right", "first", "second", "third", "last", "final", "one",
@@ -92,7 +94,7 @@ def _label(row: Row, head: str) -> str:
 
 
 def _embeddings(rows: Sequence[Row]) -> Tensor:
-    vectors = torch.stack([embed(normalised(row.sentence)) for row in rows])
+    vectors = torch.stack([_vector(normalised(row.sentence)) for row in rows])
     return torch.cat([vectors, torch.ones(len(rows), 1)], dim=1)
 
 
@@ -136,7 +138,7 @@ def outcomes(rows: Sequence[Row]) -> list[Outcome]:
     for k in range(FOLDS):
         heads = SlotHeads(weights=fit(examples(_without(rows, k))), threshold=1.0)
         for row, parsed in gaps(rows[k::FOLDS]):
-            ranked = heads.ranked(embed(normalised(row.sentence)).numpy(), parsed.filled)
+            ranked = heads.ranked(_vector(normalised(row.sentence)).numpy(), parsed.filled)
             if ranked and may_be_filled(parsed, ranked[0][1]):
                 found.append(Outcome(row, ranked[0][1].text, ranked[0][0]))
     return found
