@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 DEVELOPMENT = Path(__file__).with_name("development.tsv")
 HELD_OUT = Path(__file__).with_name("held_out.tsv")
 OPPOSITES = {
-    "left": "right", "to the left": "to the right", "higher": "lower", "up": "down", "deeper": "closer to me",
+    "left": "right", "to the left": "to the right", "higher": "lower", "up": "down",
+    "deeper": "closer to me",
 }  # fmt: skip
 DIRECTIONS = [*OPPOSITES, *OPPOSITES.values()]
 ARMS = ("left arm", "right arm", "left hand", "right instrument")
