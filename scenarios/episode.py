@@ -241,7 +241,7 @@ class Episode:
         self._instruction = instruction
 
     def _has_news(self, step: Step) -> bool:
-        """A task of a privileged planner's is done, of which it hears; a person's keeps its time."""
+        """A task is done, of which a privileged planner hears; a person's keeps its time."""
         done = step.outcome.task_done and step.instruction.source == "planner"
         return done and self.planner.hears_of_success
 

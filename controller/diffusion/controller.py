@@ -13,8 +13,8 @@ from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.graph import Sampler
-from controller.diffusion.sentence_encoder import embed
 from planner.instruction import Instruction
+from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
 from tissue_sim.frames import Array
 from tissue_sim.observation import Observation

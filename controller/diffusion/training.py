@@ -14,8 +14,8 @@ from torch import Tensor
 from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
-from controller.diffusion.sentence_encoder import embed_all
 from controller.diffusion.windows import Demonstration, Windows
+from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, optimise
 from tissue_sim.tracker_noise import noised
 

@@ -1,110 +1,138 @@
-"""What the words say outright: slots from a lexicon, and the one command that they fill.
-
-A reading stands only when every word is accounted for and no slot is filled twice.
-"""
+"""What the words say outright: the slots that they fill, or why nothing is to be done."""
 
 from __future__ import annotations
 
 import re
-import unicodedata
-from collections.abc import Iterator
-from difflib import get_close_matches
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
 
-from planner.command import COMMANDS, Command
-from planner.correction import CORRECTIONS
-from planner.language.lexicon import LEXICON, LONGEST, Sense
-from planner.task import TASKS
-
-OPPOSITE = {
-    "left": "right", "right": "left", "higher": "lower", "lower": "higher",
-    "away": "towards", "towards": "away", "open": "close", "close": "open",
-}  # fmt: skip
-_MOST_CHARACTERS = 200
-_ASKS = re.compile(
-    r"^(what|why|who|whose|when|where|which|how|is|are|was|were|do|does|did|am|has|have|should)\b"
+from planner.command import Command
+from planner.language.lexicon import Sense
+from planner.language.phrases import normalised, senses
+from planner.language.slots import (
+    DIRECTIONS,
+    OPPOSITE,
+    ORDINALS,
+    TUBE_KINDS,
+    Filled,
+    contradicts,
+    named_outright,
 )
-_WORDS = sorted({word for phrase in LEXICON for word in phrase.split() if len(word) > 3})
-_CLOSE = 0.82  # of difflib's ratio: one letter in five
+
+_QUESTION = re.compile(
+    r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|am|does|did"
+    r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
+)
+_REQUEST = re.compile(r"^(please )?((can|could|would|will) you|(can|could) (we|i) (have|get))\b")
+_TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order is worded so
+_OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
 
-def normalised(text: str) -> str:
-    """Lower case, plain letters, single spaces; numbers and their units go."""
-    plain = unicodedata.normalize("NFKC", text).lower().replace("’", "'")
-    plain = re.sub(r"\d+([.,]\d+)?\s*(mm|cm|millimet\w+|centimet\w+)", " ", plain)
-    return " ".join(re.sub(r"[^a-z0-9' ]+", " ", plain).split())
+@dataclass(frozen=True, kw_only=True)
+class Parse:
+    """What the words of a sentence say.
+
+    Attributes:
+        filled: The slots.
+        unknown: Words that nothing is known about.
+        refusal: Why nothing is to be done, in words; empty when there is no reason.
+    """
+
+    filled: Filled
+    unknown: tuple[str, ...] = ()
+    refusal: str = ""
 
 
-def read(text: str) -> Command | None:
-    """The command that a sentence spells out; None when it does not."""
-    if len(text) > _MOST_CHARACTERS or not text.isprintable():
-        return None
+def parse(text: str) -> Parse:
+    """The slots that a sentence fills, the words it leaves open, and what speaks against it."""
     words = normalised(text)
-    if not words or (text.rstrip().endswith("?") and _ASKS.match(words)) or _ASKS.match(words):
-        return None
-    senses = list(_senses(words.split()))
-    if any(sense is None for sense in senses):
-        return None
-    slots: dict[str, set[str]] = {}
-    for sense in senses:
-        if sense is not None and sense.slot != "filler":
-            slots.setdefault(sense.slot, set()).add(sense.value)
-    return _command(slots)
+    asked_for = _REQUEST.sub("", words)
+    found = list(senses(asked_for.split()))
+    unknown = tuple(one for one in found if isinstance(one, str))
+    said = _said(one for one in found if isinstance(one, Sense))
+    asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
+    refusal = "it is a question" if asks else _refusal(said, unknown)
+    if "stop" in said["kind"]:  # whatever else is said
+        return Parse(filled={"kind": {"stop"}}, refusal=refusal)
+    return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
-def _senses(words: list[str]) -> Iterator[Sense | None]:
-    """Of the longest phrases, from the first word on; None for a word that is not known."""
-    k = 0
-    while k < len(words):
-        for n in range(min(LONGEST, len(words) - k), 0, -1):
-            if sense := LEXICON.get(" ".join(words[k : k + n])):
-                yield sense
-                k += n
-                break
-        else:
-            yield _misspelt(words[k])
-            k += 1
+def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
+    """Values by slot; what one has too much of is turned round."""
+    said, too = defaultdict(set), False
+    for slot, value in found:
+        turns = too and slot in ("kind", "what", "side")
+        said[slot].add(OPPOSITE.get(value, value) if turns else value)
+        too = slot == "too" or (too and not turns)
+    return said
 
 
-def _misspelt(word: str) -> Sense | None:
-    near = get_close_matches(word, _WORDS, n=1, cutoff=_CLOSE) if len(word) > 3 else []
-    return LEXICON.get(near[0], Sense("filler", "")) if near else None
+def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
+    tells = (said["is"] and not said["too"]) or any(map(_TELLS.fullmatch, unknown))
+    return min(said["refusal"], default="it tells how things are" if tells else "")
 
 
-def _command(slots: dict[str, set[str]]) -> Command | None:
-    if any(len(values) > 1 for values in slots.values()):
-        return None
-    one = {slot: next(iter(values)) for slot, values in slots.items()}
-    if "not" in one:
-        return None
-    if "word" in one:
-        return COMMANDS[one["word"]] if len(one) == 1 else None
-    if "too" in one:
-        for slot in ("direction", "jaw"):
-            if slot in one:
-                one[slot] = OPPOSITE[one[slot]]
-    if "deed" in one:
-        return _task(one)
-    return _correction(one)
+def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
+    """The slots of a command, from what the phrases say together.
+
+    What is implied only is filled when the `whole` sentence is known: a word that is not may say
+    otherwise.
+    """
+    _join_phrases(said)
+    _place_sides(said)
+    if whole:
+        _place_bare_sides(said)
+        _infer_kind(said)
+    return {slot: said[slot] for slot in _OF_COMMANDS if said[slot]}
 
 
-def _correction(one: dict[str, str]) -> Command | None:
-    arm = one.get("gripper") or one.get("arm")
-    meant = [
-        c
-        for c in CORRECTIONS
-        if (c.arm, c.direction, c.jaw) == (arm, one.get("direction"), one.get("jaw"))
-    ]
-    return COMMANDS[meant[0].text] if meant else None
+def _join_phrases(said: dict[str, set[str]]) -> None:
+    """Going back from the cut, and the position for it, are not cutting; holding may be waiting."""
+    if said["hold"] and said["organ"]:
+        said["kind"] |= {"grab"}
+    if said["from_cut"] and "go_back" in said["kind"]:
+        said["kind"] = {"go_back_from_cut"}
+    if "cut_position" in said["kind"]:
+        said["kind"] -= {"cut"}
 
 
-def _task(one: dict[str, str]) -> Command | None:
-    tube, clip, deed = one.get("tube"), one.get("ordinal"), one["deed"]
-    if deed in ("clip", "cut") and clip is None:
-        where = one.get("structure") or (f"{tube} tube" if tube else None)
-        return COMMANDS.get(f"{deed} {where}")
-    kind = {"cut_position": "cut", "clip": "clip", "grab": "grab"}.get(deed, deed)
-    if deed == "back":
-        kind = "go_back_from_cut" if "from_cut" in one else "go_back"
-    wanted = (kind, tube, int(clip) if clip else None)
-    meant = [t for t in TASKS if (t.kind, t.tube, t.clip) == wanted]
-    return COMMANDS[meant[0].text] if len(meant) == 1 else None
+def _of_tube(said: dict[str, set[str]]) -> bool:
+    return bool(said["kind"] & TUBE_KINDS or said["what"] & ORDINALS)
+
+
+def _place_sides(said: dict[str, set[str]]) -> None:
+    """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
+    said["tube" if _of_tube(said) else "arm"] |= said.pop("which", set())
+    if said["arm"] and not said["kind"] & TUBE_KINDS:
+        said["what"] |= said.pop("side", set())
+
+
+def _place_bare_sides(said: dict[str, set[str]]) -> None:
+    if _of_tube(said) and not said["tube"]:
+        said["tube"] |= said["side"]
+    elif said["kind"] & {"open", "close", "let go"} or said["what"] & DIRECTIONS:
+        said["arm"] |= said["side"]
+    else:
+        said["what"] |= said["side"]
+
+
+def _infer_kind(said: dict[str, set[str]]) -> None:
+    """What is done, where only how or to what is said."""
+    elsewhere = said["tube"] | said["what"] - {"towards"}
+    if said["arm"] and said["kind"] == {"go_back"} and not elsewhere:
+        said["kind"], said["what"] = set(), {"towards"}
+    if said["arm"] and said["kind"] == {"let go"}:
+        said["kind"] = {"open"}
+    if said["what"] & ORDINALS and not said["kind"] | said["motion"]:
+        said["kind"] = {"clip"}
+    if said["what"] & DIRECTIONS:
+        said["kind"] |= {"move"}
+    if not said["kind"] | said["what"]:
+        said["kind"] = said["alone"]
+
+
+def may_be_filled(parsed: Parse, command: Command) -> bool:
+    """Whether a command may be taken for what is left open: by unknown words, not by too few."""
+    open_to_others = parsed.unknown and not parsed.refusal and not contradicts(parsed.filled)
+    return bool(open_to_others) and named_outright(command, parsed.filled)

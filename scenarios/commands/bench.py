@@ -258,6 +258,23 @@ class Latency:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Language:
+    """How long free text takes to be read, by the grammar alone and with the sentence encoder."""
+
+    repeats: Annotated[int, at_least(1)] = 10
+    """Readings of every command."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_language import bench_language
+
+        with Console(stderr=True).status("measuring: language"):
+            table = bench_language(self.repeats)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -271,6 +288,7 @@ class Bench:
         | Annotated[Obedience, subcommand("obedience")]
         | Annotated[Corrections, subcommand("corrections")]
         | Annotated[Latency, subcommand("latency")]
+        | Annotated[Language, subcommand("language")]
     ]
 
     def execute(self) -> int:
