@@ -17,7 +17,7 @@ MOST_CHARACTERS = 200
 MOST_GUESSES = 3
 LEAST_CHANCE = 0.05  # of a guess worth offering; assumed
 
-By = Literal["grammar", "classifier", "nobody"]
+By = Literal["grammar", "classifier", "button", "nobody"]
 
 
 @dataclass(frozen=True, kw_only=True)
