@@ -119,4 +119,5 @@ def _loss(
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
-    return policy.loss(seen, words[batch.text], level, noise)
+    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # no earlier: poses
+        return policy.loss(seen, words[batch.text], level, noise)

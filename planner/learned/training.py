@@ -100,7 +100,9 @@ def _loss(
     lag = 1 + (torch.rand(n, generator=chance) * every).long()
     moments = _misled(data.moments(at, every, lag), chance)
     frames = noised(moments.frames, chance)
-    return loss_of(network(moments._replace(frames=frames)), data.labels(at), fair)
+    with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
+        opinion = network(moments._replace(frames=frames))
+    return loss_of(Opinion(*(part.float() for part in opinion)), data.labels(at), fair)
 
 
 def _drawn_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:

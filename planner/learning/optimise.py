@@ -26,7 +26,7 @@ class Schedule:
         learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
         average: decay of the weights' moving average, which is what is saved.
         save_every: steps.
-        bfloat16: multiply matrices in it: half again as fast where the processor can.
+        bfloat16: the model multiplies matrices in it: half again as fast where the processor can.
     """
 
     steps: int
@@ -90,8 +90,7 @@ def optimise(
             rate = config.learning_rate * _share(step, config)
             for group in optimiser.param_groups:
                 group["lr"] = rate
-            with torch.autocast(chance.device.type, torch.bfloat16, enabled=config.bfloat16):
-                loss = loss_of_batch(model)
+            loss = loss_of_batch(model)
             optimiser.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(model.parameters(), GRADIENT_MOST)

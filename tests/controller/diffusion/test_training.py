@@ -103,3 +103,12 @@ def test_a_checkpoint_cut_short_is_refused_in_one_line(tmp_path):
     with pytest.raises(CheckpointError) as refusal:
         load_checkpoint(path)
     assert "\n" not in str(refusal.value)
+
+
+def test_in_bfloat16_the_same_is_learnt(tmp_path):
+    losses = []
+    for bfloat16 in (False, True):
+        config = replace(SMOKE, steps=1, bfloat16=bfloat16)
+        (step,) = training.train(GIVEN, config, tmp_path / str(bfloat16))
+        losses.append(step.loss)
+    assert losses[1] == pytest.approx(losses[0], rel=2e-3)
