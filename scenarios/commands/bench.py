@@ -196,6 +196,25 @@ class Obedience:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Planner:
+    """Whether the learned planner says what should be said, on rollouts kept out of its training."""
+
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Left out, the one that comes with Calot."""
+    data: tuple[Path, ...] = (Path("runs/held_out"),)
+    """Folders of rollouts, as `calot collect --mix rollouts` leaves them."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_planner import bench_planner
+
+        with Console(stderr=True).status("measuring: planner"):
+            table = bench_planner(self.planner_checkpoint, self.data)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Corrections:
     """What a correction gains where an arm was led astray: with and without, from one moment on."""
 
@@ -286,6 +305,7 @@ class Bench:
         | Annotated[Safety, subcommand("safety")]
         | Annotated[Controller, subcommand("controller")]
         | Annotated[Obedience, subcommand("obedience")]
+        | Annotated[Planner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
         | Annotated[Latency, subcommand("latency")]
         | Annotated[Language, subcommand("language")]
