@@ -197,7 +197,7 @@ class Obedience:
 
 @dataclass(frozen=True, kw_only=True)
 class Planner:
-    """Whether the learned planner says what should be said, on rollouts kept out of its training."""
+    """Whether the learned planner says what should be said, on rollouts that it has not seen."""
 
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Left out, the one that comes with Calot."""
