@@ -113,13 +113,14 @@ def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Itera
         if fails.isnan().any():
             continue
         late, alarmed = bool(fails.any()), alarms[rows.numpy()]
-        too_late = int(fails.nonzero()[-1]) if late else len(rows)
-        first = int(np.argmax(alarmed)) if alarmed.any() else None
-        in_time = first is not None and late and first <= too_late
-        lead_s = (
-            (too_late - first) * EVERY / STEPS_A_SECOND if in_time and first is not None else None
-        )
+        lead_s = _lead_s(int(fails.nonzero()[-1]), alarmed) if late else None
         yield _Task(late=late, alarmed=bool(alarmed.any()), lead_s=lead_s)
+
+
+def _lead_s(too_late: int, alarmed: NDArray[np.bool_]) -> float | None:
+    """Of the first alarm before the last moment at which a failure could be foretold."""
+    first = np.flatnonzero(alarmed[: too_late + 1])
+    return float(too_late - first[0]) * EVERY / STEPS_A_SECOND if len(first) else None
 
 
 def _share(hits: torch.Tensor | Sequence[bool]) -> float:
