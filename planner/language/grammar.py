@@ -24,8 +24,14 @@ _QUESTION = re.compile(
     r"^(what|what's|why|who|who's|whose|where|where's|which|how|how's|is|are|was|were|am|does|did"
     r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
 )
-_REQUEST = re.compile(r"^(please )?((can|could|would|will) you|(can|could) (we|i) (have|get))\b")
+_REQUEST = re.compile(
+    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot) )*((can|could|would|will) you|(can|could|may) (we|i)"
+    r" (please |just )*(have|get|put|ask you (to|for)|trouble you (to|for))|(how|what) about"
+    r"|why (don't|not)( you)?|are you able to|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
+    r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
+)
 _TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order is worded so
+_TURNED = ("kind", "what", "side", "particle", "preposition")  # by "too"
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
 
@@ -62,15 +68,24 @@ def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
     """Values by slot; what one has too much of is turned round."""
     said, too = defaultdict(set), False
     for slot, value in found:
-        turns = too and slot in ("kind", "what", "side")
+        turns = too and slot in _TURNED
         said[slot].add(OPPOSITE.get(value, value) if turns else value)
         too = slot == "too" or (too and not turns)
     return said
 
 
 def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
-    tells = (said["is"] and not said["too"]) or any(map(_TELLS.fullmatch, unknown))
-    return min(said["refusal"], default="it tells how things are" if tells else "")
+    """Why nothing is to be done: what is told is an order only if it says what has to change."""
+    goes_back = "go_back" in said["kind"]
+    deeds = {"clip", "cut"} & (said["kind"] | said["state"])
+    wished = bool(said["wish"]) and not deeds
+    tells = (said["is"] and not wished) or any(map(_TELLS.fullmatch, unknown))
+    tells |= not said["state"] <= said["kind"] | said["what"] and not said["wish"]
+    if said["after"] and not goes_back:
+        return "it sets a condition or a time"
+    excused = goes_back or (said["too"] and not unknown)
+    tells = "it tells how things are" if tells and not excused else ""
+    return min(said["refusal"], default=tells)
 
 
 def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
@@ -81,6 +96,7 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
     """
     _join_phrases(said)
     _place_sides(said)
+    _place_directions(said)
     if whole:
         _place_bare_sides(said)
         _infer_kind(said)
@@ -88,13 +104,38 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
 
 
 def _join_phrases(said: dict[str, set[str]]) -> None:
-    """Going back from the cut, and the position for it, are not cutting; holding may be waiting."""
-    if said["hold"] and said["organ"]:
-        said["kind"] |= {"grab"}
+    """What two phrases say together that neither says alone."""
+    _make_orders(said)
+    if said["blades"]:
+        said["arm"] |= {"right"}
+    if said["organ"] and (said["hold"] or said["kind"] == {"close"}):
+        said["kind"] = {"grab"}
+    if said["organ"] and "let go" in said["kind"]:
+        said["kind"] -= {"open"}
+    if said["arm"] | said["tube"] | said["what"] | said["which"]:
+        said["kind"] -= {"resume"}
     if said["from_cut"] and "go_back" in said["kind"]:
         said["kind"] = {"go_back_from_cut"}
+    if "cut" in said["kind"] and said["ready"] | said["position"]:
+        said["kind"] |= {"cut_position"}
     if "cut_position" in said["kind"]:
         said["kind"] -= {"cut"}
+    if "clip" in said["kind"] and said["tube"]:  # closed with a clip
+        said["kind"] -= {"close"}
+    of_clips = said["kind"] & {"clip", "go_back"} or said["tube"] and not said["kind"]
+    if of_clips and not said["what"]:
+        said["what"] |= said["number"]
+
+
+def _make_orders(said: dict[str, set[str]]) -> None:
+    """What is to be "clipped" is to be clipped; what one goes back from has been."""
+    state = said.pop("state", set())
+    if "go_back" in said["kind"] and state | said["is"] | said["after"] | said["from"]:
+        said["from_cut"] |= (state | said["kind"]) & {"cut"}
+        said["kind"] -= {"clip", "cut"}
+    else:
+        said["what"] |= state & DIRECTIONS
+        said["kind"] |= state - DIRECTIONS
 
 
 def _of_tube(said: dict[str, set[str]]) -> bool:
@@ -104,8 +145,18 @@ def _of_tube(said: dict[str, set[str]]) -> bool:
 def _place_sides(said: dict[str, set[str]]) -> None:
     """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
     said["tube" if _of_tube(said) else "arm"] |= said.pop("which", set())
+    if _of_tube(said) and not said["tube"]:  # a clip is put to the left
+        said["tube"] = said["what"] & {"left", "right"}
+        said["what"] -= said["tube"]
     if said["arm"] and not said["kind"] & TUBE_KINDS:
         said["what"] |= said.pop("side", set())
+
+
+def _place_directions(said: dict[str, set[str]]) -> None:
+    """ "up" is a direction, but not in "open up"; "in" is none in "higher in there"."""
+    if not said["kind"] | said["what"] & ORDINALS:
+        said["what"] |= said["particle"]
+        said["what"] |= set() if said["what"] & DIRECTIONS else said["preposition"]
 
 
 def _place_bare_sides(said: dict[str, set[str]]) -> None:
@@ -126,10 +177,12 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
         said["kind"] = {"open"}
     if said["what"] & ORDINALS and not said["kind"] | said["motion"]:
         said["kind"] = {"clip"}
+    if said["blades"] and said["tube"] and not said["kind"] | said["what"]:
+        said["kind"] = {"cut_position"}
     if said["what"] & DIRECTIONS:
         said["kind"] |= {"move"}
     if not said["kind"] | said["what"]:
-        said["kind"] = said["alone"]
+        said["kind"] = said["alone"] | ({"pause"} if said["hold"] else set())
 
 
 def may_be_filled(parsed: Parse, command: Command) -> bool:
