@@ -83,7 +83,7 @@ def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
     tells |= not said["state"] <= said["kind"] | said["what"] and not said["wish"]
     if said["after"] and not goes_back:
         return "it sets a condition or a time"
-    excused = goes_back or (said["too"] and not unknown)
+    excused = goes_back or said["kind"] & {"stop", "pause"} or (said["too"] and not unknown)
     tells = "it tells how things are" if tells and not excused else ""
     return min(said["refusal"], default=tells)
 
@@ -110,17 +110,22 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
         said["arm"] |= {"right"}
     if said["organ"] and (said["hold"] or said["kind"] == {"close"}):
         said["kind"] = {"grab"}
+    if not said["organ"] and said["kind"] & {"open", "close"}:  # a tighter grip
+        said["kind"] -= {"grab"}
     if said["organ"] and "let go" in said["kind"]:
         said["kind"] -= {"open"}
     if said["arm"] | said["tube"] | said["what"] | said["which"]:
         said["kind"] -= {"resume"}
-    if said["from_cut"] and "go_back" in said["kind"]:
+    if said["what"] & ORDINALS and "away" in said["what"]:  # away from the first clip
+        said["what"] -= {"away"}
+        said["kind"] = {"go_back"}
+    if said["from_cut"] and said["kind"] <= {"go_back"}:
         said["kind"] = {"go_back_from_cut"}
     if "cut" in said["kind"] and said["ready"] | said["position"]:
         said["kind"] |= {"cut_position"}
     if "cut_position" in said["kind"]:
         said["kind"] -= {"cut"}
-    if "clip" in said["kind"] and said["tube"]:  # closed with a clip
+    if "clip" in said["kind"] and said["tube"] | said["what"]:  # closed with a clip
         said["kind"] -= {"close"}
     of_clips = said["kind"] & {"clip", "go_back"} or said["tube"] and not said["kind"]
     if of_clips and not said["what"]:
@@ -144,7 +149,8 @@ def _of_tube(said: dict[str, set[str]]) -> bool:
 
 def _place_sides(said: dict[str, set[str]]) -> None:
     """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
-    said["tube" if _of_tube(said) else "arm"] |= said.pop("which", set())
+    of_arm = "what" if said["arm"] else "arm"
+    said["tube" if _of_tube(said) else of_arm] |= said.pop("which", set())
     if _of_tube(said) and not said["tube"]:  # a clip is put to the left
         said["tube"] = said["what"] & {"left", "right"}
         said["what"] -= said["tube"]
@@ -181,6 +187,8 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
         said["kind"] = {"cut_position"}
     if said["what"] & DIRECTIONS:
         said["kind"] |= {"move"}
+    if said["organ"] and said["arm"] and not said["kind"]:
+        said["kind"] = {"grab"}
     if not said["kind"] | said["what"]:
         said["kind"] = said["alone"] | ({"pause"} if said["hold"] else set())
 

@@ -23,7 +23,7 @@ class Sense(NamedTuple):
     value: str
 
 
-_BEFORE = ("", "on ", "to ", "onto ", "at ", "of ", "from ", "for ", "with ")
+_BEFORE = ("", "on ", "to ", "onto ", "at ", "of ", "for ", "with ")
 _BETWEEN = ("", "hand ", "side ", "hand side ", "handed ", "sided ", "robot ", "robotic ")
 _SIDES = ("left", "right")
 _NOUNS = {

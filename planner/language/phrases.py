@@ -12,7 +12,7 @@ from planner.language.rewrites import AS_SAID, AS_TYPED, rewritten
 
 _HOW = re.compile(r"\w{3,}ly")  # an adverb
 _STOP = re.compile(
-    r"^((no|please|hey|robot|calot|just) )*(stop|halt|freeze|abort)\b"
+    r"^((no|please|hey|robot|calot|just|everybody|everyone|ok|okay|now|oh|whoa) )*(stop|halt|freeze|abort)\b"
     r"|^(please )?(do not|don't|dont) move( please| now| anything)?$"
 )
 

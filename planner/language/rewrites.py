@@ -16,16 +16,23 @@ AS_TYPED = (  # while commas are there
     (rf"{_NOT_OF}'s\b", " 's"),
     (rf"\b(by )?{_NUMBER}\s*(more )?(mm|cm|mils?|millis?|(mill?i|centi)met(er|re)s?)\b", " "),
     (r"#\s*(?=\d)", "number "),
-    (r"^(ok |okay |so |and )*(right|good|great|perfect|nice|fine|excellent|lovely|super|cool"
-     r"|all ?right|well done|no|nope|nah|oops|whoops|sorry|actually|you('re| are) (good|fine|clear|ok)( to go)?|looks good|very good|good job|nice one|beautiful)[,.!;:]+", ""),
+    (r"^((ok|okay|so|and|oh|ah|well|very) )*((right|good|great|perfect|nice|fine|excellent|lovely|super|cool"
+     r"|all ?right|well done|(no|nope|nah)( no)*|oops|whoops|sorry|wrong|actually|what's next|next up|ready"
+     r"|you('re| are) (good|fine|clear|ok)( to go)?|(that )?looks good|good job|nice one|beautiful|ok|okay"
+     r")[,.!;:?]+ *)+", ""),
 )  # fmt: skip
 """Patterns, each with what is said instead."""
 
 AS_SAID = (  # words only
+    (r"\b(that|this|those|these) (?!right (now|away|there))(?=(left|right|first|second|third|last|gallbladder|gb|duct|artery"
+     r"|cystic|tube|clip|grasper|scissors|arm)\b)", ""),
+    (r"\b(duct|artery|tube|one|structure)( 's| is) (up )?next\b", r"\1"),
+    (r"\b(drift|creep|stray|wander|slipp|slid|veer|go)ing (off |too far )?(to )?(?=(left|right|up|down|in|out|high|low|deep)"
+     r"\b.*\b(bring|come|correct|move|pull|push)\b)", "too "),
     (r"\b((neck|body|fundus|wall|dome) of |(the )?gallbladder )?((gal+|goal|gold(en)?|call|ball|gull|gaul)"
      r" ?bl?add?e?r|gb|infundibulum|fundus|hartmanns?( pouch)?)( neck| tissue| wall| body| fundus)?\b", "gallbladder"),
     (r"\b(take|get|have|collect|pick( up)?|picking( up)?|taking|getting|catch|clasp)( yourself)?( an?)?"
-     r"( \w+)?( (hold|bite) (of|on)| grip (of|on))? gallbladder\b", "grab gallbladder"),
+     r"( good| firm| decent| better| gentle| proper| nice)?( (hold|bite) (of|on)| grip (of|on))? gallbladder\b", "grab gallbladder"),
     (rf"\b(first|second|1st|2nd|3rd|third)( cystic)? (tube|vessel|structure|pipe|{_JAWS})\b", "fourth"),
     (r"^(good|great|perfect|nice|fine|excellent|lovely|super|cool|right|beautiful)"
      r" (?=(now|so|then|and|ok|okay|let's|lets|please|next)\b)", ""),
@@ -37,6 +44,12 @@ AS_SAID = (  # words only
     (r"\b(do|would|could|will|can) you( please)? (mind|be so (kind|good)( as)?|be (kind|good)"
      r" enough|be a (dear|darling|star))( and| to)?\b", "please"),
     (r"\bdo me a favou?r( and)?\b", "please"),
+    (r"(?<=\w) (you're|you are) (doing )?(fine|great|good|well|ok|okay|there)$", ""),
+    (r"\b(high|low|deep)(er)? (up|down|in)\b", r"\1\2"),
+    (r"(?<=clip) (next to|beside|above|below|alongside|past|beyond|behind|near) (first|second|last|others?)( one| clip| two)?\b", ""),
+    (r"\b(put|pop|place|get|stick|apply|throw|fire) one (?=(on|to|onto|across|over)\b)", "clip "),
+    (r"\bline (\w+ )up\b", r"line up \1"),
+    (r"\b(scissors|shears) (right |straight )?(through|across)\b", "cut"),
     (r"(?<=\w) (because|cause|cos|so that|as (it|you|that)('s| is|'re| are)"
      r"|so (i|we) (can|could|have|get)|to (get|have|give|improve) .*(view|look|angle|access|room)"
      r"|for (a )?better) .*$", ""),

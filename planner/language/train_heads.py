@@ -35,7 +35,7 @@ MOST_MISREAD = 0.01
 MARGIN = 0.05  # of confidence, as unseen sentences are worse; assumed
 UNKNOWN = "qqqq"
 _vector = cache(embed)  # of all sentences, more than the encoder keeps
-_CLOSED_SENSES = ("it says what not to do", "it sets a condition or a time")
+_CLOSED_SLOTS = {"refusal", "is", "too", "state", "after", "from", "particle", "preposition"}
 _CLOSED_WORDS = {
     "too", "and", "both", "left", "right", "first", "second", "third", "last", "final", "one",
     "two", "three",
@@ -126,7 +126,7 @@ def gaps(rows: Sequence[Row]) -> Iterator[Gap]:
 
 def _forgettable(words: list[str]) -> list[int]:
     """Words that another person may say otherwise: all but the small closed classes."""
-    closed = {phrase for phrase, sense in LEXICON.items() if sense.value in _CLOSED_SENSES}
+    closed = {phrase for phrase, sense in LEXICON.items() if sense.slot in _CLOSED_SLOTS}
     return [
         k for k, word in enumerate(words) if len(word) > 2 and word not in closed | _CLOSED_WORDS
     ]
