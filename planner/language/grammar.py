@@ -32,6 +32,7 @@ _REQUEST = re.compile(
 )
 _TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order is worded so
 _TURNED = ("kind", "what", "side", "particle", "preposition")  # by "too"
+_DENIED = "it says what not to do"
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
 
@@ -59,8 +60,8 @@ def parse(text: str) -> Parse:
     said = _said(one for one in found if isinstance(one, Sense))
     asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
-    if "stop" in said["kind"]:  # whatever else is said
-        return Parse(filled={"kind": {"stop"}}, refusal=refusal)
+    if "stop" in said["kind"] and _DENIED not in said["refusal"]:  # whatever else is said
+        return Parse(filled={"kind": {"stop"}}, refusal="it is a question" if asks else "")
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
@@ -112,10 +113,10 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
         said["kind"] = {"grab"}
     if not said["organ"] and said["kind"] & {"open", "close"}:  # a tighter grip
         said["kind"] -= {"grab"}
-    if said["organ"] and "let go" in said["kind"]:
+    if "let go" in said["kind"]:
         said["kind"] -= {"open"}
-    if said["arm"] | said["tube"] | said["what"] | said["which"]:
-        said["kind"] -= {"resume"}
+    if said["kind"] > {"resume"} or said["arm"] | said["tube"] | said["what"] | said["which"]:
+        said["kind"] -= {"resume"}  # go on and ...
     if said["what"] & ORDINALS and "away" in said["what"]:  # away from the first clip
         said["what"] -= {"away"}
         said["kind"] = {"go_back"}
@@ -149,7 +150,7 @@ def _of_tube(said: dict[str, set[str]]) -> bool:
 
 def _place_sides(said: dict[str, set[str]]) -> None:
     """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
-    of_arm = "what" if said["arm"] else "arm"
+    of_arm = "what" if said["arm"] and not said["kind"] & {"open", "close"} else "arm"
     said["tube" if _of_tube(said) else of_arm] |= said.pop("which", set())
     if _of_tube(said) and not said["tube"]:  # a clip is put to the left
         said["tube"] = said["what"] & {"left", "right"}
@@ -179,7 +180,7 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
     elsewhere = said["tube"] | said["what"] - {"towards"}
     if said["arm"] and said["kind"] == {"go_back"} and not elsewhere:
         said["kind"], said["what"] = set(), {"towards"}
-    if said["arm"] and said["kind"] == {"let go"}:
+    if said["arm"] and not said["organ"] and said["kind"] == {"let go"}:
         said["kind"] = {"open"}
     if said["what"] & ORDINALS and not said["kind"] | said["motion"]:
         said["kind"] = {"clip"}

@@ -54,15 +54,18 @@ def _known_words() -> frozenset[str]:
 def _mended_words() -> frozenset[str]:
     """Of which slips are forgiven: those of a command."""
     of_command = (p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is"))
-    return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 3)
+    return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 2)
 
 
 def _spelt(word: str) -> str:
     """The known word from which one slip of the finger leads to this; or the word itself."""
-    if len(word) < 4 or word in _known_words():
+    if len(word) < 3 or word in _known_words():
         return word
-    near = {slip for slip in _slips(word) if slip in _mended_words() and slip[0] == word[0]}
-    return near.pop() if len(near) == 1 and not _inflects(word, *near) else word
+    for slips in _slips(word):
+        near = {slip for slip in slips if slip in _mended_words() and slip[0] == word[0]}
+        if near:
+            return near.pop() if len(near) == 1 and not _inflects(word, *near) else word
+    return word
 
 
 def _inflects(word: str, known: str) -> bool:
@@ -71,14 +74,13 @@ def _inflects(word: str, known: str) -> bool:
     return word.startswith(known[:-1]) and ending
 
 
-def _slips(word: str) -> Iterator[str]:
-    """One letter too many or left out, two swapped, or one wrong."""
+def _slips(word: str) -> Iterator[set[str]]:
+    """What it is with one slip mended, the likeliest first: swapped, left out, too many, wrong."""
     letters = "abcdefghijklmnopqrstuvwxyz"
-    for k in range(len(word) + 1):
-        head, tail = word[:k], word[k:]
-        yield head + tail[1:]
-        yield head + tail[1:2] + tail[:1] + tail[2:]
-        for letter in letters:
-            yield head + letter + tail
-            if len(word) > 4:  # shorter words have too many neighbours: lick, lock
-                yield head + letter + tail[1:]
+    splits = [(word[:k], word[k:]) for k in range(len(word) + 1)]
+    yield {head + tail[1] + tail[0] + tail[2:] for head, tail in splits if len(tail) > 1}
+    if len(word) > 3:  # shorter words have too many neighbours
+        yield {head + letter + tail for head, tail in splits for letter in letters}
+        yield {head + tail[1:] for head, tail in splits}
+    if len(word) > 4:  # lick, lock
+        yield {head + letter + tail[1:] for head, tail in splits for letter in letters}

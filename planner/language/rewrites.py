@@ -24,6 +24,13 @@ AS_TYPED = (  # while commas are there
 """Patterns, each with what is said instead."""
 
 AS_SAID = (  # words only
+    (r"\b(u|ya)\b", "you"), (r"\b2 (?=(me|us)\b)", "to "),
+    (r"\b(goto|go2)\b", "go to"), (r"\bgo ?ba(c|k)k?\b", "go back"), (r"\bmv\b", "move"),
+    (r"\b(lft|lef|l)(?= [a-z])", "left"), (r"\b(rgt|rt|rite|r)(?= [a-z])", "right"), (r"\bfrm\b", "from"),
+    (r"\bnxt\b", "next"), (r"\bbck\b", "back"),
+    (r"^i (did not|didn't) (want|mean|ask for|say) (that|this|it|so)( to happen)?\b", ""),
+    (r"\b(let|set|turn) (gallbladder|tissue) (go|free|loose)\b", "let go gallbladder"),
+    (r"\bundo (?=(both|left|right) (jaw|grip))", "open "),
     (r"\b(that|this|those|these) (?!right (now|away|there))(?=(left|right|first|second|third|last|gallbladder|gb|duct|artery"
      r"|cystic|tube|clip|grasper|scissors|arm)\b)", ""),
     (r"\b(duct|artery|tube|one|structure)( 's| is) (up )?next\b", r"\1"),
