@@ -6,6 +6,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 from planner.command import Command
 from planner.language.lexicon import Sense
@@ -18,6 +19,7 @@ from planner.language.slots import (
     Filled,
     contradicts,
     named_outright,
+    spelt_out,
 )
 
 _QUESTION = re.compile(
@@ -25,13 +27,15 @@ _QUESTION = re.compile(
     r"|has|have|had|should|shall|can|could|would|will|may|must|do (you|we|i|they))\b"
 )
 _REQUEST = re.compile(
-    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot) )*((can|could|would|will) you|(can|could|may) (we|i)"
-    r" (please |just )*(have|get|put|ask you (to|for)|trouble you (to|for))|(how|what) about"
-    r"|why (don't|not)( you)?|are you able to|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
+    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot) )*((can|could|would|will) you"
+    r"|(can|could|may) (we|i) (please |just )*(have|get|put|ask you (to|for)|trouble you (to|for))"
+    r"|(how|what) about|why (don't|not)( you)?|are you able to"
+    r"|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
     r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
 )
 _TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order is worded so
 _TURNED = ("kind", "what", "side", "particle", "preposition")  # by "too"
+Openness = Literal["unknown words", "open slots"]
 _DENIED = "it says what not to do"
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
 
@@ -60,8 +64,11 @@ def parse(text: str) -> Parse:
     said = _said(one for one in found if isinstance(one, Sense))
     asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
-    if "stop" in said["kind"] and _DENIED not in said["refusal"]:  # whatever else is said
-        return Parse(filled={"kind": {"stop"}}, refusal="it is a question" if asks else "")
+    if _DENIED not in said["refusal"] and not asks:
+        if "stop" in said["kind"]:  # whatever else is said
+            return Parse(filled={"kind": {"stop"}})
+        if said["kind"] == {"pause"}:
+            refusal = ""
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
@@ -72,21 +79,31 @@ def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
         turns = too and slot in _TURNED
         said[slot].add(OPPOSITE.get(value, value) if turns else value)
         too = slot == "too" or (too and not turns)
+    if "away" in said["what"] and not said["arm"] and said["tube"] | said["what"] & ORDINALS:
+        said["what"] -= {"away"}
+        said["kind"] |= {"go_back"}
     return said
 
 
 def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
-    """Why nothing is to be done: what is told is an order only if it says what has to change."""
+    """Why nothing is to be done, if so."""
     goes_back = "go_back" in said["kind"]
-    deeds = {"clip", "cut"} & (said["kind"] | said["state"])
-    wished = bool(said["wish"]) and not deeds
-    tells = (said["is"] and not wished) or any(map(_TELLS.fullmatch, unknown))
-    tells |= not said["state"] <= said["kind"] | said["what"] and not said["wish"]
     if said["after"] and not goes_back:
         return "it sets a condition or a time"
-    excused = goes_back or said["kind"] & {"stop", "pause"} or (said["too"] and not unknown)
-    tells = "it tells how things are" if tells and not excused else ""
-    return min(said["refusal"], default=tells)
+    too_much = said["too"] and not unknown
+    tells = not (goes_back or too_much) and _tells(said, unknown)
+    return min(said["refusal"], default="it tells how things are" if tells else "")
+
+
+def _tells(said: dict[str, set[str]], unknown: tuple[str, ...]) -> bool:
+    """Whether something is described; a wish describes too, but a clip or a cut must be ordered."""
+    deed = {"clip", "cut"} & (said["kind"] | said["state"])
+    state = said["state"] - said["kind"] - said["what"]
+    return bool(
+        (said["is"] and (deed or not said["wish"]))
+        or (state and not said["wish"] - ({"weak"} if deed else set()))
+        or any(map(_TELLS.fullmatch, unknown))
+    )
 
 
 def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
@@ -109,26 +126,38 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
     _make_orders(said)
     if said["blades"]:
         said["arm"] |= {"right"}
+    if len(said["kind"]) > 1 or said["arm"] | said["tube"] | said["what"] | said["which"]:
+        said["kind"] -= {"resume", "repeat"}  # go on and ...
+    _join_grips(said)
+    _join_cuts(said)
+    _join_clips(said)
+
+
+def _join_grips(said: dict[str, set[str]]) -> None:
+    """The gallbladder is held and closed on; a tighter grip of the jaws grabs nothing."""
     if said["organ"] and (said["hold"] or said["kind"] == {"close"}):
         said["kind"] = {"grab"}
-    if not said["organ"] and said["kind"] & {"open", "close"}:  # a tighter grip
+    if not said["organ"] and said["kind"] & {"open", "close"}:
         said["kind"] -= {"grab"}
     if "let go" in said["kind"]:
         said["kind"] -= {"open"}
-    if said["kind"] > {"resume"} or said["arm"] | said["tube"] | said["what"] | said["which"]:
-        said["kind"] -= {"resume"}  # go on and ...
-    if said["what"] & ORDINALS and "away" in said["what"]:  # away from the first clip
-        said["what"] -= {"away"}
-        said["kind"] = {"go_back"}
+
+
+def _join_cuts(said: dict[str, set[str]]) -> None:
+    """Going back from the cut, and the position for it, are not cutting."""
     if said["from_cut"] and said["kind"] <= {"go_back"}:
         said["kind"] = {"go_back_from_cut"}
     if "cut" in said["kind"] and said["ready"] | said["position"]:
         said["kind"] |= {"cut_position"}
     if "cut_position" in said["kind"]:
         said["kind"] -= {"cut"}
-    if "clip" in said["kind"] and said["tube"] | said["what"]:  # closed with a clip
+
+
+def _join_clips(said: dict[str, set[str]]) -> None:
+    """Tubes are closed with clips; "two" counts clips where a tube is named."""
+    if said["what"] & ORDINALS or ("clip" in said["kind"] and said["tube"] | said["what"]):
         said["kind"] -= {"close"}
-    of_clips = said["kind"] & {"clip", "go_back"} or said["tube"] and not said["kind"]
+    of_clips = said["kind"] & {"clip", "go_back"} or (said["tube"] and not said["kind"])
     if of_clips and not said["what"]:
         said["what"] |= said["number"]
 
@@ -138,7 +167,7 @@ def _make_orders(said: dict[str, set[str]]) -> None:
     state = said.pop("state", set())
     if "go_back" in said["kind"] and state | said["is"] | said["after"] | said["from"]:
         said["from_cut"] |= (state | said["kind"]) & {"cut"}
-        said["kind"] -= {"clip", "cut"}
+        said["kind"] -= {"clip", "cut", "open", "close"}
     else:
         said["what"] |= state & DIRECTIONS
         said["kind"] |= state - DIRECTIONS
@@ -160,7 +189,7 @@ def _place_sides(said: dict[str, set[str]]) -> None:
 
 
 def _place_directions(said: dict[str, set[str]]) -> None:
-    """ "up" is a direction, but not in "open up"; "in" is none in "higher in there"."""
+    """Where to: "up" but not in "open up", "in" but not in "higher in there"."""
     if not said["kind"] | said["what"] & ORDINALS:
         said["what"] |= said["particle"]
         said["what"] |= set() if said["what"] & DIRECTIONS else said["preposition"]
@@ -192,6 +221,11 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
         said["kind"] = {"grab"}
     if not said["kind"] | said["what"]:
         said["kind"] = said["alone"] | ({"pause"} if said["hold"] else set())
+
+
+def openness(parsed: Parse) -> Openness:
+    """Whether unknown words leave slots open, or are merely unknown."""
+    return "unknown words" if spelt_out(parsed.filled) else "open slots"
 
 
 def may_be_filled(parsed: Parse, command: Command) -> bool:

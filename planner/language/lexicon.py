@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,7 @@ _NOUNS = {
     "which": ("one", "side", "hand one", "hand side", "hand side one", "side one", "wan"),
 }  # fmt: skip
 _ARTICLES = ("the", "your")
-_INFLECTED = ("kind", "motion", "moves")  # tables of verbs
+_VERBS = ("kind", "motion", "moves")
 _DOUBLES = re.compile(r"(qu)?[^aeiou]*[aeiou][bdgmnprt]")
 
 
@@ -48,26 +48,27 @@ def without_articles(text: str) -> str:
     return " ".join(word for word in text.split() if word not in _ARTICLES)
 
 
-def _listed() -> dict[str, Sense]:
+def _phrases() -> Iterator[tuple[str, str, str]]:
+    """Table, key and phrase."""
     tables = tomllib.loads(Path(__file__).with_name("lexicon.toml").read_text("utf-8"))
-    found: dict[str, Sense] = {}
-    for slot, values in tables.items():
+    for table, values in tables.items():
         for value, phrases in values.items():
-            for phrase in map(without_articles, phrases.split(",")):
-                found[phrase] = Sense("what" if slot == "moves" else slot, value)
-    verbs = [
-        (without_articles(phrase), found[without_articles(phrase)])
-        for slot in _INFLECTED
-        for phrases in tables[slot].values()
-        for phrase in phrases.split(",")
-    ]
+            yield from ((table, value, without_articles(one)) for one in phrases.split(","))
+
+
+def _listed() -> dict[str, Sense]:
+    found, verbs = {}, {}
+    for table, value, phrase in _phrases():
+        found[phrase] = Sense("what" if table == "moves" else table, value)
+        if table in _VERBS:
+            verbs[phrase] = found[phrase]
     return _inflected(verbs) | found
 
 
-def _inflected(verbs: Iterable[tuple[str, Sense]]) -> dict[str, Sense]:
-    """ "clipping" as "clip"; "clipped" tells of a state."""
+def _inflected(verbs: Mapping[str, Sense]) -> dict[str, Sense]:
+    """Other forms: "clipping" is said as "clip" is; "clipped" tells of a state."""
     found: dict[str, Sense] = {}
-    for phrase, sense in verbs:
+    for phrase, sense in verbs.items():
         verb, _, rest = phrase.partition(" ")
         stem = verb + verb[-1] if _DOUBLES.fullmatch(verb) else verb.removesuffix("e")
         found[f"{stem}ing {rest}".strip()] = sense

@@ -12,7 +12,9 @@ from planner.language.rewrites import AS_SAID, AS_TYPED, rewritten
 
 _HOW = re.compile(r"\w{3,}ly")  # an adverb
 _STOP = re.compile(
-    r"^((no|please|hey|robot|calot|just|everybody|everyone|ok|okay|now|oh|whoa) )*(stop|halt|freeze|abort)\b"
+    r"^((no|please|hey|robot|calot|just|everybody|everyone|ok|okay|now|oh|whoa) )*"
+    r"(stop|halt|freeze|abort)\b"
+    r"|(?<!don't )(?<!not )(?<!never )(?<!to )(?<!dont )\bstop( now| please| there| it| moving)*$"
     r"|^(please )?(do not|don't|dont) move( please| now| anything)?$"
 )
 
@@ -26,7 +28,7 @@ def normalised(text: str) -> str:
     plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, AS_TYPED))
     plain = " ".join(map(_spelt, without_articles(plain).split()))
     plain = without_articles(rewritten(plain, AS_SAID))
-    return "stop" if _STOP.match(plain) else plain
+    return "stop" if _STOP.search(plain) else plain
 
 
 def senses(words: list[str]) -> Iterator[Sense | str]:
@@ -53,7 +55,9 @@ def _known_words() -> frozenset[str]:
 @cache
 def _mended_words() -> frozenset[str]:
     """Of which slips are forgiven: those of a command."""
-    of_command = (p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is"))
+    of_command = (
+        p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is")
+    )
     return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 2)
 
 

@@ -104,7 +104,7 @@ def test_what_is_open_is_asked_back_with_what_may_be_meant():
 
 
 def test_a_word_that_nobody_listed_is_understood_from_the_others():
-    reading = INTERPRETER.read("swivel the left arm higher")
+    reading = INTERPRETER.read("jiggle the left arm higher")
     assert (reading.command, reading.by) == (COMMANDS["move left arm higher"], "classifier")
 
 
