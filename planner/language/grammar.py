@@ -29,6 +29,8 @@ _QUESTION = re.compile(
 _REQUEST = re.compile(
     r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot) )*((can|could|would|will) you"
     r"|(can|could|may) (we|i) (please |just )*(have|get|put|ask you (to|for)|trouble you (to|for))"
+    r"|have (?=(left|right|both|grasper|scissors|clip applier)\b"
+    r".* (open|close|take|grab|move|come)\b)"
     r"|(how|what) about|why (don't|not)( you)?|are you able to"
     r"|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
     r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
@@ -113,6 +115,8 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
     otherwise.
     """
     _join_phrases(said)
+    if not whole and said["kind"] & {"clip", "cut", "open", "close"}:
+        said.pop("which", set())  # "on the left" may be said of what is unknown
     _place_sides(said)
     _place_directions(said)
     if whole:
@@ -219,7 +223,7 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
         said["kind"] |= {"move"}
     if said["organ"] and said["arm"] and not said["kind"]:
         said["kind"] = {"grab"}
-    if not said["kind"] | said["what"]:
+    if not said["kind"] | said["what"] | said["carry"]:
         said["kind"] = said["alone"] | ({"pause"} if said["hold"] else set())
 
 

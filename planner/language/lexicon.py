@@ -39,7 +39,7 @@ _NOUNS = {
     "which": ("one", "side", "hand one", "hand side", "hand side one", "side one", "wan"),
 }  # fmt: skip
 _ARTICLES = ("the", "your")
-_VERBS = ("kind", "motion", "moves")
+_VERBS = ("kind", "motion", "moves", "carry")
 _DOUBLES = re.compile(r"(qu)?[^aeiou]*[aeiou][bdgmnprt]")
 
 

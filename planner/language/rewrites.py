@@ -32,7 +32,7 @@ AS_TYPED: Rules = (  # while punctuation is there
     (rf"{_NO_VERB}'s\b", " 's"),
     (rf"\b(by )?{_NUMBER}\s*(more )?{_UNIT}\b", " "),
     (r"#\s*(?=\d)", "number "),
-    (r"\bready(?=[,.;:])", " "),
+    (r"(?<!re )\bready(?=[,.;:])", " "),
     (rf"^((ok|okay|so|and|oh|ah|well|very) )*(({_PRAISE}|all ?right|well done|(no|nope|nah)( no)*"
      r"|oops|whoops|sorry|wrong|actually|what's next|next up|ready|good job|nice one|not like that"
      r"|you('re| are) (good|fine|clear|ok)( to go)?|(that )?looks good"
