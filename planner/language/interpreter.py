@@ -8,7 +8,7 @@ from typing import Literal
 from unicodedata import normalize
 
 from planner.command import Command
-from planner.language.grammar import Parse, may_be_filled, parse
+from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
@@ -51,8 +51,10 @@ class Interpreter:
         parsed = parse(text)
         if parsed.refusal:
             return _not_understood(text, parsed.refusal)
-        command = None if parsed.unknown else spelt_out(parsed.filled)
-        return _understood(text, command, 1.0, "grammar") if command else self._guess(text, parsed)
+        command = spelt_out(parsed.filled)
+        if command and not (parsed.unknown and command.moves):
+            return _understood(text, command, 1.0, "grammar")
+        return self._guess(text, parsed)
 
     @cached_property
     def _heads(self) -> SlotHeads:
@@ -65,7 +67,8 @@ class Interpreter:
             return _not_understood(text, "no word of it names a motion, a clip, a cut or a side")
         ranked = self._heads.ranked(embed(normalised(text)).numpy(), parsed.filled)
         confidence, best = ranked[0] if ranked else (0.0, None)
-        if best and confidence >= self._heads.threshold and may_be_filled(parsed, best):
+        sure = self._heads.thresholds[openness(parsed)]
+        if best and confidence >= sure and may_be_filled(parsed, best):
             return _understood(text, best, confidence, "classifier")
         guesses = tuple(c for chance, c in ranked[:MOST_GUESSES] if chance >= LEAST_CHANCE)
         return _asked_back(text, guesses, confidence)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -21,43 +23,72 @@ class Sense(NamedTuple):
     value: str
 
 
-_BEFORE = ("", "the ", "on ", "on the ", "to the ", "onto the ", "at the ", "of the ", "from the ")
+_BEFORE = ("", "on ", "to ", "onto ", "at ", "of ", "for ", "with ")
+_BETWEEN = ("", "hand ", "side ", "hand side ", "handed ", "sided ", "robot ", "robotic ")
 _SIDES = ("left", "right")
 _NOUNS = {
     "arm": (
-        "arm", "hand", "instrument", "tool", "manipulator", "gripper", "grippers", "jaw", "jaws",
-        "fingers", "grasper", "forceps", "side instrument", "hand instrument", "claw",
+        "arm", "arms", "hand", "instrument", "tool", "manipulator", "gripper", "grippers", "jaw",
+        "jaws", "fingers", "grasper", "forceps", "claw", "pincer", "pincers", "tip", "tips",
+        "limb", "robot", "effector", "end effector", "tweezers", "grip", "clamp", "pliers",
     ),
-    "tube": ("tube", "vessel", "structure", "tubular structure", "pipe"),
-    "which": ("one", "side"),
+    "tube": (
+        "tube", "vessel", "structure", "tubular structure", "pipe", "tubes", "tub", "toob",
+        "cystic structure", "tubing", "tubular", "lumen", "conduit",
+    ),
+    "which": ("one", "side", "hand one", "hand side", "hand side one", "side one", "wan"),
 }  # fmt: skip
+_ARTICLES = ("the", "your")
+_VERBS = ("kind", "motion", "moves", "carry")
+_DOUBLES = re.compile(r"(qu)?[^aeiou]*[aeiou][bdgmnprt]")
+
+
+def without_articles(text: str) -> str:
+    """The words, single spaces between them; articles say nothing."""
+    return " ".join(word for word in text.split() if word not in _ARTICLES)
+
+
+def _phrases() -> Iterator[tuple[str, str, str]]:
+    """Table, key and phrase."""
+    tables = tomllib.loads(Path(__file__).with_name("lexicon.toml").read_text("utf-8"))
+    for table, values in tables.items():
+        for value, phrases in values.items():
+            yield from ((table, value, without_articles(one)) for one in phrases.split(","))
 
 
 def _listed() -> dict[str, Sense]:
-    tables = tomllib.loads(Path(__file__).with_name("lexicon.toml").read_text("utf-8"))
-    return {
-        " ".join(phrase.split()): Sense(slot, value)
-        for slot, values in tables.items()
-        for value, phrases in values.items()
-        for phrase in phrases.split(",")
-    }
+    found, verbs = {}, {}
+    for table, value, phrase in _phrases():
+        found[phrase] = Sense("what" if table == "moves" else table, value)
+        if table in _VERBS:
+            verbs[phrase] = found[phrase]
+    return _inflected(verbs) | found
+
+
+def _inflected(verbs: Mapping[str, Sense]) -> dict[str, Sense]:
+    """Other forms: "clipping" is said as "clip" is; "clipped" tells of a state."""
+    found: dict[str, Sense] = {}
+    for phrase, sense in verbs.items():
+        verb, _, rest = phrase.partition(" ")
+        stem = verb + verb[-1] if _DOUBLES.fullmatch(verb) else verb.removesuffix("e")
+        found[f"{stem}ing {rest}".strip()] = sense
+        found[f"{stem}ed {rest}".strip()] = Sense("state", sense.value)
+    return found
 
 
 def _sided() -> dict[str, Sense]:
     """Sides of arms, of tubes, or of either; "to the left arm" is no direction."""
     of_noun = {
-        f"{before}{side} {noun}": Sense(slot, side)
+        f"{before}{side} {between}{noun}": Sense(slot, side)
         for slot, nouns in _NOUNS.items()
-        for before, side, noun in product(_BEFORE, _SIDES, nouns)
+        for before, side, between, noun in product(_BEFORE, _SIDES, _BETWEEN, nouns)
     }
-    on = {
-        f"{before}{side}": Sense("which", side) for before in ("on ", "on the ") for side in _SIDES
-    }
+    on = {f"{before} {side}": Sense("which", side) for before in ("on", "at") for side in _SIDES}
     both = {f"both {noun}": Sense("arm", "both") for noun in _NOUNS["arm"]}
     heard = {f"write {noun}": Sense("arm", "right") for noun in _NOUNS["arm"]}
     bare = {side: Sense("side", side) for side in _SIDES}
     return of_noun | on | both | heard | bare
 
 
-LEXICON: dict[str, Sense] = _listed() | _sided()
+LEXICON: dict[str, Sense] = _sided() | _listed()
 LONGEST = max(len(phrase.split()) for phrase in LEXICON)

@@ -44,11 +44,11 @@ class SlotHeads:
 
     Attributes:
         weights: Of each head, (385, classes); the last row is added whatever is said.
-        threshold: Confidence below which a reading is a guess.
+        thresholds: Confidence below which a reading is a guess, by what is open.
     """
 
     weights: Mapping[str, np.ndarray]
-    threshold: float
+    thresholds: Mapping[str, float]
 
     def ranked(self, embedding: np.ndarray, filled: Filled) -> list[tuple[float, Command]]:
         """Confidence of every command that agrees with the words, the surest first.
@@ -78,11 +78,14 @@ def _softmax(logits: np.ndarray) -> np.ndarray:
 
 def save(path: Path, heads: SlotHeads) -> None:
     """Write the heads."""
-    save_file(dict(heads.weights), path, {"threshold": f"{heads.threshold:.3f}"})
+    save_file(
+        dict(heads.weights), path, {k: f"{least:.3f}" for k, least in heads.thresholds.items()}
+    )
 
 
 def load(path: Path = SHIPPED) -> SlotHeads:
     """The heads of a file."""
     with safe_open(path, "numpy") as file:
         weights = {head: file.get_tensor(head) for head in CLASSES}
-        return SlotHeads(weights=weights, threshold=float(file.metadata()["threshold"]))
+        thresholds = {k: float(least) for k, least in file.metadata().items()}
+        return SlotHeads(weights=weights, thresholds=thresholds)

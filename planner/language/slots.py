@@ -19,7 +19,7 @@ TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_
 _CERTAIN = ORDINALS | {"left", "right", "clip", "cut"}
 _MAY_ADD: dict[str, dict[str, str]] = {
     "grab": {"arm": "left", "organ": "gallbladder"},
-    "let go": {"organ": "gallbladder"},
+    "let go": {"arm": "left", "organ": "gallbladder"},
     **{kind: {"arm": "right"} for kind in TUBE_KINDS},
 }
 """What may be said with a kind and changes nothing, as nothing else could be meant."""

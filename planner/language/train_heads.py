@@ -19,7 +19,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from planner.command import COMMANDS
-from planner.language.grammar import Parse, may_be_filled, parse
+from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.lexicon import LEXICON
 from planner.language.phrases import normalised
 from planner.language.scoring import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
@@ -35,7 +35,7 @@ MOST_MISREAD = 0.01
 MARGIN = 0.05  # of confidence, as unseen sentences are worse; assumed
 UNKNOWN = "qqqq"
 _vector = cache(embed)  # of all sentences, more than the encoder keeps
-_CLOSED_SENSES = ("it says what not to do", "it sets a condition or a time")
+_CLOSED_SLOTS = {"refusal", "is", "too", "state", "after", "from", "particle", "preposition"}
 _CLOSED_WORDS = {
     "too", "and", "both", "left", "right", "first", "second", "third", "last", "final", "one",
     "two", "three",
@@ -53,6 +53,7 @@ class Outcome(NamedTuple):
     """The likeliest command for a gap, where it may be taken."""
 
     row: Row
+    openness: str
     text: str
     confidence: float
 
@@ -126,7 +127,7 @@ def gaps(rows: Sequence[Row]) -> Iterator[Gap]:
 
 def _forgettable(words: list[str]) -> list[int]:
     """Words that another person may say otherwise: all but the small closed classes."""
-    closed = {phrase for phrase, sense in LEXICON.items() if sense.value in _CLOSED_SENSES}
+    closed = {phrase for phrase, sense in LEXICON.items() if sense.slot in _CLOSED_SLOTS}
     return [
         k for k, word in enumerate(words) if len(word) > 2 and word not in closed | _CLOSED_WORDS
     ]
@@ -136,11 +137,11 @@ def outcomes(rows: Sequence[Row]) -> list[Outcome]:
     """What becomes of the gaps of rows that the heads were not trained on."""
     found = []
     for k in range(FOLDS):
-        heads = SlotHeads(weights=fit(examples(_without(rows, k))), threshold=1.0)
+        heads = SlotHeads(weights=fit(examples(_without(rows, k))), thresholds={})
         for row, parsed in gaps(rows[k::FOLDS]):
             ranked = heads.ranked(_vector(normalised(row.sentence)).numpy(), parsed.filled)
             if ranked and may_be_filled(parsed, ranked[0][1]):
-                found.append(Outcome(row, ranked[0][1].text, ranked[0][0]))
+                found.append(Outcome(row, openness(parsed), ranked[0][1].text, ranked[0][0]))
     return found
 
 
@@ -148,7 +149,13 @@ def _without(rows: Sequence[Row], fold: int) -> list[Row]:
     return [row for k, row in enumerate(rows) if k % FOLDS != fold]
 
 
-def chosen_threshold(found: Sequence[Outcome]) -> float:
+def chosen_thresholds(found: Sequence[Outcome]) -> dict[str, float]:
+    """By what is open, the least that `_threshold` allows."""
+    kinds = sorted({one.openness for one in found})
+    return {kind: _threshold([one for one in found if one.openness == kind]) for kind in kinds}
+
+
+def _threshold(found: Sequence[Outcome]) -> float:
     """The least at which no sentence out of scope moves the robot, and few are misread."""
     wrong = sorted((one.confidence for one in found if not one.right), reverse=True)
     outside = [one for one in found if one.row.expected == OUT_OF_SCOPE]
@@ -158,14 +165,14 @@ def chosen_threshold(found: Sequence[Outcome]) -> float:
 
 
 def main() -> None:
-    """Choose the threshold by cross-validation, then train on all."""
+    """Choose the thresholds by cross-validation, then train on all."""
     torch.set_num_threads(1)
     rows = read_rows(Path(sys.argv[1]))
     found = outcomes(rows)
-    threshold = chosen_threshold(found)
-    taken = [one.right for one in found if one.confidence >= threshold]
-    print(f"{len(found)} gaps; threshold {threshold:.3f}: {len(taken)} read, {sum(taken)} rightly")
-    save(SHIPPED, SlotHeads(weights=fit(examples(rows)), threshold=threshold))
+    thresholds = chosen_thresholds(found)
+    taken = [one.right for one in found if one.confidence >= thresholds[one.openness]]
+    print(f"{len(found)} gaps; {thresholds}: {len(taken)} read, {sum(taken)} rightly")
+    save(SHIPPED, SlotHeads(weights=fit(examples(rows)), thresholds=thresholds))
 
 
 if __name__ == "__main__":

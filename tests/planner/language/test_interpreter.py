@@ -85,6 +85,68 @@ def test_what_is_denied_asked_supposed_or_told_moves_nothing(sentence, frame):
     assert reading.reply.startswith("Not understood: it")
 
 
+@given(
+    orders,
+    st.sampled_from(
+        ["{} if you don't mind", "when you're ready, {}", "good. {}", "{} so I can see better",
+         "would you be so kind as to {}", "{}, mate", "no, {}", "I want you to {}"]
+    ),
+)  # fmt: skip
+@no_deadline
+def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
+    assert command_text(frame.format(sentence)) == command_text(sentence)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [
+        ("I'd like the left gripper opened", "open left gripper"),
+        ("the left arm needs raising", "move left arm higher"),
+        ("the duct can be divided now", "cut duct"),
+        ("the robot opened the left gripper", None),
+        ("the duct is divided", None),
+        ("the left tube should be clipped by now", None),
+        ("you could have cut the artery", None),
+    ],
+)
+def test_what_is_wished_is_an_order_and_what_is_told_is_none(sentence, text):
+    assert command_text(sentence) == text
+
+
+@pytest.mark.parametrize(
+    ("told", "text"),
+    [
+        ("the second clip is on the left tube", "going back second clip left tube"),
+        ("the left tube has been cut", "go back from the cut left tube"),
+    ],
+)
+def test_what_has_been_done_says_where_to_go_back_from(told, text):
+    assert command_text(f"{told}, retreat") == text
+    assert command_text(told) is None
+
+
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [
+        ("left arm up", "move left arm higher"),
+        ("open up the left gripper", "open left gripper"),
+        ("left arm in", "move left arm away from me"),
+        ("clip the left tube in there", "clip left tube"),
+    ],
+)
+def test_up_and_in_are_directions_of_motions_only(sentence, text):
+    assert command_text(sentence) == text
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["put a fourth clip on the left tube", "clip the third tube on the left", "cut the middle tube",
+     "clip the duct twice", "move the third arm higher"],
+)  # fmt: skip
+def test_what_there_is_not_is_not_taken_for_what_there_is(sentence):
+    assert command_text(sentence) is None
+
+
 @given(moves, moves)
 @no_deadline
 def test_two_orders_that_differ_are_asked_back(one, other):
@@ -104,7 +166,7 @@ def test_what_is_open_is_asked_back_with_what_may_be_meant():
 
 
 def test_a_word_that_nobody_listed_is_understood_from_the_others():
-    reading = INTERPRETER.read("swivel the left arm higher")
+    reading = INTERPRETER.read("jiggle the left arm higher")
     assert (reading.command, reading.by) == (COMMANDS["move left arm higher"], "classifier")
 
 
