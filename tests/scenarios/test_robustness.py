@@ -2,8 +2,8 @@
 
 import os
 import re
-from mmap import mmap
 from itertools import islice
+from mmap import mmap
 
 import numpy as np
 import pytest
