@@ -1,7 +1,7 @@
 """Laws of training: it learns, goes on exactly where it stopped, and what it leaves can be read."""
 
 from dataclasses import replace
-from itertools import islice
+from functools import partial
 
 import pytest
 import torch
@@ -12,6 +12,7 @@ from controller.diffusion.policy import Policy
 from planner.learning.checkpoint import CheckpointError
 from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
+from tests.resuming import goes_on_where_it_stopped
 
 SMOKE = training.PRESETS["smoke"]
 GIVEN = [demonstration(seed=seed) for seed in range(2)]
@@ -35,14 +36,8 @@ def test_the_loss_falls(trained):
 
 
 def test_stopped_and_taken_up_again_it_ends_at_the_same_weights(trained, tmp_path):
-    out, steps = trained
-    interrupted = training.train(GIVEN, SMOKE, tmp_path)
-    _ = list(islice(interrupted, SMOKE.save_every + 7))  # 7 steps are lost
-    interrupted.close()
-    resumed = list(training.train(GIVEN, SMOKE, tmp_path))
-    assert resumed == steps[SMOKE.save_every :]
-    expected = weights(out)
-    assert all(torch.equal(w, expected[name]) for name, w in weights(tmp_path).items())
+    train = partial(training.train, GIVEN, SMOKE)
+    assert goes_on_where_it_stopped(train, weights, trained, tmp_path, SMOKE.save_every)
 
 
 def test_another_seed_gives_another_policy(trained, tmp_path):

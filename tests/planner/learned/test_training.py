@@ -1,16 +1,16 @@
 """Laws of the planner's training: it learns, and goes on exactly where it stopped."""
 
 from dataclasses import replace
-from itertools import islice
+from functools import partial
 
 import pytest
-import torch
 
 from planner.learned import training
 from planner.learned.checkpoint import FITS, load_checkpoint, save_checkpoint
 from planner.learned.network import PlannerNetwork
 from planner.learning.checkpoint import CheckpointError
 from tests.planner.learned.rolled_out import rollout
+from tests.resuming import goes_on_where_it_stopped
 
 SMOKE = training.PRESETS["smoke"]
 GIVEN = [rollout(seed) for seed in range(3)]
@@ -33,14 +33,8 @@ def test_the_loss_falls(trained):
 
 
 def test_stopped_and_taken_up_again_it_ends_at_the_same_weights(trained, tmp_path):
-    out, steps = trained
-    interrupted = training.train(GIVEN, SMOKE, tmp_path)
-    _ = list(islice(interrupted, SMOKE.save_every + 7))  # 7 steps are lost
-    interrupted.close()
-    resumed = list(training.train(GIVEN, SMOKE, tmp_path))
-    assert resumed == steps[SMOKE.save_every :]
-    expected = weights(out)
-    assert all(torch.equal(w, expected[name]) for name, w in weights(tmp_path).items())
+    train = partial(training.train, GIVEN, SMOKE)
+    assert goes_on_where_it_stopped(train, weights, trained, tmp_path, SMOKE.save_every)
 
 
 def test_other_rollouts_do_not_go_on_from_there(trained):
