@@ -8,7 +8,14 @@ Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
 
 class Planner(Protocol[Observation_contra]):
-    """Says what to do next, about once a second of simulated time."""
+    """Says what to do next, about once a second of simulated time.
+
+    Attributes:
+        hears_of_success: it is also asked as soon as a task is done; only for the privileged.
+    """
+
+    @property
+    def hears_of_success(self) -> bool: ...
 
     def reset(self) -> None:
         """Forgets the episode so far."""

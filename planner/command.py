@@ -34,6 +34,11 @@ class Command:
     deed: Deed | None = None
     where: Tube | Structure | None = None
 
+    @property
+    def moves(self) -> bool:
+        """Whether the robot may move by it."""
+        return self.word not in ("stop", "pause")
+
 
 def _deeds() -> list[Command]:
     places: tuple[tuple[Tube | Structure, str], ...] = (

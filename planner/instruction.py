@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from planner.assessment import Assessment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.task import TASKS, Task, task_from_text
 
@@ -33,6 +34,7 @@ class Instruction:
         confidence: Of whoever asks, 0 to 1.
         time_s: Simulated time at which it was given.
         overrides: Names of safety interlocks that the person who asks has explicitly set aside.
+        assessment: What the planner thinks of the task; None where it has no opinion.
         hold: Both arms stay where they are; whoever controls them is not asked.
         remark: Of whoever asks, for a person to read: why this, or why to hold.
 
@@ -47,6 +49,7 @@ class Instruction:
     confidence: float = 1.0
     time_s: float = 0.0
     overrides: frozenset[str] = frozenset()
+    assessment: Assessment | None = None
     hold: bool = False
     remark: str = ""
 

@@ -60,6 +60,8 @@ Answer with JSON alone: "reason" (a short sentence), "task", "correction", "conf
 class PlannerLlm:
     """Asks an endpoint once for each instruction, again when an answer cannot be followed."""
 
+    hears_of_success = False
+
     def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
         """`sleep` waits between attempts."""
         self._endpoint, self._sleep = endpoint, sleep

@@ -21,6 +21,8 @@ class PlannerScripted:
     the gallbladder has slipped out of the grasper, to go back and to grab it again.
     """
 
+    hears_of_success = True
+
     def __init__(self, world: World, order: Sequence[Task] = TASKS) -> None:
         """`order` begins with grabbing; after each clip or cut comes going back from it."""
         self._world, self._order = world, tuple(order)

@@ -12,11 +12,12 @@ import torch
 from rich.table import Table
 
 from controller.action import CONTROL_STEP_S, Chunk
-from controller.diffusion.checkpoint import CheckpointError, chosen, load_checkpoint
+from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import Policy
 from planner.instruction import Instruction
+from planner.learning.checkpoint import CheckpointError, chosen
 from scenarios.bench_lerobot import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
@@ -38,7 +39,7 @@ def bench_controller(
     """
     torch.set_num_threads(1)
     try:
-        policy = load_checkpoint(chosen(checkpoint))
+        policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
     missing = [] if lerobot_version() else [NOT_INSTALLED]

@@ -51,11 +51,15 @@ SCENARIOS: dict[str, Scenario] = {
 
 PLANNERS: dict[str, str] = {
     "scripted": "planner.scripted:PlannerScripted",
+    "learned": "planner.learned.planner:load_planner",
     "llm": "planner.llm:planner_from_environment",
 }
 
-UNPRIVILEGED_PLANNERS = ("llm",)
-"""Made from the environment; the others from the world, which these never get hold of."""
+LEARNED_PLANNERS = ("learned",)
+"""Made from a checkpoint."""
+
+ENDPOINT_PLANNERS = ("llm",)
+"""Made from the environment; the others but the learned from the world, which these never see."""
 
 CONTROLLERS: dict[str, str] = {
     "expert": "controller.expert:ControllerExpert",

@@ -28,10 +28,11 @@ from planner.override import Answer, PlannerOverridden
 from planner.task import Task, Tube
 from scenarios.catalogue import (
     CONTROLLERS,
+    ENDPOINT_PLANNERS,
     LEARNED_CONTROLLERS,
+    LEARNED_PLANNERS,
     PLANNERS,
     SCENARIOS,
-    UNPRIVILEGED_PLANNERS,
 )
 from scenarios.episode_config import EpisodeConfig
 from scenarios.inbox import Heard, Inbox
@@ -101,7 +102,9 @@ def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = 
 
 def _planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
     make = resolve_name(PLANNERS[config.planner])
-    return make() if config.planner in UNPRIVILEGED_PLANNERS else make(world)
+    if config.planner in ENDPOINT_PLANNERS:
+        return make()
+    return make(config.planner_checkpoint if config.planner in LEARNED_PLANNERS else world)
 
 
 def _controller(config: EpisodeConfig, world: World) -> Controller:
@@ -214,7 +217,7 @@ class Episode:
             yield step
             if self._is_over(step):
                 return
-            if self._is_finished(step) or self._plan_is_due():
+            if self._has_news(step) or self._plan_is_due():
                 self._follow(self._plan())
 
     def _begin(self) -> None:
@@ -252,9 +255,10 @@ class Episode:
             self._drop_chunk()
         self._instruction = instruction
 
-    def _is_finished(self, step: Step) -> bool:
-        """A task of the planner's is done; a person's keeps its time."""
-        return step.outcome.task_done and step.instruction.source == "planner"
+    def _has_news(self, step: Step) -> bool:
+        """A task is done, of which a privileged planner hears; a person's keeps its time."""
+        done = step.outcome.task_done and step.instruction.source == "planner"
+        return done and self.planner.hears_of_success
 
     def _plan_is_due(self) -> bool:
         return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9

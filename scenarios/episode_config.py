@@ -4,7 +4,13 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import (
+    CONTROLLERS,
+    LEARNED_CONTROLLERS,
+    LEARNED_PLANNERS,
+    PLANNERS,
+    SCENARIOS,
+)
 from scenarios.perturbation.perturbation import Perturbation
 
 
@@ -22,12 +28,13 @@ class EpisodeConfig:
         task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
             default that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
+        planner_checkpoint: Likewise of a learned planner.
         safety_filter: Whether commands pass through the safety filter.
         instruct: File of what a person says and when; None where nobody says anything.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
-            for a controller that takes none, a seed that is not a whole number of at least 0, or
+            for what takes none, a seed that is not a whole number of at least 0, or
             a cap that is not a number above 0.
     """
 
@@ -37,6 +44,7 @@ class EpisodeConfig:
     planner: str = "scripted"
     controller: str = "expert"
     checkpoint: str | None = None
+    planner_checkpoint: str | None = None
     task_cap_s: float = 90.0
     safety_filter: bool = True
     instruct: str | None = None
@@ -46,11 +54,8 @@ class EpisodeConfig:
         _require_known("planner", self.planner, PLANNERS)
         _require_known("controller", self.controller, CONTROLLERS)
         _ = self.perturbations
-        if self.checkpoint is not None and self.controller not in LEARNED_CONTROLLERS:
-            raise ValueError(
-                f"controller {self.controller!r} takes no checkpoint; these do:"
-                f" {', '.join(LEARNED_CONTROLLERS)}"
-            )
+        _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
+        _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)
         if not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
         if not 0.0 < self.task_cap_s < math.inf:
@@ -73,3 +78,8 @@ class EpisodeConfig:
 def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:
     if name not in allowed:
         raise ValueError(f"unknown {role} {name!r}; allowed: {', '.join(allowed)}")
+
+
+def _require_learned(role: str, name: str, checkpoint: str | None, learned: Iterable[str]) -> None:
+    if checkpoint is not None and name not in learned:
+        raise ValueError(f"{role} {name!r} takes no checkpoint; these do: {', '.join(learned)}")

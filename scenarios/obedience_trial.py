@@ -64,6 +64,7 @@ class PlannerSaying:
     """Says one thing."""
 
     instruction: Instruction
+    hears_of_success: bool = False
 
     def plan(self, observation: Observation) -> Instruction:
         """The same whatever is seen."""

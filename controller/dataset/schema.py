@@ -73,7 +73,9 @@ flag: a correction is wanted, since something went wrong and is not undone yet, 
     one.
 task: the one under way, 1 to 17.
 kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
-    "turns", "intervention".
+    "turns", "rollout", the last two perhaps with a perturbation's name as well; "intervention".
+    In a rollout, of a learned controller alone, `task`, `flag` and `correction` are what should
+    have been said.
 expert: False where a perturbation or noise led the arms, or a learned controller: not to be
     imitated.
 segment: one more after each exchange of tools, or hold of the arms, where a policy begins anew.

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
-from controller.diffusion.checkpoint import chosen, load_checkpoint
+from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.graph import Sampler
-from controller.diffusion.sentence_encoder import embed
 from planner.instruction import Instruction
+from planner.language.sentence_encoder import embed
+from planner.learning.checkpoint import chosen
 from tissue_sim.frames import Array
 from tissue_sim.observation import Observation
 
@@ -114,5 +115,5 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     Raises:
         CheckpointError: there is none, or it does not fit.
     """
-    policy = load_checkpoint(chosen(checkpoint))
+    policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
     return ControllerDiffusion(policy.config, Sampler(policy), seed)

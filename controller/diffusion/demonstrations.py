@@ -14,13 +14,13 @@ from controller.diffusion.windows import Demonstration
 COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
 
 
-def demonstrations(root: Path, leave_out: str | None = None) -> list[Demonstration]:
-    """All of the dataset in a folder, or all but those of a kind, "recovery" say.
+def demonstrations(roots: Iterable[Path], leave_out: str | None = None) -> list[Demonstration]:
+    """All of the datasets in folders, or all but those of a kind, "recovery" say.
 
     Raises:
         ValueError: as of `read_episodes`, in one line.
     """
-    episodes = read_episodes(root, COLUMNS)
+    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
     return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] != leave_out))
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import cast
 
 import torch
 from torch import Tensor
@@ -15,43 +14,29 @@ from torch import Tensor
 from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
-from controller.diffusion.sentence_encoder import embed_all
-from controller.diffusion.tracker_noise import noised
 from controller.diffusion.windows import Demonstration, Windows
+from planner.language.sentence_encoder import embed_all
+from planner.learning.optimise import Schedule, TrainingStep, optimise
+from tissue_sim.tracker_noise import noised
 
-STATE_FILE, CHECKPOINT_FILE, LOG_FOLDER = "training.pt", "policy.safetensors", "tensorboard"
+CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows
 LEAST_LEVEL = 0.02  # of noise: below it there is nothing to learn
-GRADIENT_MOST = 1.0
 FINE_TUNING_SHARE = 0.3  # of the learning rate
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainingConfig:
+class TrainingConfig(Schedule):
     """How a policy is trained.
 
     Attributes:
-        steps: of the optimiser.
-        batch: windows a step.
         noises: noisy chunks a window, as conditions cost more (Mini-Diffuser, arXiv 2505.09430).
-        learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
-        average: decay of the weights' moving average, which is what is saved.
-        save_every: steps.
-        bfloat16: multiply matrices in it: half again as fast where the processor can.
         base: digest of the checkpoint that is gone on from; "" to begin anew.
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
     steps: int = 45_000
-    batch: int = 512
     noises: int = 2
-    learning_rate: float = 1e-3
-    weight_decay: float = 1e-4
-    warm_up: int = 300
-    average: float = 0.999
-    save_every: int = 1000
-    seed: int = 0
-    bfloat16: bool = False
     base: str = ""
 
 
@@ -86,14 +71,6 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
     return config, policy
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrainingStep:
-    """A step done, and the loss of its batch."""
-
-    step: int
-    loss: float
-
-
 def train(
     demonstrations: Sequence[Demonstration],
     config: TrainingConfig,
@@ -109,8 +86,6 @@ def train(
         ValueError: there is nothing to learn from, or `out` holds the training of another
             configuration or of other demonstrations; nothing is changed.
     """
-    from torch.utils.tensorboard.writer import SummaryWriter
-
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
     windows = Windows(demonstrations, config.policy, device)
@@ -121,34 +96,15 @@ def train(
         policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
     else:
         policy.load_state_dict(base.state_dict())
-    average = torch.optim.swa_utils.AveragedModel(
-        policy, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average)
+    yield from optimise(
+        policy,
+        partial(_loss, windows=windows, words=words, chance=chance, config=config),
+        chance,
+        config,
+        out,
+        windows.digest,
+        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
     )
-    optimiser = torch.optim.AdamW(
-        policy.parameters(),
-        lr=config.learning_rate,
-        weight_decay=config.weight_decay,
-        fused=True,  # unfused, denormal moments make it slow on a CPU
-    )
-    parts = {"policy": policy, "average": average, "optimiser": optimiser}
-    begin = _resume(out / STATE_FILE, parts, chance, config, windows.digest)
-    with SummaryWriter(out / LOG_FOLDER, purge_step=begin) as log:
-        for step in range(begin, config.steps):
-            rate = config.learning_rate * _share(step, config)
-            for group in optimiser.param_groups:
-                group["lr"] = rate
-            loss = _loss(policy, windows, words, chance, config)
-            optimiser.zero_grad()
-            loss.backward()
-            torch.nn.utils.clip_grad_norm_(policy.parameters(), GRADIENT_MOST)
-            optimiser.step()
-            average.update_parameters(policy)
-            log.add_scalar("loss", loss.item(), step)
-            log.add_scalar("learning rate", rate, step)
-            if (step + 1) % config.save_every == 0 or step + 1 == config.steps:
-                save_checkpoint(out / CHECKPOINT_FILE, cast(Policy, average.module))
-                _save(out / STATE_FILE, parts, chance, config, windows.digest, step + 1)
-            yield TrainingStep(step=step + 1, loss=loss.item())
 
 
 def _loss(
@@ -163,44 +119,5 @@ def _loss(
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
-    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):
+    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # no earlier: poses
         return policy.loss(seen, words[batch.text], level, noise)
-
-
-def _share(step: int, config: TrainingConfig) -> float:
-    """Of the highest learning rate."""
-    rising = min(1.0, (step + 1) / config.warm_up)
-    return rising * 0.5 * (1.0 + math.cos(math.pi * step / config.steps))
-
-
-def _save(
-    path: Path,
-    parts: dict,
-    chance: torch.Generator,
-    config: TrainingConfig,
-    digest: str,
-    step: int,
-) -> None:
-    state = {name: part.state_dict() for name, part in parts.items()}
-    state |= {"chance": chance.get_state(), "config": asdict(config), "digest": digest}
-    state["step"] = step
-    partial = path.with_suffix(".partial")
-    torch.save(state, partial)
-    partial.replace(path)
-
-
-def _resume(
-    path: Path, parts: dict, chance: torch.Generator, config: TrainingConfig, digest: str
-) -> int:
-    """Load what `_save` left, if it did; returns the steps done."""
-    if not path.exists():
-        return 0
-    state = torch.load(path, map_location="cpu", weights_only=True)
-    if state["config"] != asdict(config):
-        raise ValueError(f"{path} is of another configuration: choose another folder or remove it")
-    if state["digest"] != digest:
-        raise ValueError(f"{path} is of other demonstrations: choose another folder or remove it")
-    for name, part in parts.items():
-        part.load_state_dict(state[name])
-    chance.set_state(state["chance"])
-    return state["step"]

@@ -1,44 +1,104 @@
-"""Free text to a reading: what was meant, or a question back."""
+"""Free text to a command, or a question back; what is not understood moves nothing."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+from unicodedata import normalize
 
 from planner.command import Command
-from planner.language.grammar import read
+from planner.language.grammar import Parse, may_be_filled, openness, parse
+from planner.language.phrases import normalised
+from planner.language.slot_heads import SlotHeads, load
+from planner.language.slots import spelt_out
+
+MOST_CHARACTERS = 200
+MOST_GUESSES = 3
+LEAST_CHANCE = 0.05  # of a guess worth offering; assumed
+
+By = Literal["grammar", "classifier", "button", "nobody"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """What a text was taken for.
+    """How a text was read.
 
     Attributes:
-        command: what is meant; None when it is asked back.
-        guesses: the likeliest commands, best first.
-        confidence: 0 to 1.
-        by: who read it.
-        reply: in words, for the person.
+        text: As it was said.
+        command: What is meant; None when that is not clear.
+        guesses: What may have been meant, the likeliest first; empty when there is a command.
+        confidence: Of the command, or of the first guess, 0 to 1.
+        by: Who found it.
+        reply: To whoever said it, one line.
     """
 
     text: str
-    command: Command | None
-    guesses: tuple[Command, ...]
-    confidence: float
-    by: str
+    command: Command | None = None
+    guesses: tuple[Command, ...] = ()
+    confidence: float = 0.0
+    by: By = "nobody"
     reply: str
 
 
 class Interpreter:
-    """Reads by the grammar alone."""
+    """Reads free text; the sentence encoder is loaded when words first leave something open."""
 
     def read(self, text: str) -> Reading:
-        """What is meant by a text."""
-        command = read(text)
-        return Reading(
-            text=text,
-            command=command,
-            guesses=(command,) if command else (),
-            confidence=1.0 if command else 0.0,
-            by="grammar",
-            reply=command.text if command else "not understood: say it in other words",
-        )
+        """What the text means; never an error, whatever the text."""
+        if trouble := _trouble(text):
+            return _not_understood(text, trouble)
+        parsed = parse(text)
+        if parsed.refusal:
+            return _not_understood(text, parsed.refusal)
+        command = spelt_out(parsed.filled)
+        if command and not (parsed.unknown and command.moves):
+            return _understood(text, command, 1.0, "grammar")
+        return self._guess(text, parsed)
+
+    @cached_property
+    def _heads(self) -> SlotHeads:
+        return load()
+
+    def _guess(self, text: str, parsed: Parse) -> Reading:
+        from planner.language.sentence_encoder import embed  # PyTorch: seconds, once
+
+        if not parsed.filled:
+            return _not_understood(text, "no word of it names a motion, a clip, a cut or a side")
+        ranked = self._heads.ranked(embed(normalised(text)).numpy(), parsed.filled)
+        confidence, best = ranked[0] if ranked else (0.0, None)
+        sure = self._heads.thresholds[openness(parsed)]
+        if best and confidence >= sure and may_be_filled(parsed, best):
+            return _understood(text, best, confidence, "classifier")
+        guesses = tuple(c for chance, c in ranked[:MOST_GUESSES] if chance >= LEAST_CHANCE)
+        return _asked_back(text, guesses, confidence)
+
+
+def _trouble(text: str) -> str:
+    """Why a text cannot be read at all; empty when it can."""
+    if not text.strip():
+        return "nothing was said"
+    if len(text) > MOST_CHARACTERS:
+        return f"it is longer than {MOST_CHARACTERS} characters"
+    if not text.strip().isprintable():
+        return "it has characters that cannot be read"
+    if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", text)):
+        return "it is not in English"
+    return ""
+
+
+def _understood(text: str, command: Command, confidence: float, by: By) -> Reading:
+    reply = f"Understood: {command.text}."
+    return Reading(text=text, command=command, confidence=confidence, by=by, reply=reply)
+
+
+def _not_understood(text: str, why: str) -> Reading:
+    return Reading(text=text, reply=f"Not understood: {why}. Nothing moves.")
+
+
+def _asked_back(text: str, guesses: tuple[Command, ...], confidence: float) -> Reading:
+    if not guesses:
+        return _not_understood(text, "it may mean too many things, or none")
+    meant = " or ".join(f'"{guess.text}"' for guess in guesses)
+    reply = f"Did you mean {meant}? Nothing moves."
+    return Reading(text=text, guesses=guesses, confidence=confidence, reply=reply)

@@ -196,6 +196,25 @@ class Obedience:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Planner:
+    """Whether the learned planner says what should be said, on rollouts that it has not seen."""
+
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Left out, the one that comes with Calot."""
+    data: tuple[Path, ...] = (Path("runs/held_out"),)
+    """Folders of rollouts, as `calot collect --mix rollouts` leaves them."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_planner import bench_planner
+
+        with Console(stderr=True).status("measuring: planner"):
+            table = bench_planner(self.planner_checkpoint, self.data)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Corrections:
     """What a correction gains where an arm was led astray: with and without, from one moment on."""
 
@@ -258,6 +277,23 @@ class Latency:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Language:
+    """How long free text takes to be read, by the grammar alone and with the sentence encoder."""
+
+    repeats: Annotated[int, at_least(1)] = 10
+    """Readings of every command."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_language import bench_language
+
+        with Console(stderr=True).status("measuring: language"):
+            table = bench_language(self.repeats)
+        _show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bench:
     """Measure how a part of Calot does on this machine."""
 
@@ -269,8 +305,10 @@ class Bench:
         | Annotated[Safety, subcommand("safety")]
         | Annotated[Controller, subcommand("controller")]
         | Annotated[Obedience, subcommand("obedience")]
+        | Annotated[Planner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
         | Annotated[Latency, subcommand("latency")]
+        | Annotated[Language, subcommand("language")]
     ]
 
     def execute(self) -> int:

@@ -12,7 +12,7 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.arguments import at_least, one_of
-from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.demonstrate import (
     PARTS,
@@ -22,9 +22,10 @@ from scenarios.demonstration.demonstrate import (
     is_finished,
 )
 from scenarios.demonstration.mix import (
+    LEARNED_MIXES,
     MIXES,
+    ROLLOUT,
     TRAINING_SEEDS,
-    TURNS,
     Demonstration,
     demonstrations,
 )
@@ -52,9 +53,12 @@ class Collect:
     """How many episodes run side by side."""
     mix: Annotated[str, one_of(MIXES)] = "all"
     """What is demonstrated: all goes well, failures are undone, corrections are obeyed, all three;
-    tubes in any order; or turns that the expert takes with a learned controller."""
+    tubes in any order; turns that the expert takes with a learned controller, recovering or not; or
+    what that does alone, labelled with what should have been said, whether it passes or fails."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the learned controller that the expert takes turns with."""
+    """Of the learned controller that takes turns with the expert or acts alone."""
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the learned planner that says what to do in rollouts; left out, the scripted one does."""
     noise: bool = True
     """Whether bursts of noise disturb the expert's motion, which it makes good."""
 
@@ -63,7 +67,12 @@ class Collect:
         self._require_possible()
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(
-            self.mix, self.seed, self.episodes, noise=self.noise, checkpoint=checkpoint
+            self.mix,
+            self.seed,
+            self.episodes,
+            noise=self.noise,
+            checkpoint=checkpoint,
+            planner=str(self.planner_checkpoint or ""),
         )
         waiting = [d for d in asked if not is_finished(d, self.out)]
         start_s = time.perf_counter()
@@ -80,12 +89,17 @@ class Collect:
                 f"--seed {self.seed} --episodes {self.episodes}: demonstrations take training seeds"
                 f" only, 0 to {TRAINING_SEEDS.stop - 1}"
             )
-        if (self.mix == TURNS) != (self.checkpoint is not None):
+        if (self.mix in LEARNED_MIXES) != (self.checkpoint is not None):
             raise BadInputError(
-                f"--checkpoint is for --mix {TURNS}, which needs it; no other takes it"
+                f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}, which need it; no other"
+                " takes it"
             )
         if self.checkpoint:
             require_checkpoint("diffusion", self.checkpoint)
+        if self.planner_checkpoint:
+            if not self.mix.startswith(ROLLOUT):
+                raise BadInputError("--planner-checkpoint is for --mix rollouts")
+            require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
 
     def _collect(self, waiting: Sequence[Demonstration]) -> list[Outcome]:

@@ -16,7 +16,7 @@ from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.endpoint import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import TRAINING_SEEDS
@@ -58,6 +58,8 @@ class Run:
     """Who moves the arms."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of a learned controller; left out, the one that comes with Calot."""
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of a learned planner; left out, the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -97,6 +99,7 @@ class Run:
     def _require_possible(self) -> None:
         self._require_magnitude()
         require_checkpoint(self.controller, self.checkpoint)
+        require_planner_checkpoint(self.planner, self.planner_checkpoint)
         require_endpoint(self.planner)
         if self.view and self.workers > 1:
             raise BadInputError(f"--view needs --workers 1, got {self.workers}")
@@ -166,7 +169,8 @@ class Run:
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,
-                checkpoint=None if self.checkpoint is None else str(self.checkpoint),
+                checkpoint=_name(self.checkpoint),
+                planner_checkpoint=_name(self.planner_checkpoint),
                 safety_filter=self.filter,
                 instruct=None if self.instruct is None else str(self.instruct),
             )
@@ -200,6 +204,10 @@ def _attempted(
     desk.begin(config)
     watching = (*observers, desk.interventions, desk.watcher)
     return attempt_episode(config, out, watching, desk.inbox)
+
+
+def _name(checkpoint: Path | None) -> str | None:
+    return None if checkpoint is None else str(checkpoint)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -1,9 +1,13 @@
 """`calot train`: learn from demonstrations."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -14,7 +18,11 @@ from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.errors import BadInputError
 
-LEARNERS = ("controller",)
+if TYPE_CHECKING:  # heavy to import
+    from planner.learning.optimise import Schedule, TrainingStep
+
+ScheduleT = TypeVar("ScheduleT", bound="Schedule")
+LEARNERS = ("controller", "planner")
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
 
@@ -24,15 +32,15 @@ class Train:
     """Learn from demonstrations; the same call again goes on where it was stopped."""
 
     learner: Positional[Annotated[str, one_of(LEARNERS)]]
-    """What learns: the diffusion controller."""
-    data: Path = Path("runs/demonstrations")
-    """Folder of demonstrations, as `calot collect` leaves it."""
+    """What learns: the diffusion controller, or the planner."""
+    data: tuple[Path, ...] = (Path("runs/demonstrations"),)
+    """Folders of demonstrations, as `calot collect` leaves them."""
     leave_out: Annotated[str | None, one_of(KINDS)] = None
     """Demonstrations of this kind, to see what they are good for."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint to go on from, more gently; left out, training begins anew."""
+    """Checkpoint of a controller to go on from, more gently; left out, training begins anew."""
     steps: Annotated[int | None, at_least(1)] = None
     """Of the optimiser; left out, the preset's."""
     seed: Annotated[int, at_least(0)] = 0
@@ -43,44 +51,61 @@ class Train:
     """Multiply matrices in it: half again as fast where the processor can (AVX-512 BF16)."""
     device: Annotated[str, one_of(DEVICES)] = "cpu"
     """Where to train."""
-    out: Path = Path("runs/controller")
-    """Folder for policy.safetensors, TensorBoard's curves, and what going on needs."""
+    out: Path | None = None
+    """Folder for the checkpoint, TensorBoard's curves, and what going on needs; left out, it is
+    runs/controller or runs/planner."""
 
     def execute(self) -> int:
         """Trains and reports; returns 0."""
-        require_writable_folder(self.out, "--out")
+        out = self.out or Path("runs") / self.learner
+        require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
         os.environ["OMP_WAIT_POLICY"] = "passive"  # else a core lost to others halts all threads
         import torch
 
-        from controller.diffusion import training
-        from controller.diffusion.demonstrations import demonstrations
-
         if self.device == "cuda" and not torch.cuda.is_available():
             raise BadInputError("--device cuda: there is none; see `calot doctor`")
         torch.set_num_threads(self.threads)
-        preset = training.PRESETS[self.preset]
-        config = replace(
-            preset,
-            seed=self.seed,
-            steps=self.steps or preset.steps,
-            bfloat16=self.bfloat16,
-        )
-        base, console = None, Console(stderr=True)
         try:
-            if self.base:
-                config, base = training.fine_tuning(config, self.base)
-            with console.status(f"reading {self.data}"):
-                learnt_from = demonstrations(self.data, self.leave_out)
-            steps = training.train(learnt_from, config, self.out, self.device, base)
-            _show(steps, config.steps, console)
+            checkpoint = (self._controller if self.learner == "controller" else self._planner)(out)
         except ValueError as error:
             raise BadInputError(str(error)) from None
-        Console().print(f"checkpoint: {self.out / training.CHECKPOINT_FILE}", soft_wrap=True)
+        Console().print(f"checkpoint: {checkpoint}", soft_wrap=True)
         return 0
 
+    def _controller(self, out: Path) -> Path:
+        from controller.diffusion import training
+        from controller.diffusion.demonstrations import demonstrations
 
-def _show(steps, total: int, console: Console) -> None:
+        config, base = self._scheduled(training.PRESETS[self.preset]), None
+        if self.base:
+            config, base = training.fine_tuning(config, self.base)
+        with _reading(self.data):
+            learnt_from = demonstrations(self.data, self.leave_out)
+        _show(training.train(learnt_from, config, out, self.device, base), config.steps)
+        return out / training.CHECKPOINT_FILE
+
+    def _planner(self, out: Path) -> Path:
+        from controller.dataset.rollouts import rollouts
+        from planner.learned import training
+
+        config = self._scheduled(training.PRESETS[self.preset])
+        with _reading(self.data):
+            learnt_from = rollouts(self.data, self.leave_out)
+        _show(training.train(learnt_from, config, out), config.steps)
+        return out / training.CHECKPOINT_FILE
+
+    def _scheduled(self, preset: ScheduleT) -> ScheduleT:
+        return replace(
+            preset, seed=self.seed, steps=self.steps or preset.steps, bfloat16=self.bfloat16
+        )
+
+
+def _reading(data: Sequence[Path]) -> AbstractContextManager:
+    return Console(stderr=True).status(f"reading {', '.join(map(str, data))}")
+
+
+def _show(steps: Iterable[TrainingStep], total: int) -> None:
     loss = TextColumn("loss {task.fields[loss]:.4f}")
     columns = (
         TextColumn("training"),
@@ -89,7 +114,7 @@ def _show(steps, total: int, console: Console) -> None:
         loss,
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console) as progress:
+    with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("training", total=total, loss=float("nan"))
         for step in steps:
             progress.update(task, completed=step.step, loss=step.loss)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from scenarios.results import EpisodeResult
 if TYPE_CHECKING:  # both are heavy to import
     from controller.dataset.episode import Episode as Demonstrated
     from scenarios.episode import Episode as Running
+    from scenarios.episode_config import EpisodeConfig
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
@@ -71,13 +72,15 @@ def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
         frames=len(episode),
         wall_s=time.perf_counter() - start_s,
     )
-    path = part_path(demonstration, out, PARTS if success else FAILED)
+    kept = success or demonstration.is_rollout
+    path = part_path(demonstration, out, PARTS if kept else FAILED)
     return _written(outcome, path, part_bytes(episode))
 
 
 def run(demonstration: Demonstration) -> Demonstrated:
     """The whole of it, in memory."""
     from controller.dataset.episode import Episode, Header
+    from scenarios.demonstration.rollouts import WitnessOfRollout
     from scenarios.demonstration.turns import expert_acts
     from scenarios.demonstration.witness import Witness
     from scenarios.episode import play
@@ -86,7 +89,8 @@ def run(demonstration: Demonstration) -> Demonstrated:
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
-    witness = Witness(kind, lambda: expert_acts(episode.controller))
+    make = WitnessOfRollout if demonstration.is_rollout else Witness
+    witness = make(kind, lambda: expert_acts(episode.controller))
     result = play(episode, [witness], time.perf_counter())
     header = Header(
         seed=seed,
@@ -111,25 +115,36 @@ def begun(demonstration: Demonstration) -> Running:
     from scenarios.demonstration.order import shuffled_order
     from scenarios.demonstration.turns import ControllerTakingTurns
     from scenarios.episode import begin
-    from scenarios.episode_config import EpisodeConfig
     from scenarios.perturbation.effects import Effects
 
     seed, scenario = demonstration.seed, demonstration.scenario
     rng = np.random.default_rng([0xDE30, seed])
-    episode = begin(EpisodeConfig(seed=seed, scenario=scenario))
-    noise = (NOISE,) if demonstration.noise else ()
+    episode = begin(_config(demonstration))
+    noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
-    if demonstration.kind in (ORDER, TURNS):
+    if demonstration.family in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
-    corrected_by_turns = demonstration.kind == TURNS and seed % 2 == 1
-    if demonstration.kind == CORRECTION or corrected_by_turns:
+    corrected_by_turns = demonstration.family == TURNS and seed % 2 == 1
+    if demonstration.family == CORRECTION or corrected_by_turns:
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
-    if demonstration.kind == TURNS:
+    if demonstration.family == TURNS:
         from controller.diffusion.controller import load_controller
 
         learner = load_controller(demonstration.checkpoint, seed)
         episode.controller = ControllerTakingTurns(learner, episode.controller, rng)
     return episode
+
+
+def _config(demonstration: Demonstration) -> EpisodeConfig:
+    from scenarios.episode_config import EpisodeConfig
+
+    expert = EpisodeConfig(seed=demonstration.seed, scenario=demonstration.scenario)
+    if not demonstration.is_rollout:
+        return expert
+    learned = replace(expert, controller="diffusion", checkpoint=demonstration.checkpoint)
+    if not demonstration.planner:
+        return learned
+    return replace(learned, planner="learned", planner_checkpoint=demonstration.planner)
 
 
 def failures_of(result: EpisodeResult) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from controller.expert.skills import among_tissue
 from planner.scripted import HELD_PINCH_N
 from scenarios.catalogue import SCENARIOS
+from scenarios.episode import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
@@ -39,6 +40,20 @@ def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:
     """A grasper that keeps some of its friction does not slip."""
     full = p.whole or p.name == SLIP
     return p.magnitude if full else p.magnitude * float(rng.uniform(WEAKEST, 1.0))
+
+
+class Failing:
+    """Keeps track of which failures stand, step by step."""
+
+    def __init__(self) -> None:
+        self._names: set[str] = set()
+
+    def after(self, step: Step, world: World) -> bool:
+        """Whether any does that the arms are free to undo."""
+        led = step.asked is None
+        self._names |= {applied.name for applied in step.applied}
+        self._names -= {name for name in self._names if not led and is_undone(name, world)}
+        return bool(self._names) and not led
 
 
 def is_undone(name: str, world: World) -> bool:

@@ -36,6 +36,8 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
 class PlannerInterjecting:
     """Says what another planner says, with random corrections between."""
 
+    hears_of_success = True
+
     def __init__(
         self, planner: Planner[Observation], world: World, rng: np.random.Generator
     ) -> None:

@@ -16,15 +16,21 @@ RECOVERIES = (
 )
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS
+ROLLOUT = "rollout"
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT
+OF_THE_LEARNED = TURNS, ROLLOUT
+FAILING = ":"  # after a kind: one failure of the recovery set is set up, and its name follows
 MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "nominal": (NOMINAL,),
-    "recovery": (RECOVERY,),
+    "recovery": (RECOVERY + FAILING,),
     "corrections": (CORRECTION,),
     "orders": (ORDER,),
     "turns": (TURNS,),
-    "all": (NOMINAL, RECOVERY, NOMINAL, CORRECTION),
+    "turns-recovery": (TURNS + FAILING,),
+    "rollouts": (ROLLOUT, ROLLOUT + FAILING),
+    "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
+LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,20 +39,34 @@ class Demonstration:
 
     Attributes:
         seed: of the patient and of everything random.
-        kind: "nominal", "recovery:" and the perturbation's name, "correction", "order" or "turns".
+        kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:", "turns:",
+            "rollout:" and a perturbation's name.
         noise: whether bursts of noise disturb the motion.
-        checkpoint: of the learned controller that takes turns with the expert; "" where none does.
+        checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
+            where none does.
+        planner: checkpoint of the learned planner that says what to do; "" where the scripted does.
     """
 
     seed: int
     kind: str
     noise: bool = True
     checkpoint: str = ""
+    planner: str = ""
+
+    @property
+    def is_rollout(self) -> bool:
+        """Whether a learned controller acts alone, and all that it does is kept."""
+        return self.family == ROLLOUT
+
+    @property
+    def family(self) -> str:
+        """One of `KINDS`."""
+        return self.kind.partition(FAILING)[0]
 
     @property
     def scenario(self) -> str:
         """A key of the scenarios' catalogue."""
-        return self.kind.partition(":")[2] or "nominal"
+        return self.kind.partition(FAILING)[2] or "nominal"
 
     @property
     def name(self) -> str:
@@ -55,15 +75,29 @@ class Demonstration:
 
 
 def demonstrations(
-    mix: str, first_seed: int, episodes: int, *, noise: bool = True, checkpoint: str = ""
+    mix: str,
+    first_seed: int,
+    episodes: int,
+    *,
+    noise: bool = True,
+    checkpoint: str = "",
+    planner: str = "",
 ) -> list[Demonstration]:
     """One for each seed, so that more episodes later only add to them."""
     turns = MIXES[mix]
     made = []
     for seed in range(first_seed, first_seed + episodes):
         kind = turns[seed % len(turns)]
-        if kind == RECOVERY:
-            kind = f"{RECOVERY}:{RECOVERIES[seed // len(turns) % len(RECOVERIES)]}"
-        of_turns = checkpoint if kind == TURNS else ""
-        made.append(Demonstration(seed=seed, kind=kind, noise=noise, checkpoint=of_turns))
+        learned = kind.rstrip(FAILING) in OF_THE_LEARNED
+        if kind.endswith(FAILING):
+            kind += RECOVERIES[seed // len(turns) % len(RECOVERIES)]
+        made.append(
+            Demonstration(
+                seed=seed,
+                kind=kind,
+                noise=noise,
+                checkpoint=checkpoint if learned else "",
+                planner=planner if learned else "",
+            )
+        )
     return made

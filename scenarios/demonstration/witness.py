@@ -11,9 +11,9 @@ from controller.action import CONTROL_STEP_S
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
-from scenarios.demonstration.failures import is_undone
+from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
-from scenarios.demonstration.mix import RECOVERY
+from scenarios.demonstration.mix import FAILING
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
 from tissue_sim.observation import Observation
@@ -31,11 +31,11 @@ class Witness:
 
     def __init__(self, kind: str, expert_acts: Callable[[], bool]) -> None:
         """`expert_acts`: whether the motions handed out last are the expert's."""
-        self._recovers = kind.startswith(RECOVERY)
+        self._recovers = FAILING in kind
         self._expert_acts = expert_acts
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
-        self._failures: set[str] = set()
+        self._failing = Failing()
         self._segment = 0
 
     def on_reset(self, world: World) -> None:
@@ -78,11 +78,8 @@ class Witness:
         }
 
     def _frame(self, step: Step) -> dict[str, Any]:
-        led, by_hand = step.asked is None, step.hand is not None
-        correction = step.instruction.correction
-        if self._recovers:
-            self._failures |= {applied.name for applied in step.applied}
-            self._failures -= {f for f in self._failures if not led and is_undone(f, self._world)}
+        correction, by_hand = step.instruction.correction, step.hand is not None
+        failed = self._recovers and self._failing.after(step, self._world)
         if step.disturbed and step.asked is not None and not by_hand:
             action = step.asked
         else:
@@ -95,7 +92,7 @@ class Witness:
             "task": step.instruction.task.index,
             "expert": by_hand or (not step.disturbed and self._expert_acts()),
             "corrected": bool(correction) and step.instruction.source == "human",
-            "failed": bool(self._failures) and not led,
+            "failed": failed,
             "segment": self._segment,
         }
 

@@ -114,7 +114,7 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert err == (
         "calot: Unrecognized options: wrld;"
         " Available subcommands: world, accuracy, robustness, parallel, safety, controller,"
-        " obedience, corrections, latency\n"
+        " obedience, planner, corrections, latency, language\n"
     )
 
 
@@ -126,6 +126,13 @@ def test_the_report_says_how_fast_and_what_was_measured(capsys):
         assert word in said
     for words in ("times real time", "tetrahedra", "vertices", "cores", "load", "Newton"):
         assert words in said
+
+
+def test_the_language_report_times_both_ways(capsys):
+    assert main(["bench", "language", "--repeats", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "grammar" in said
+    assert "heads" in said
 
 
 def test_without_newton_one_line_says_how_to_get_it(monkeypatch):

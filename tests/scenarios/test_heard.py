@@ -132,5 +132,7 @@ class Saying:
     def reset(self):
         pass
 
+    hears_of_success = False
+
     def plan(self, observation):
         return replace(self._instruction, time_s=observation.time_s)

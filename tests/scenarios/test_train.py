@@ -73,10 +73,10 @@ def final_loss(folder):
 
 
 def test_what_is_left_out_is_not_learnt_from(data):
-    whole, rest = demonstrations(data), demonstrations(data, "recovery")
+    whole, rest = demonstrations([data]), demonstrations([data], "recovery")
     assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
     with pytest.raises(ValueError, match="nothing to learn"):
-        Windows(demonstrations(data, "nominal"), PolicyConfig())
+        Windows(demonstrations([data], "nominal"), PolicyConfig())
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):

@@ -9,10 +9,10 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.features import Features
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
-from controller.diffusion.tracker_noise import noised
 from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.tracker_noise import noised
 
 CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32, denoiser_blocks=1)
 

@@ -1,20 +1,18 @@
 """Laws of training: it learns, goes on exactly where it stopped, and what it leaves can be read."""
 
 from dataclasses import replace
-from itertools import islice
+from functools import partial
 
 import pytest
 import torch
 
 from controller.diffusion import training
-from controller.diffusion.checkpoint import (
-    FITS,
-    CheckpointError,
-    load_checkpoint,
-    save_checkpoint,
-)
+from controller.diffusion.checkpoint import FITS, load_checkpoint, save_checkpoint
 from controller.diffusion.policy import Policy
+from planner.learning.checkpoint import CheckpointError
+from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
+from tests.resuming import goes_on_where_it_stopped
 
 SMOKE = training.PRESETS["smoke"]
 GIVEN = [demonstration(seed=seed) for seed in range(2)]
@@ -38,14 +36,8 @@ def test_the_loss_falls(trained):
 
 
 def test_stopped_and_taken_up_again_it_ends_at_the_same_weights(trained, tmp_path):
-    out, steps = trained
-    interrupted = training.train(GIVEN, SMOKE, tmp_path)
-    _ = list(islice(interrupted, SMOKE.save_every + 7))  # 7 steps are lost
-    interrupted.close()
-    resumed = list(training.train(GIVEN, SMOKE, tmp_path))
-    assert resumed == steps[SMOKE.save_every :]
-    expected = weights(out)
-    assert all(torch.equal(w, expected[name]) for name, w in weights(tmp_path).items())
+    train = partial(training.train, GIVEN, SMOKE)
+    assert goes_on_where_it_stopped(train, weights, trained, tmp_path, SMOKE.save_every)
 
 
 def test_another_seed_gives_another_policy(trained, tmp_path):
@@ -57,10 +49,10 @@ def test_another_seed_gives_another_policy(trained, tmp_path):
 
 def test_another_configuration_does_not_go_on_from_there(trained):
     out, _ = trained
-    before = (out / training.STATE_FILE).read_bytes()
+    before = (out / STATE_FILE).read_bytes()
     with pytest.raises(ValueError, match="of another configuration"):
         next(training.train(GIVEN, replace(SMOKE, batch=32), out))
-    assert (out / training.STATE_FILE).read_bytes() == before
+    assert (out / STATE_FILE).read_bytes() == before
 
 
 def test_other_demonstrations_do_not_go_on_from_there(trained):
@@ -106,3 +98,12 @@ def test_a_checkpoint_cut_short_is_refused_in_one_line(tmp_path):
     with pytest.raises(CheckpointError) as refusal:
         load_checkpoint(path)
     assert "\n" not in str(refusal.value)
+
+
+def test_in_bfloat16_the_same_is_learnt(tmp_path):
+    losses = []
+    for bfloat16 in (False, True):
+        config = replace(SMOKE, steps=1, bfloat16=bfloat16)
+        (step,) = training.train(GIVEN, config, tmp_path / str(bfloat16))
+        losses.append(step.loss)
+    assert losses[1] == pytest.approx(losses[0], rel=2e-3)

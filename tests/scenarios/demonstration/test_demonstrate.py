@@ -104,6 +104,8 @@ def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
         def reset(self):
             pass
 
+        hears_of_success = False
+
         def plan(self, observation):
             return Instruction(task=TASKS[3], time_s=observation.time_s)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from controller.diffusion.sentence_encoder import embed, embed_all
 from planner.instruction import CORRECTIONS, TASKS
+from planner.language.sentence_encoder import embed, embed_all
 
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))
 OTHERS = ("Close the left one, would you?", "naïve 3.5 mm – ça va", "clip " * 400)

@@ -6,7 +6,7 @@ six layers whose token vectors are averaged; its weights come with a package.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import torch
@@ -18,7 +18,7 @@ LAYERS, HEADS, LAYER_NORM_EPS = 6, 12, 1e-12
 MOST_TOKENS = 256
 
 
-@cache
+@lru_cache(maxsize=4096)  # bounded, as people may say anything
 def embed(text: str) -> Tensor:
     """The embedding (384,), of unit length."""
     ids = torch.tensor(_tokenizer().encode(text).ids)

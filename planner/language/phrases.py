@@ -1,0 +1,90 @@
+"""From text to the phrases of the lexicon in it, small slips of spelling forgiven."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from functools import cache
+
+from planner.language.lexicon import LEXICON, LONGEST, Sense, without_articles
+from planner.language.rewrites import AS_SAID, AS_TYPED, rewritten
+
+_HOW = re.compile(r"\w{3,}ly")  # an adverb
+_STOP = re.compile(
+    r"^((no|please|hey|robot|calot|just|everybody|everyone|ok|okay|now|oh|whoa) )*"
+    r"(stop|halt|freeze|abort)\b"
+    r"|(?<!don't )(?<!not )(?<!never )(?<!to )(?<!dont )\bstop( now| please| there| it| moving)*$"
+    r"|^(please )?(do not|don't|dont) move( please| now| anything)?$"
+)
+
+
+def normalised(text: str) -> str:
+    """Lower case, plain letters, single spaces, spelling mended, turns of phrase made plain.
+
+    What begins with "stop" is "stop", whatever follows: to stop in vain does no harm.
+    """
+    plain = unicodedata.normalize("NFKC", text).lower().strip()
+    plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, AS_TYPED))
+    plain = " ".join(map(_spelt, without_articles(plain).split()))
+    plain = without_articles(rewritten(plain, AS_SAID))
+    return "stop" if _STOP.search(plain) else plain
+
+
+def senses(words: list[str]) -> Iterator[Sense | str]:
+    """Of the longest phrases, from the first word on; a word that is not known as it is."""
+    k = 0
+    while k < len(words):
+        n, sense = _longest(words[k : k + LONGEST])
+        yield sense
+        k += n
+
+
+def _longest(words: list[str]) -> tuple[int, Sense | str]:
+    for n in range(len(words), 0, -1):
+        if sense := LEXICON.get(" ".join(words[:n])):
+            return n, sense
+    return 1, Sense("filler", "any") if _HOW.fullmatch(words[0]) else words[0]
+
+
+@cache
+def _known_words() -> frozenset[str]:
+    return frozenset(word for phrase in LEXICON for word in phrase.split())
+
+
+@cache
+def _mended_words() -> frozenset[str]:
+    """Of which slips are forgiven: those of a command."""
+    of_command = (
+        p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is")
+    )
+    return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 2)
+
+
+def _spelt(word: str) -> str:
+    """The known word from which one slip of the finger leads to this; or the word itself."""
+    if len(word) < 3 or word in _known_words():
+        return word
+    for slips in _slips(word):
+        near = {slip for slip in slips if slip in _mended_words() and slip[0] == word[0]}
+        if near:
+            return near.pop() if len(near) == 1 and not _inflects(word, *near) else word
+    return word
+
+
+def _inflects(word: str, known: str) -> bool:
+    """Whether it is another form of it, as "moves" is of "move", and means something else."""
+    ending = word.endswith(("s", "d", "ed", "er", "y")) and word[-1] != known[-1]
+    return word.startswith(known[:-1]) and ending
+
+
+def _slips(word: str) -> Iterator[set[str]]:
+    """What it is with one slip mended, the likeliest first: swapped, left out, too many, wrong."""
+    letters = "abcdefghijklmnopqrstuvwxyz"
+    splits = [(word[:k], word[k:]) for k in range(len(word) + 1)]
+    yield {head + tail[1] + tail[0] + tail[2:] for head, tail in splits if len(tail) > 1}
+    if len(word) > 3:  # shorter words have too many neighbours
+        yield {head + letter + tail for head, tail in splits for letter in letters}
+        yield {head + tail[1:] for head, tail in splits}
+    if len(word) > 4:  # lick, lock
+        yield {head + letter + tail[1:] for head, tail in splits for letter in letters}

@@ -1,0 +1,69 @@
+"""How well free text is understood, against what each sentence should be read as."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from planner.command import COMMANDS, Command
+
+OUT_OF_SCOPE, ASK_BACK = "-", "?"
+_EXPECTED = {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
+
+
+class Row(NamedTuple):
+    """A sentence and what is expected: a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
+
+    sentence: str
+    expected: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """Sentences by what became of them.
+
+    Attributes:
+        in_scope: Sentences that mean a command, or should be asked back.
+        understood: Those in scope read as what was expected.
+        misread: Those in scope, each with the command it was taken for.
+        out_of_scope: Sentences that mean no command.
+        moving: Those out of scope, each with the command by which it moves the robot.
+    """
+
+    in_scope: int
+    understood: int
+    misread: tuple[tuple[Row, str], ...]
+    out_of_scope: int
+    moving: tuple[tuple[Row, str], ...]
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a tab-separated file with the columns of `Row`.
+
+    Raises:
+        ValueError: Something is expected that is no command.
+    """
+    with path.open(encoding="utf-8", newline="") as file:
+        lines = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
+        rows = [Row(line["sentence"], line["expected"]) for line in lines]
+    for row in rows:
+        if row.expected not in _EXPECTED:
+            raise ValueError(f"{row.sentence!r}: no command is {row.expected!r}")
+    return rows
+
+
+def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
+    """What becomes of the rows when `read` reads them; None is asked back."""
+    read_as = [(row, read(row.sentence)) for row in rows]
+    inside = [(row, c) for row, c in read_as if row.expected != OUT_OF_SCOPE]
+    outside = [(row, c) for row, c in read_as if row.expected == OUT_OF_SCOPE]
+    return Score(
+        in_scope=len(inside),
+        understood=sum(row.expected == (c.text if c else ASK_BACK) for row, c in inside),
+        misread=tuple((row, c.text) for row, c in inside if c and c.text != row.expected),
+        out_of_scope=len(outside),
+        moving=tuple((row, c.text) for row, c in outside if c and c.moves),
+    )

@@ -1,0 +1,91 @@
+"""What the words leave open, from the sentence's embedding: a linear head for each slot.
+
+Softmax regression on all-MiniLM-L6-v2 embeddings. What the words say is certain; the heads say what
+is done, how, and whether it is meant for the robot at all. Sides are never theirs to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from safetensors import safe_open
+from safetensors.numpy import save_file
+
+from planner.command import COMMANDS, Command
+from planner.language.slots import SLOTS, Filled, candidates
+
+SHIPPED = Path(__file__).with_name("slot_heads.safetensors")
+NOTHING = "nothing"
+IN_SCOPE = ("no", "yes")
+
+
+def labels(command: Command) -> dict[str, str]:
+    """What each head should say of a sentence that means the command."""
+    said = SLOTS[command.text]
+    return {"in scope": "yes", "kind": said["kind"], "what": said.get("what", NOTHING)}
+
+
+def _classes() -> dict[str, tuple[str, ...]]:
+    """What each head may say."""
+    said = [labels(command) for command in COMMANDS.values()]
+    slots = {head: tuple(sorted({one[head] for one in said})) for head in ("kind", "what")}
+    return {"in scope": IN_SCOPE} | slots
+
+
+CLASSES = _classes()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlotHeads:
+    """The heads, and how sure they must be.
+
+    Attributes:
+        weights: Of each head, (385, classes); the last row is added whatever is said.
+        thresholds: Confidence below which a reading is a guess, by what is open.
+    """
+
+    weights: Mapping[str, np.ndarray]
+    thresholds: Mapping[str, float]
+
+    def ranked(self, embedding: np.ndarray, filled: Filled) -> list[tuple[float, Command]]:
+        """Confidence of every command that agrees with the words, the surest first.
+
+        Args:
+            embedding: (384,) of the sentence.
+            filled: What the words say.
+        """
+        chances = {
+            head: _softmax(np.append(embedding, 1.0) @ w) for head, w in self.weights.items()
+        }
+        # the kind is asked even if a word names it: an unknown one may turn it, as in "clip art"
+        heads = {"in scope", "kind"} | ({"what"} - filled.keys())
+        rated = [(_confidence(chances, labels(c), heads), c) for c in candidates(filled)]
+        return sorted(rated, key=lambda one: -one[0])
+
+
+def _confidence(chances: dict[str, np.ndarray], meant: dict[str, str], heads: set[str]) -> float:
+    """Of the heads together, as if they erred independently."""
+    return float(np.prod([chances[h][CLASSES[h].index(meant[h])] for h in heads]))
+
+
+def _softmax(logits: np.ndarray) -> np.ndarray:
+    powers = np.exp(logits - logits.max())
+    return powers / powers.sum()
+
+
+def save(path: Path, heads: SlotHeads) -> None:
+    """Write the heads."""
+    save_file(
+        dict(heads.weights), path, {k: f"{least:.3f}" for k, least in heads.thresholds.items()}
+    )
+
+
+def load(path: Path = SHIPPED) -> SlotHeads:
+    """The heads of a file."""
+    with safe_open(path, "numpy") as file:
+        weights = {head: file.get_tensor(head) for head in CLASSES}
+        thresholds = {k: float(least) for k, least in file.metadata().items()}
+        return SlotHeads(weights=weights, thresholds=thresholds)

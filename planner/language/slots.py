@@ -1,0 +1,78 @@
+"""What a command says, slot by slot, so that words can fill it piece by piece."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+
+from planner.command import COMMANDS, Command
+
+Filled = Mapping[str, Set[str]]
+"""The values that words give to each slot; two in one contradict each other."""
+
+OPPOSITE = {
+    "left": "right", "right": "left", "higher": "lower", "lower": "higher",
+    "away": "towards", "towards": "away", "open": "close", "close": "open",
+}  # fmt: skip
+DIRECTIONS = frozenset({"left", "right", "higher", "lower", "away", "towards"})
+ORDINALS = frozenset({"1", "2", "3"})
+TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_cut"})
+_CERTAIN = ORDINALS | {"left", "right", "clip", "cut"}
+_MAY_ADD: dict[str, dict[str, str]] = {
+    "grab": {"arm": "left", "organ": "gallbladder"},
+    "let go": {"arm": "left", "organ": "gallbladder"},
+    **{kind: {"arm": "right"} for kind in TUBE_KINDS},
+}
+"""What may be said with a kind and changes nothing, as nothing else could be meant."""
+
+
+def slots(command: Command) -> dict[str, str]:
+    """The kind, and of arm, tube and what (direction, clip, structure) those that are said."""
+    said = {"kind": command.word or command.deed}
+    if task := command.task:
+        kind = "cut_position" if task.kind == "cut" else task.kind
+        said = {"kind": kind, "tube": task.tube, "what": task.clip and str(task.clip)}
+    elif correction := command.correction:
+        kind = correction.jaw or "move"
+        said = {"kind": kind, "arm": correction.arm, "what": correction.direction}
+    elif command.where:
+        said["tube" if command.where in ("left", "right") else "what"] = command.where
+    return {slot: value for slot, value in said.items() if value}
+
+
+SLOTS: dict[str, dict[str, str]] = {text: slots(command) for text, command in COMMANDS.items()}
+"""By the command's text."""
+
+
+def candidates(filled: Filled) -> list[Command]:
+    """The commands that agree with one value of every filled slot."""
+    return [COMMANDS[text] for text in SLOTS if filled and _agrees(text, filled)]
+
+
+def contradicts(filled: Filled) -> bool:
+    """Whether a slot is filled twice."""
+    return any(len(values) > 1 for values in filled.values())
+
+
+def spelt_out(filled: Filled) -> Command | None:
+    """The one command all of whose slots are filled, each with one value."""
+    if contradicts(filled):
+        return None
+    whole = [c for c in candidates(filled) if SLOTS[c.text].keys() <= filled.keys()]
+    return whole[0] if len(whole) == 1 else None
+
+
+def named_outright(command: Command, filled: Filled) -> bool:
+    """Whether words fill every slot of a command that must not be guessed.
+
+    These are sides and ordinals, for which everyone has the same few words, and what cannot be
+    undone: clipping and cutting.
+    """
+    said = SLOTS[command.text]
+    certain = {slot for slot, value in said.items() if slot in ("arm", "tube") or value in _CERTAIN}
+    return certain <= filled.keys()
+
+
+def _agrees(text: str, filled: Filled) -> bool:
+    said = SLOTS[text]
+    allowed = _MAY_ADD.get(said["kind"], {}) | said
+    return all(allowed.get(slot) in values for slot, values in filled.items())

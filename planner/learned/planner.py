@@ -1,0 +1,103 @@
+"""The learned planner: it sees observations and remembers what it said, nothing else."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from planner.assessment import Assessment
+from planner.correction import CORRECTIONS
+from planner.instruction import TASKS, Instruction
+from planner.learned.checkpoint import SHIPPED, load_checkpoint
+from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.network import Moments, PlannerNetwork
+from planner.learning.checkpoint import chosen
+from tissue_sim.observation import Observation
+
+FLAG_ABOVE = 0.5
+ASKED_EVERY_S = 1.0
+
+
+class _Moment(NamedTuple):
+    """When it was asked, what was seen, and what was being said."""
+
+    time_s: float
+    vector: NDArray[np.float32]
+    task: int
+    correction: int
+    since_s: float
+
+
+class PlannerLearned:
+    """Says what the network makes of the last moments at which it was asked."""
+
+    hears_of_success = False
+
+    def __init__(self, network: PlannerNetwork) -> None:
+        self._network = network
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the episode so far."""
+        self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
+        self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
+
+    def plan(self, observation: Observation) -> Instruction:
+        """The task that should be under way, with a correction where one is wanted."""
+        self._remember(observation)
+        with torch.inference_mode():
+            opinion = self._network(self._stacked())
+            fails = self._network.failure_chance(opinion).item()
+        chances = opinion.task[0].softmax(dim=-1)
+        self._take_up(int(chances.argmax()))
+        wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE
+        self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
+        return Instruction(
+            task=TASKS[self._task],
+            correction=CORRECTIONS[self._correction] if wanted else None,
+            confidence=chances.max().item(),
+            time_s=observation.time_s,
+            assessment=Assessment(
+                progress=opinion.progress.item(),
+                failure_chance=fails,
+                alarm=fails > self._network.alarm.item(),
+            ),
+        )
+
+    def _remember(self, observation: Observation) -> None:
+        """Time at which it is not asked, as tools are exchanged, does not count to the task."""
+        now_s = observation.time_s
+        if self._moments and self._task < N_TASKS:
+            self._since_s += min(now_s - self._moments[-1].time_s, ASKED_EVERY_S)
+        moment = _Moment(now_s, observation.vector(), self._task, self._correction, self._since_s)
+        self._moments.append(moment)
+
+    def _take_up(self, task: int) -> None:
+        if task != self._task:
+            self._task, self._since_s = task, 0.0
+
+    def _stacked(self) -> Moments:
+        """The moments remembered, behind copies of the first that are marked as not known."""
+        missing = self._network.config.history - len(self._moments)
+        rows = [self._moments[0]] * missing + list(self._moments)
+        return Moments(
+            frames=torch.from_numpy(np.stack([row.vector for row in rows]))[None],
+            known=(torch.arange(len(rows)) >= missing)[None],
+            task=torch.tensor([[row.task for row in rows]]),
+            correction=torch.tensor([[row.correction for row in rows]]),
+            since_s=torch.tensor([[row.since_s for row in rows]]),
+        )
+
+
+def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:
+    """The planner of a checkpoint, by default the one that comes with Calot.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+    """
+    return PlannerLearned(load_checkpoint(chosen(checkpoint, SHIPPED, "planner")))

@@ -1,0 +1,188 @@
+"""Episodes as a planner learns from them, and moments drawn from these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.network import Moments
+
+STEPS_A_SECOND = 30
+ASKED_EVERY = (20, 31)  # control steps between moments; more often after tools were exchanged
+IN_TIME_S = 10.0  # a task that is not done by then is taken to fail
+NOT_SAID = -1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rollout:
+    """One episode, step by step, whoever moved the arms.
+
+    Attributes:
+        states: (n, `VECTOR_SIZE`) `Observation.vector()`.
+        said: (n,) the task said, 0 to 16.
+        corrected: (n,) the correction said, 0 to 17, or -1.
+        task: (n,) the one that should have been under way, 0 to 16.
+        correction: (n,) the one that should have been said, 0 to 17, or -1.
+        success: the last task was done as well.
+        learned: a learned controller moved the arms, and no expert.
+
+    Raises:
+        ValueError: lengths differ, or there is no step.
+    """
+
+    states: NDArray[np.float32]
+    said: NDArray[np.int64]
+    corrected: NDArray[np.int64]
+    task: NDArray[np.int64]
+    correction: NDArray[np.int64]
+    success: bool
+    learned: bool = False
+
+    def __post_init__(self) -> None:
+        lengths = {
+            len(column)
+            for column in (self.states, self.said, self.corrected, self.task, self.correction)
+        }
+        if len(lengths) != 1 or lengths == {0}:
+            raise ValueError(f"rollout: columns must be as long as each other, got {lengths}")
+
+    @property
+    def digest(self) -> bytes:
+        """Of all that is learnt from it."""
+        columns = (self.states, self.said, self.corrected, self.task, self.correction)
+        return sha256(b"".join(c.tobytes() for c in columns) + bytes([self.success])).digest()
+
+
+class Labels(NamedTuple):
+    """What would have been right, as `Opinion` has it.
+
+    Attributes:
+        correction: (B,) -1 where none is wanted.
+        fails: (B,) 1, 0, or NaN where the episode does not tell.
+    """
+
+    task: Tensor
+    correction: Tensor
+    progress: Tensor
+    fails: Tensor
+
+
+class Moment(NamedTuple):
+    """All steps of all rollouts, end to end."""
+
+    states: Tensor
+    said: Tensor
+    corrected: Tensor
+    since_s: Tensor
+    begin: Tensor
+    labels: Labels
+
+
+class Rollouts:
+    """Rollouts end to end in memory, and the moments in them.
+
+    Attributes:
+        digest: of all that is learnt from, in hex.
+        changes: steps up to a second after what should be said has changed.
+        flagged: steps in which a correction is wanted.
+
+    Raises:
+        ValueError: there is none.
+    """
+
+    def __init__(self, rollouts: Sequence[Rollout], history: int) -> None:
+        if not rollouts:
+            raise ValueError("rollouts: there is none, nothing to learn from")
+        self._history = history
+        self.digest = sha256(b"".join(r.digest for r in rollouts)).hexdigest()
+        lengths = torch.tensor([len(r.task) for r in rollouts])
+        begins = torch.cumsum(lengths, 0) - lengths
+        self.steps = Moment(
+            states=_joined([r.states for r in rollouts]),
+            said=_joined([r.said for r in rollouts]),
+            corrected=_joined([r.corrected for r in rollouts]),
+            since_s=_joined([_since_s(r.said) for r in rollouts]),
+            begin=torch.repeat_interleave(begins, lengths),
+            labels=Labels(*(_joined(part) for part in zip(*map(_labels, rollouts), strict=True))),
+        )
+        self.changes = _joined([_just_changed(r.task) for r in rollouts]).nonzero()[:, 0]
+        self.flagged = (self.steps.labels.correction != NOT_SAID).nonzero()[:, 0]
+
+    def __len__(self) -> int:
+        return len(self.steps.said)
+
+    def moments(self, at: Tensor, every: Tensor, lag: Tensor) -> Moments:
+        """The moments (B, H) up to steps (B,), `every` (B,) so many steps, words `lag` (B,) old."""
+        data = self.steps
+        back = torch.arange(self._history - 1, -1, -1)
+        rows, begin = at[:, None] - back * every[:, None], data.begin[at, None]
+        known, rows = rows >= begin, torch.maximum(rows, begin)
+        heard, any_heard = rows - lag[:, None], rows - lag[:, None] >= begin
+        heard = torch.maximum(heard, begin)
+        corrected = data.corrected[heard]
+        return Moments(
+            frames=data.states[rows],
+            known=known,
+            task=torch.where(any_heard, data.said[heard], N_TASKS),
+            correction=torch.where(any_heard & (corrected >= 0), corrected, N_CORRECTIONS),
+            since_s=torch.where(
+                any_heard, data.since_s[heard] + lag[:, None] / STEPS_A_SECOND, 0.0
+            ),
+        )
+
+    def labels(self, at: Tensor) -> Labels:
+        """What would have been right at steps (B,)."""
+        return Labels(*(part[at] for part in self.steps.labels))
+
+
+def _labels(rollout: Rollout) -> Labels:
+    n, (starts, ends) = len(rollout.task), _runs(rollout.task)
+    lengths, done = ends - starts, _done_by(rollout.task[starts], ends)
+    start, end = np.repeat(starts, lengths), np.repeat(done, lengths)
+    left_s = (end - np.arange(n)) / STEPS_A_SECOND
+    unknown = (end == n) & (not rollout.success) & (left_s < IN_TIME_S)
+    fails = (left_s >= IN_TIME_S).astype(float)
+    return Labels(
+        task=torch.from_numpy(rollout.task),
+        correction=torch.from_numpy(rollout.correction),
+        progress=torch.from_numpy((np.arange(n) - start) / (end - start)).float(),
+        fails=torch.from_numpy(np.where(unknown, np.nan, fails)).float(),
+    )
+
+
+def _runs(said: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where runs of the same begin and end."""
+    starts = np.flatnonzero(np.diff(said, prepend=NOT_SAID))
+    return starts, np.append(starts[1:], len(said))
+
+
+def _done_by(tasks: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The end of each run, or of its last repetition where going back was all that lay between."""
+    done = ends.copy()
+    for k in reversed(range(len(tasks) - 2)):
+        if tasks[k + 2] == tasks[k]:
+            done[k] = done[k + 2]
+    return done
+
+
+def _since_s(said: NDArray[np.int64]) -> NDArray[np.float32]:
+    starts, ends = _runs(said)
+    return ((np.arange(len(said)) - np.repeat(starts, ends - starts)) / STEPS_A_SECOND).astype(
+        np.float32
+    )
+
+
+def _just_changed(task: NDArray[np.int64]) -> NDArray[np.bool_]:
+    return (_since_s(task) < 1.0) & (np.arange(len(task)) >= STEPS_A_SECOND)
+
+
+def _joined(columns: Sequence[NDArray | Tensor]) -> Tensor:
+    return torch.cat([torch.as_tensor(column) for column in columns])

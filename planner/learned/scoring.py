@@ -1,0 +1,128 @@
+"""How well a learned planner does on rollouts that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from planner.learned.calibration import EVERY, opinions
+from planner.learned.network import Opinion, PlannerNetwork
+from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollout, Rollouts
+
+BINS = 10
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerScore:
+    """Over moments a second apart.
+
+    Attributes:
+        moments: how many.
+        task_accuracy: share in which the task said is the one that should be under way.
+        flag_precision, flag_recall: of corrections wanted, NaN where there is none.
+        correction_accuracy: share of those wanted that are the right one.
+        calibration_error: mean gap of failure chance and share of failures (10 bins, weighted).
+        alarms_in_time: share of tasks not done in time that an alarm foretold.
+        lead_s: median time from such an alarm to when it was too late.
+        false_alarms: share of tasks done in time within which there was an alarm.
+        late_tasks, timely_tasks: how many there were of each.
+    """
+
+    moments: int
+    task_accuracy: float
+    flag_precision: float
+    flag_recall: float
+    correction_accuracy: float
+    calibration_error: float
+    alarms_in_time: float
+    lead_s: float
+    false_alarms: float
+    late_tasks: int
+    timely_tasks: int
+
+    @property
+    def flag_f1(self) -> float:
+        """Harmonic mean of precision and recall."""
+        both = self.flag_precision + self.flag_recall
+        return 2.0 * self.flag_precision * self.flag_recall / both if both else float("nan")
+
+
+def score(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> PlannerScore:
+    """What a network makes of rollouts, against what should have been said."""
+    data = Rollouts(rollouts, network.config.history)
+    at = torch.arange(0, len(data), EVERY)
+    with torch.inference_mode():
+        parts = list(opinions(network, data, at))
+        made = Opinion(*(torch.cat(part) for part in zip(*parts, strict=True)))
+        chances = network.failure_chance(made).numpy()
+    labels = data.labels(at)
+    wanted, flagged = labels.correction != NOT_SAID, made.flag > 0.0
+    right = (made.correction.argmax(dim=-1) == labels.correction)[wanted]
+    told = ~labels.fails.isnan().numpy()
+    tasks = list(_tasks(data, at, chances > network.alarm.item()))
+    late, timely = [t for t in tasks if t.late], [t for t in tasks if not t.late]
+    leads_s = [t.lead_s for t in late if t.lead_s is not None]
+    return PlannerScore(
+        moments=len(at),
+        task_accuracy=_share(made.task.argmax(dim=-1) == labels.task),
+        flag_precision=_share(wanted[flagged]),
+        flag_recall=_share(flagged[wanted]),
+        correction_accuracy=_share(right),
+        calibration_error=calibration_error(chances[told], labels.fails.numpy()[told]),
+        alarms_in_time=len(leads_s) / len(late) if late else float("nan"),
+        lead_s=float(np.median(leads_s)) if leads_s else float("nan"),
+        false_alarms=_share([t.alarmed for t in timely]),
+        late_tasks=len(late),
+        timely_tasks=len(timely),
+    )
+
+
+def calibration_error(chances: NDArray, outcomes: NDArray) -> float:
+    """Expected calibration error of chances (n,) against outcomes (n,) of 0 and 1.
+
+    Guo et al., arXiv 1706.04599, equation 3, with bins of equal width.
+    """
+    bins = np.minimum((chances * BINS).astype(int), BINS - 1)
+    gaps = [
+        (bins == k).mean() * abs(chances[bins == k].mean() - outcomes[bins == k].mean())
+        for k in np.unique(bins)
+    ]
+    return float(sum(gaps))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Task:
+    """Attributes: `late`: not done in time; `lead_s`: of an alarm before it was too late."""
+
+    late: bool
+    alarmed: bool
+    lead_s: float | None
+
+
+def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Iterator[_Task]:
+    """Each time that a task was due, for as long as it was."""
+    labels, begin = data.labels(at), data.steps.begin[at]
+    runs = torch.stack([begin, labels.task])
+    starts = (runs[:, 1:] != runs[:, :-1]).any(dim=0).nonzero()[:, 0] + 1
+    for rows in torch.tensor_split(torch.arange(len(at)), starts):
+        fails = labels.fails[rows]
+        if fails.isnan().any():
+            continue
+        late, alarmed = bool(fails.any()), alarms[rows.numpy()]
+        lead_s = _lead_s(int(fails.nonzero()[-1]), alarmed) if late else None
+        yield _Task(late=late, alarmed=bool(alarmed.any()), lead_s=lead_s)
+
+
+def _lead_s(too_late: int, alarmed: NDArray[np.bool_]) -> float | None:
+    """Of the first alarm before the last moment at which a failure could be foretold."""
+    first = np.flatnonzero(alarmed[: too_late + 1])
+    return float(too_late - first[0]) * EVERY / STEPS_A_SECOND if len(first) else None
+
+
+def _share(hits: torch.Tensor | Sequence[bool]) -> float:
+    values = np.asarray(hits, dtype=float)
+    return float(values.mean()) if len(values) else float("nan")

@@ -1,0 +1,160 @@
+"""Training of the learned planner, to be read from top to bottom; it resumes exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from planner.learned.calibration import calibrate
+from planner.learned.checkpoint import load_checkpoint, save_checkpoint
+from planner.learned.config import PlannerConfig
+from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.network import Moments, Opinion, PlannerNetwork
+from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
+from planner.learning.optimise import Schedule, TrainingStep, optimise
+from tissue_sim.tracker_noise import noised
+
+CHECKPOINT_FILE = "planner.safetensors"
+NORMALISE_BY = 20_000  # steps
+KEEP_OUT_EVERY = 6
+CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn from all steps alike
+MISLED, UNTOLD = 0.1, 0.1  # of a batch: told another task than was said, or nothing
+TASK_SHARE = 0.6  # of the loss; SRT-H's
+FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerTraining(Schedule):
+    """How a planner is trained."""
+
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    steps: int = 8_000
+    batch: int = 256
+
+
+PRESETS = {
+    "full": PlannerTraining(),
+    "smoke": PlannerTraining(
+        planner=PlannerConfig(width=32, layers=1),
+        steps=60,
+        batch=64,
+        warm_up=10,
+        average=0.9,
+        save_every=20,
+    ),
+}
+
+
+def train(
+    rollouts: Sequence[Rollout], config: PlannerTraining, out: Path
+) -> Iterator[TrainingStep]:
+    """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
+
+    When it ends, the checkpoint is calibrated on rollouts kept out.
+
+    Raises:
+        ValueError: there is nothing to learn from, or `out` holds the training of another
+            configuration or of other rollouts; nothing is changed.
+    """
+    torch.manual_seed(config.seed)
+    chance = torch.Generator().manual_seed(config.seed)
+    learnt_from, kept_out = parted(rollouts)
+    data = Rollouts(learnt_from, config.planner.history)
+    network = PlannerNetwork(config.planner)
+    some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
+    network.normalise_by(data.steps.states[some])
+    yield from optimise(
+        network,
+        partial(_loss, data=data, chance=chance, config=config),
+        chance,
+        config,
+        out,
+        data.digest,
+        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
+    )
+    if kept_out:
+        trained = load_checkpoint(out / CHECKPOINT_FILE)
+        calibrate(trained, kept_out)
+        save_checkpoint(out / CHECKPOINT_FILE, trained)
+
+
+def parted(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
+    """What is learnt from, and what is kept out to calibrate on: a part of those of the learned."""
+    kept_out = [r for r in rollouts if r.learned][KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY]
+    return [r for r in rollouts if not any(r is k for k in kept_out)], kept_out
+
+
+def _loss(
+    network: PlannerNetwork, data: Rollouts, chance: torch.Generator, config: PlannerTraining
+) -> Tensor:
+    """Of random moments: what is rare oftener, words as old as they may be, some of them wrong."""
+    n, (least, most) = config.batch, ASKED_EVERY
+    at, fair = _drawn_steps(data, n, chance)
+    every = torch.randint(least, most, (n,), generator=chance)
+    lag = 1 + (torch.rand(n, generator=chance) * every).long()
+    moments = _misled(data.moments(at, every, lag), chance)
+    frames = noised(moments.frames, chance)
+    with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
+        opinion = network(moments._replace(frames=frames))
+    return loss_of(Opinion(*(part.float() for part in opinion)), data.labels(at), fair)
+
+
+def _drawn_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Steps (n,), and which of them were drawn from all alike, as chances must be learnt from."""
+    n_changes = round(CHANGES * n) if len(data.changes) else 0
+    n_flagged = round(FLAGGED * n) if len(data.flagged) else 0
+    every_step = torch.arange(len(data))
+    parts = [
+        pool[torch.randint(len(pool), (size,), generator=chance)]
+        for pool, size in (
+            (data.changes, n_changes),
+            (data.flagged, n_flagged),
+            (every_step, n - n_changes - n_flagged),
+        )
+        if size
+    ]
+    return torch.cat(parts), torch.arange(n) >= n_changes + n_flagged
+
+
+def _misled(moments: Moments, chance: torch.Generator) -> Moments:
+    """Some were told another task throughout, some nothing: what is seen must say more."""
+    n = len(moments.task)
+    draw = torch.rand(n, generator=chance)
+    other = torch.randint(N_TASKS, (n, 1), generator=chance).expand_as(moments.task)
+    since_s = 12.0 * torch.rand(n, 1, generator=chance).expand_as(moments.since_s)
+    misled, untold = (draw < MISLED)[:, None], (draw > 1.0 - UNTOLD)[:, None]
+    task = torch.where(misled, other, moments.task)
+    return moments._replace(
+        task=torch.where(untold, N_TASKS, task),
+        correction=torch.where(misled | untold, N_CORRECTIONS, moments.correction),
+        since_s=torch.where(untold, 0.0, torch.where(misled, since_s, moments.since_s)),
+    )
+
+
+def loss_of(opinion: Opinion, labels: Labels, fair: Tensor) -> Tensor:
+    """SRT-H's: a task weighs the more, the further off it is (arXiv 2505.10251)."""
+    off = (opinion.task.argmax(dim=-1) - labels.task).abs()
+    task = (F.cross_entropy(opinion.task, labels.task, reduction="none") * (1 + off)).mean()
+    flag = F.binary_cross_entropy_with_logits(opinion.flag, (labels.correction >= 0).float())
+    progress = F.smooth_l1_loss(opinion.progress, labels.progress, beta=0.1)
+    told = fair & ~labels.fails.isnan()
+    fails = F.binary_cross_entropy_with_logits(
+        opinion.fails, labels.fails.nan_to_num(), told.float(), reduction="sum"
+    ) / told.sum().clamp(min=1)
+    wanted = labels.correction.clamp(min=0)
+    right = F.cross_entropy(opinion.correction, wanted, reduction="none")
+    flagged = labels.correction >= 0
+    correction = (right * flagged).sum() / flagged.sum().clamp(min=1)
+    rest = (
+        FLAG_WEIGHT * flag
+        + CORRECTION_WEIGHT * correction
+        + PROGRESS_WEIGHT * progress
+        + FAILS_WEIGHT * fails
+    )
+    return TASK_SHARE * task + (1.0 - TASK_SHARE) * rest

@@ -1,0 +1,1 @@
+"""What all learners share: how weights are fitted, and files of them."""

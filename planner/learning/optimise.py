@@ -1,0 +1,136 @@
+"""Gradient descent that resumes exactly: the loop that every learner's training runs through."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TypeVar, cast
+
+import torch
+from torch import Tensor, nn
+
+STATE_FILE, LOG_FOLDER = "training.pt", "tensorboard"
+GRADIENT_MOST = 1.0
+Model = TypeVar("Model", bound=nn.Module)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Schedule:
+    """How weights are fitted.
+
+    Attributes:
+        steps: of the optimiser.
+        batch: windows a step.
+        learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
+        average: decay of the weights' moving average, which is what is saved.
+        save_every: steps.
+        bfloat16: the model multiplies matrices in it: half again as fast where the processor can.
+    """
+
+    steps: int
+    batch: int = 512
+    learning_rate: float = 1e-3
+    weight_decay: float = 1e-4
+    warm_up: int = 300
+    average: float = 0.999
+    save_every: int = 1000
+    seed: int = 0
+    bfloat16: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingStep:
+    """A step done, and the loss of its batch."""
+
+    step: int
+    loss: float
+
+
+def optimise(
+    model: Model,
+    loss_of_batch: Callable[[Model], Tensor],
+    chance: torch.Generator,
+    config: Schedule,
+    out: Path,
+    digest: str,
+    save: Callable[[Model], None],
+) -> Iterator[TrainingStep]:
+    """Fit a model from where `out` has got to, or from where it is.
+
+    Args:
+        model: with weights to begin from.
+        loss_of_batch: of a batch that it draws by `chance`.
+        chance: all that is random in it.
+        config: its steps, and all else that a training resumed must have in common.
+        out: keeps TensorBoard's curves and what resuming needs.
+        digest: of what is learnt from.
+        save: keeps the averaged model, whenever resuming becomes possible from there.
+
+    Raises:
+        ValueError: `out` holds the training of another configuration or from other data; nothing
+            is changed.
+    """
+    from torch.utils.tensorboard.writer import SummaryWriter
+
+    average = torch.optim.swa_utils.AveragedModel(
+        model, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average)
+    )
+    optimiser = torch.optim.AdamW(
+        model.parameters(),
+        lr=config.learning_rate,
+        weight_decay=config.weight_decay,
+        fused=True,  # unfused, denormal moments make it slow on a CPU
+    )
+    parts = {"model": model, "average": average, "optimiser": optimiser}
+    begin = _resume(out / STATE_FILE, parts, chance, config, digest)
+    with SummaryWriter(out / LOG_FOLDER, purge_step=begin) as log:
+        for step in range(begin, config.steps):
+            rate = config.learning_rate * _share(step, config)
+            for group in optimiser.param_groups:
+                group["lr"] = rate
+            loss = loss_of_batch(model)
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(model.parameters(), GRADIENT_MOST)
+            optimiser.step()
+            average.update_parameters(model)
+            log.add_scalar("loss", loss.item(), step)
+            log.add_scalar("learning rate", rate, step)
+            if (step + 1) % config.save_every == 0 or step + 1 == config.steps:
+                save(cast(Model, average.module))
+                _save(out / STATE_FILE, parts, chance, config, digest, step + 1)
+            yield TrainingStep(step=step + 1, loss=loss.item())
+
+
+def _share(step: int, config: Schedule) -> float:
+    """Of the highest learning rate."""
+    rising = min(1.0, (step + 1) / config.warm_up)
+    return rising * 0.5 * (1.0 + math.cos(math.pi * step / config.steps))
+
+
+def _save(
+    path: Path, parts: dict, chance: torch.Generator, config: Schedule, digest: str, step: int
+) -> None:
+    state = {name: part.state_dict() for name, part in parts.items()}
+    state |= {"chance": chance.get_state(), "config": asdict(config), "digest": digest}
+    state["step"] = step
+    partial = path.with_suffix(".partial")
+    torch.save(state, partial)
+    partial.replace(path)
+
+
+def _resume(path: Path, parts: dict, chance: torch.Generator, config: Schedule, digest: str) -> int:
+    """Load what `_save` left, if it did; returns the steps done."""
+    if not path.exists():
+        return 0
+    state = torch.load(path, map_location="cpu", weights_only=True)
+    if state["config"] != asdict(config):
+        raise ValueError(f"{path} is of another configuration: choose another folder or remove it")
+    if state["digest"] != digest:
+        raise ValueError(f"{path} is of other demonstrations: choose another folder or remove it")
+    for name, part in parts.items():
+        part.load_state_dict(state[name])
+    chance.set_state(state["chance"])
+    return state["step"]

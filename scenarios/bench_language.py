@@ -1,0 +1,41 @@
+"""How long free text takes to a reading on one thread, by the grammar alone and with the heads."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+import torch
+from rich.table import Table
+
+from planner.command import COMMANDS
+from planner.language.interpreter import Interpreter
+from planner.language.sentence_encoder import embed
+
+ALLOWED_MS = 30.0
+FRAMES = {"grammar": "could you {} please", "heads on embeddings": "could you {} forthwith"}
+"""No lexicon has the last word of the second, so that the encoder is asked."""
+
+
+def bench_language(repeats: int) -> Table:
+    """Times the readings of every command, in a frame of words that leads each way."""
+    torch.set_num_threads(1)
+    interpreter = Interpreter()
+    table = Table(title="text to reading, one thread")
+    table.add_column("by")
+    for heading in ("median (ms)", "p99 (ms)", "most (ms)", "allowed (ms)"):
+        table.add_column(heading, justify="right")
+    for by, frame in FRAMES.items():
+        sentences = [frame.format(text) for text in COMMANDS]
+        interpreter.read(sentences[0])  # what is loaded once is loaded
+        times_ms = [_time_ms(interpreter, said) for _ in range(repeats) for said in sentences]
+        figures = (*np.percentile(times_ms, (50, 99)), max(times_ms), ALLOWED_MS)
+        table.add_row(by, *(f"{figure:.2f}" for figure in figures))
+    return table
+
+
+def _time_ms(interpreter: Interpreter, sentence: str) -> float:
+    embed.cache_clear()
+    start_s = perf_counter()
+    interpreter.read(sentence)
+    return 1e3 * (perf_counter() - start_s)

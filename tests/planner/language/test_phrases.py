@@ -1,0 +1,51 @@
+"""Laws of the lexicon and of spelling."""
+
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import planner.language.lexicon as lexicon
+from planner.language.lexicon import LEXICON, Sense, without_articles
+from planner.language.phrases import normalised
+
+
+def test_no_phrase_is_listed_twice():
+    tables = tomllib.loads(Path(lexicon.__file__).with_suffix(".toml").read_text("utf-8"))
+    lists = [phrases for values in tables.values() for phrases in values.values()]
+    listed = Counter(without_articles(one) for phrases in lists for one in phrases.split(","))
+    assert [phrase for phrase, times in listed.items() if times > 1] == []
+
+
+@pytest.mark.parametrize(
+    ("form", "sense"),
+    [
+        ("clipping", Sense("kind", "clip")),
+        ("clipped", Sense("state", "clip")),
+        ("raising", Sense("what", "higher")),
+        ("raised", Sense("state", "higher")),
+        ("backing off", Sense("kind", "go_back")),
+    ],
+)
+def test_verbs_are_known_in_their_other_forms(form, sense):
+    assert LEXICON[form] == sense
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("graspre", "grasper"),
+        ("grippr", "gripper"),
+        ("arterry", "artery"),
+        ("highre", "higher"),
+        ("clip teh duct", "clip teh duct"),
+    ],
+)
+def test_one_slip_of_the_finger_is_mended(typed, meant):
+    assert normalised(typed) == meant
+
+
+@pytest.mark.parametrize("text", ["raise the left arm", "clip the duct", "go back"])
+def test_what_is_plain_stays_as_it_is_but_for_articles(text):
+    assert normalised(text) == without_articles(text)

@@ -1,0 +1,60 @@
+"""Figures on sets of sentences: the development set, and one that was kept apart if it is there."""
+
+from pathlib import Path
+
+import pytest
+
+from planner.command import COMMANDS
+from planner.language.interpreter import Interpreter
+from planner.language.scoring import ASK_BACK, OUT_OF_SCOPE, Row, read_rows, score
+from planner.language.slot_heads import SHIPPED, load
+from tests.planner.language.sayings import DEVELOPMENT, HELD_OUT
+
+SETS = [path for path in (DEVELOPMENT, HELD_OUT) if path.exists()]
+MOST_BYTES = 200_000
+
+
+@pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
+def test_most_is_understood_little_misread_and_nothing_else_moves(path: Path):
+    interpreter = Interpreter()
+    found = score(read_rows(path), lambda sentence: interpreter.read(sentence).command)
+    assert found.understood >= 0.85 * found.in_scope
+    assert len(found.misread) <= 0.02 * found.in_scope, found.misread
+    assert found.moving == ()
+
+
+def test_every_command_is_in_the_development_set():
+    assert {row.expected for row in read_rows(DEVELOPMENT)} == {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
+
+
+def test_a_score_counts_each_row_once():
+    rows = [Row("a", "stop"), Row("b", "stop"), Row("c", ASK_BACK), Row("d", OUT_OF_SCOPE)]
+    rows += [Row("e", "clip duct"), Row("f", OUT_OF_SCOPE), Row("g", OUT_OF_SCOPE)]
+    read_as = {"a": "stop", "b": "pause", "d": "undo", "f": "stop"}
+    found = score(rows, lambda sentence: COMMANDS.get(read_as.get(sentence, "")))
+    assert (found.in_scope, found.understood, found.out_of_scope) == (4, 2, 3)
+    assert found.misread == ((rows[1], "pause"),)
+    assert found.moving == ((rows[3], "undo"),)
+
+
+def test_a_set_that_expects_no_command_is_refused(tmp_path):
+    path = tmp_path / "set.tsv"
+    path.write_text("sentence\texpected\nclip it all\tclip everything\n")
+    with pytest.raises(ValueError, match="clip everything"):
+        read_rows(path)
+
+
+def test_the_heads_are_small():
+    assert SHIPPED.stat().st_size <= MOST_BYTES
+
+
+@pytest.mark.slow
+def test_the_thresholds_are_those_that_cross_validation_gives():
+    from planner.language.train_heads import chosen_thresholds, outcomes
+
+    found = outcomes(read_rows(DEVELOPMENT))
+    thresholds = load().thresholds
+    assert chosen_thresholds(found) == pytest.approx(thresholds, abs=0.02)
+    sure = [one for one in found if one.confidence >= thresholds[one.openness]]
+    assert sum(not one.right for one in sure) <= 0.01 * len(sure)
+    assert all(one.row.expected != OUT_OF_SCOPE for one in sure)

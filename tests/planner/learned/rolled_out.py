@@ -1,0 +1,31 @@
+"""A made-up rollout: what is seen tells which task is due."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollout
+from tissue_sim.observation import VECTOR_SIZE, fields
+
+TASK_STEPS = 2 * STEPS_A_SECOND
+
+
+def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
+    """Each task takes two seconds; in every third one a correction is wanted at first."""
+    rng = np.random.default_rng(seed)
+    task = np.repeat(np.arange(tasks), TASK_STEPS)
+    n = len(task)
+    states = rng.normal(scale=0.1, size=(n, VECTOR_SIZE)).astype(np.float32)
+    wanted = (task % 3 == 0) & (np.arange(n) % TASK_STEPS < STEPS_A_SECOND)
+    seen = fields(states)
+    seen["sac_m"][:, 0, 0] = 0.01 * task
+    seen["forces_n"][:, 0, 0] = wanted
+    return Rollout(
+        states=states,
+        said=task,
+        corrected=np.where(wanted, task % N_CORRECTIONS, NOT_SAID),
+        task=task,
+        correction=np.where(wanted, task % N_CORRECTIONS, NOT_SAID),
+        success=True,
+    )

@@ -1,0 +1,104 @@
+"""Laws of the learned planner: what it goes by is what it was trained on, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from planner.correction import CORRECTIONS
+from planner.learned.config import PlannerConfig
+from planner.learned.network import Moments, PlannerNetwork
+from planner.learned.planner import PlannerLearned
+from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
+from planner.task import TASKS
+from tests.planner.learned.rolled_out import rollout
+from tissue_sim.observation import VECTOR_SIZE
+
+CONFIG = PlannerConfig(history=4, width=32, layers=1)
+ROWS = range(0, 10 * STEPS_A_SECOND, STEPS_A_SECOND)
+
+
+class Seen:
+    """An observation, as far as a planner may look."""
+
+    def __init__(self, vector: np.ndarray, time_s: float) -> None:
+        self._vector, self.time_s = vector, time_s
+
+    def vector(self) -> np.ndarray:
+        return self._vector
+
+
+@pytest.fixture(scope="module")
+def network() -> PlannerNetwork:
+    torch.manual_seed(0)
+    network = PlannerNetwork(CONFIG)
+    network.normalise_by(torch.from_numpy(rollout().states))
+    return network.eval().requires_grad_(False)
+
+
+def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -> list:
+    return [planner.plan(Seen(states[row], start_s + row / STEPS_A_SECOND)) for row in ROWS]
+
+
+def test_it_goes_by_what_its_training_gives_for_the_same_episode(network):
+    states = rollout(1).states[: ROWS[-1] + 1]
+    said = said_to(PlannerLearned(network), states)
+    n = np.arange(len(states)) // STEPS_A_SECOND
+    numbers = {None: NOT_SAID} | {c: k for k, c in enumerate(CORRECTIONS)}
+    corrected = [numbers[s.correction] for s in said]
+    as_run = replace(
+        rollout(1),
+        states=states,
+        said=np.array([s.task.index - 1 for s in said])[n],
+        corrected=np.array(corrected)[n],
+        task=n,
+        correction=np.full(len(n), NOT_SAID),
+    )
+    data = Rollouts([as_run], CONFIG.history)
+    at = torch.tensor(ROWS)
+    opinion = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
+    assert [TASKS[k] for k in opinion.task.argmax(dim=-1)] == [s.task for s in said]
+    chances = network.failure_chance(opinion)
+    np.testing.assert_allclose([s.assessment.failure_chance for s in said], chances, atol=1e-5)
+
+
+def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
+    planner = PlannerLearned(network)
+    states = rollout(2).states
+    first = said_to(planner, states)
+    planner.reset()
+    again = said_to(planner, states, start_s=100.0)
+    assert [replace(s, time_s=0.0) for s in again] == [replace(s, time_s=0.0) for s in first]
+
+
+def test_what_is_marked_as_unknown_has_no_say(network):
+    torch.manual_seed(0)
+    known = torch.tensor([[False, False, True, True]])
+    moments = Moments(
+        frames=torch.randn(1, 4, VECTOR_SIZE),
+        known=known,
+        task=torch.tensor([[0, 1, 2, 3]]),
+        correction=torch.tensor([[0, 1, 2, 3]]),
+        since_s=torch.rand(1, 4),
+    )
+    other = moments._replace(
+        frames=torch.where(known[..., None], moments.frames, torch.zeros(())),
+        task=torch.where(known, moments.task, 9),
+        correction=torch.where(known, moments.correction, 9),
+        since_s=torch.where(known, moments.since_s, torch.zeros(())),
+    )
+    for a, b in zip(network(moments), network(other), strict=True):
+        torch.testing.assert_close(a, b)
+    seen_otherwise = moments._replace(frames=moments.frames + 0.1)
+    assert not torch.allclose(network(moments).task, network(seen_otherwise).task, atol=1e-3)
+
+
+def test_it_corrects_only_under_its_flag(network):
+    torch.manual_seed(1)
+    for flag, n_corrected in ((-50.0, 0), (50.0, len(ROWS))):
+        biased = PlannerNetwork(CONFIG).eval()
+        biased.load_state_dict(network.state_dict())
+        biased.leave[1].bias.data[-3] = flag
+        said = said_to(PlannerLearned(biased.requires_grad_(False)), rollout(3).states)
+        assert sum(s.correction is not None for s in said) == n_corrected

@@ -1,0 +1,91 @@
+"""Laws of what a planner learns from: no future in it, and labels say what came of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.rollout import IN_TIME_S, NOT_SAID, STEPS_A_SECOND, Rollout, Rollouts
+from tests.planner.learned.rolled_out import TASK_STEPS, rollout
+
+HISTORY = 5
+TWO = Rollouts([rollout(0), rollout(1)], HISTORY)
+ONE_LENGTH = len(TWO) // 2
+
+
+def of(number: int) -> torch.Tensor:
+    return torch.tensor([number])
+
+
+@given(at=st.integers(0, len(TWO) - 1), every=st.integers(1, 40), lag=st.integers(1, 40))
+def test_moments_are_of_the_same_episode_and_not_of_the_future(at, every, lag):
+    moments = TWO.moments(of(at), of(every), of(lag))
+    begin = at // ONE_LENGTH * ONE_LENGTH
+    for place, known in enumerate(moments.known[0].tolist()):
+        row = at - (HISTORY - 1 - place) * every
+        assert known == (row >= begin)
+        if not known:
+            continue
+        assert torch.equal(moments.frames[0, place], TWO.steps.states[row])
+        heard = row - lag
+        said = TWO.steps.said[heard].item() if heard >= begin else N_TASKS
+        assert moments.task[0, place] == said
+        corrected = TWO.steps.corrected[heard].item() if heard >= begin else NOT_SAID
+        assert moments.correction[0, place] == (
+            N_CORRECTIONS if corrected == NOT_SAID else corrected
+        )
+
+
+def test_a_task_has_been_under_way_since_it_was_said():
+    lag, at = 10, 3 * TASK_STEPS + 25
+    moments = TWO.moments(of(at), of(30), of(lag))
+    assert moments.since_s[0, -1].item() == pytest.approx(25 / STEPS_A_SECOND)
+
+
+def with_tasks(task: list[int], *, success: bool = True) -> Rollout:
+    """Each for four seconds."""
+    column = np.repeat(task, 4 * STEPS_A_SECOND)
+    made = replace(rollout(tasks=len(column) // TASK_STEPS), success=success)
+    return replace(made, task=column, said=column)
+
+
+def test_progress_rises_from_none_to_all_within_a_task():
+    labels = Rollouts([with_tasks([0, 1, 2])], HISTORY).steps.labels
+    once = np.arange(4 * STEPS_A_SECOND) / (4 * STEPS_A_SECOND)
+    np.testing.assert_allclose(labels.progress, np.tile(once, 3), atol=1e-6)
+
+
+def test_a_task_fails_where_it_is_not_done_in_time_going_back_for_another_try_included():
+    labels = Rollouts([with_tasks([1, 2, 1, 2, 1, 2, 3])], HISTORY).steps.labels
+    left_s = np.arange(20.0, 0.0, -1.0 / STEPS_A_SECOND)
+    of_the_clip = labels.fails[: 4 * STEPS_A_SECOND]
+    np.testing.assert_array_equal(of_the_clip, (left_s >= IN_TIME_S)[: len(of_the_clip)])
+    assert not labels.fails[16 * STEPS_A_SECOND :].any()
+
+
+def test_what_an_episode_that_broke_off_would_have_come_to_is_not_known():
+    labels = Rollouts([with_tasks([0, 1, 1, 1], success=False)], HISTORY).steps.labels
+    cut_off = round(IN_TIME_S * STEPS_A_SECOND) - 1
+    assert labels.fails[-cut_off:].isnan().all()
+    assert (labels.fails[4 * STEPS_A_SECOND : -cut_off] == 1).all()
+
+
+def test_changes_are_the_second_after_a_change_and_flags_where_a_correction_is_wanted():
+    into = TWO.changes % ONE_LENGTH
+    assert (into % TASK_STEPS < STEPS_A_SECOND).all()
+    assert len(TWO.changes) == 2 * (N_TASKS - 1) * STEPS_A_SECOND
+    assert (TWO.steps.labels.correction[TWO.flagged] != NOT_SAID).all()
+
+
+def test_columns_of_another_length_are_refused():
+    with pytest.raises(ValueError, match="as long as each other"):
+        replace(rollout(), task=np.zeros(3, int))
+
+
+def test_nothing_to_learn_from_is_refused():
+    with pytest.raises(ValueError, match="there is none"):
+        Rollouts([], HISTORY)

@@ -1,0 +1,66 @@
+"""Laws of a rollout's labels: they say what should have been said, whatever was."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from planner.correction import correction_from_text
+from planner.instruction import TASKS, Instruction
+from scenarios.demonstration.demonstrate import begun
+from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.rollouts import WitnessOfRollout
+from scenarios.obedience_trial import PlannerSaying
+
+SEED = 10_001
+GRAB, FIRST_CLIP = TASKS[:2]
+
+
+def rolled_out(frames, planner=None):
+    """The expert in the place of a learned controller, led astray as it grasps."""
+    kind = "recovery:grasp-missed-below"
+    episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
+    episode.planner = planner or episode.planner
+    witness = WitnessOfRollout(kind, lambda: True)
+    witness.on_reset(episode.world)
+    led = []
+    for step in islice(episode.steps(), frames):
+        witness.on_step(step)
+        led.append(step.asked is None)
+    return witness.columns(SEED, kind), np.array(led)
+
+
+@pytest.fixture(scope="module")
+def recovered():
+    return rolled_out(400)
+
+
+def test_who_says_what_should_be_said_is_told_so(recovered):
+    columns, _ = recovered
+    said = [TASKS[k - 1].text for k in columns["task"]]
+    assert said == columns["instruction"].tolist()
+    assert set(said) >= {GRAB.text, FIRST_CLIP.text}
+
+
+def test_nothing_of_it_is_imitated(recovered):
+    assert not recovered[0]["expert"].any()
+
+
+def test_what_goes_wrong_is_to_be_corrected_by_drawing_back_until_it_is_undone(recovered):
+    columns, led = recovered
+    flag, after = columns["flag"], np.flatnonzero(led)[-1] + 1
+    assert not flag[:after].any()
+    assert flag[after : after + 3].any()
+    assert not flag[-1]
+    wanted = {correction_from_text(text) for text in columns["correction"][flag]}
+    assert {c.arm for c in wanted} == {"left"}
+    assert wanted & {
+        correction_from_text(t) for t in ("open left gripper", "move left arm towards me")
+    }
+
+
+def test_another_task_said_does_not_change_what_is_due():
+    saying = PlannerSaying(instruction=Instruction(task=FIRST_CLIP))
+    columns, _ = rolled_out(40, saying)
+    assert set(columns["instruction"]) == {FIRST_CLIP.text}
+    assert set(columns["task"]) == {GRAB.index}
