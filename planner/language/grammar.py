@@ -92,7 +92,7 @@ def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
     goes_back = "go_back" in said["kind"]
     if said["after"] and not goes_back:
         return "it sets a condition or a time"
-    too_much = said["too"] and not unknown
+    too_much = said["too"] and not unknown and not said["kind"] & {"clip", "cut"}
     tells = not (goes_back or too_much) and _tells(said, unknown)
     return min(said["refusal"], default="it tells how things are" if tells else "")
 
