@@ -233,6 +233,11 @@ def openness(parsed: Parse) -> Openness:
 
 
 def may_be_filled(parsed: Parse, command: Command) -> bool:
-    """Whether a command may be taken for what is left open: by unknown words, not by too few."""
+    """Whether a command may be taken for what is left open: by unknown words, not by too few.
+
+    A word about the run may not: what is unknown may be what else is to be resumed, or let go.
+    """
+    if command.word:
+        return False
     open_to_others = parsed.unknown and not parsed.refusal and not contradicts(parsed.filled)
     return bool(open_to_others) and named_outright(command, parsed.filled)

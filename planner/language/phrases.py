@@ -55,10 +55,9 @@ def _known_words() -> frozenset[str]:
 @cache
 def _mended_words() -> frozenset[str]:
     """Of which slips are forgiven: those of a command."""
-    of_command = (
-        p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is")
-    )
-    return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 2)
+    idle = {p for p, sense in LEXICON.items() if sense.slot in ("refusal", "filler", "is")}
+    words = (word for phrase in LEXICON.keys() - idle for word in phrase.split())
+    return frozenset(word for word in words if len(word) > 2 and word not in idle)
 
 
 def _spelt(word: str) -> str:
