@@ -54,10 +54,11 @@ def _known_words() -> frozenset[str]:
 
 @cache
 def _mended_words() -> frozenset[str]:
-    """Of which slips are forgiven: those of a command."""
+    """Of which slips are forgiven: those of a command, and its nouns though they fill no slot."""
     idle = {p for p, sense in LEXICON.items() if sense.slot in ("refusal", "filler", "is")}
     words = (word for phrase in LEXICON.keys() - idle for word in phrase.split())
-    return frozenset(word for word in words if len(word) > 2 and word not in idle)
+    kept = (word for word in words if word not in idle or f"left {word}" in LEXICON)
+    return frozenset(word for word in kept if len(word) > 2)
 
 
 def _spelt(word: str) -> str:
