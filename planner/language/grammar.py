@@ -92,7 +92,7 @@ def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
     goes_back = "go_back" in said["kind"]
     if said["after"] and not goes_back:
         return "it sets a condition or a time"
-    too_much = said["too"] and not unknown
+    too_much = said["too"] and not unknown and not said["kind"] & {"clip", "cut"}
     tells = not (goes_back or too_much) and _tells(said, unknown)
     return min(said["refusal"], default="it tells how things are" if tells else "")
 
@@ -233,6 +233,11 @@ def openness(parsed: Parse) -> Openness:
 
 
 def may_be_filled(parsed: Parse, command: Command) -> bool:
-    """Whether a command may be taken for what is left open: by unknown words, not by too few."""
+    """Whether a command may be taken for what is left open: by unknown words, not by too few.
+
+    A word about the run may not: what is unknown may be what else is to be resumed, or let go.
+    """
+    if command.word:
+        return False
     open_to_others = parsed.unknown and not parsed.refusal and not contradicts(parsed.filled)
     return bool(open_to_others) and named_outright(command, parsed.filled)

@@ -54,11 +54,11 @@ def _known_words() -> frozenset[str]:
 
 @cache
 def _mended_words() -> frozenset[str]:
-    """Of which slips are forgiven: those of a command."""
-    of_command = (
-        p for p, sense in LEXICON.items() if sense.slot not in ("refusal", "filler", "is")
-    )
-    return frozenset(word for phrase in of_command for word in phrase.split() if len(word) > 2)
+    """Of which slips are forgiven: those of a command, and its nouns though they fill no slot."""
+    idle = {p for p, sense in LEXICON.items() if sense.slot in ("refusal", "filler", "is")}
+    words = (word for phrase in LEXICON.keys() - idle for word in phrase.split())
+    kept = (word for word in words if word not in idle or f"left {word}" in LEXICON)
+    return frozenset(word for word in kept if len(word) > 2)
 
 
 def _spelt(word: str) -> str:

@@ -129,9 +129,9 @@ def test_what_has_been_done_says_where_to_go_back_from(told, text):
     ("sentence", "text"),
     [
         ("left arm up", "move left arm higher"),
-        ("open up the left gripper", "open left gripper"),
+        ("left gripper, open it up", "open left gripper"),
         ("left arm in", "move left arm away from me"),
-        ("clip the left tube in there", "clip left tube"),
+        ("a clip in, on the left tube", "clip left tube"),
     ],
 )
 def test_up_and_in_are_directions_of_motions_only(sentence, text):
