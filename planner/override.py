@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from planner.base import Planner
-from planner.command import Command, Structure
+from planner.command import Command
 from planner.correction import Correction, correction_from_text, opposite
 from planner.due import NotNowError, due_task
 from planner.instruction import TASKS, Instruction, Task
@@ -63,7 +63,8 @@ class PlannerOverridden:
         Who names a structure has identified it, by the critical view of safety: which tube that is
         is the person's knowledge and not the planner's.
         """
-        self._planner, self._duct = planner, duct
+        self._planner = planner
+        self._duct: Tube = duct
         self._forget()
 
     @property
@@ -107,7 +108,7 @@ class PlannerOverridden:
         """A person's command; what is refused changes nothing."""
         now_s = observation.time_s
         try:
-            said = self._said(command, observation)
+            said = self._said(command.seen(self._duct), observation)
         except NotNowError as refusal:
             return Answer(instruction=None, reply=f"not done: {refusal}")
         if said is None:
@@ -155,8 +156,8 @@ class PlannerOverridden:
             return _Said(task=command.task)
         if command.correction is not None:
             return self._correcting(command.correction, observation.time_s)
-        if command.deed is not None:
-            return _Said(task=due_task(command.deed, self._tube(command.where), observation))
+        if command.deed is not None and command.tube is not None:
+            return _Said(task=due_task(command.deed, command.tube, observation))
         if command.word == "repeat":
             return self._latest
         if command.word == "undo":
@@ -173,11 +174,6 @@ class PlannerOverridden:
         if self._latest.correction is not None:
             return replace(self._latest, correction=opposite(self._latest.correction))
         return _Said(task=_beside(self._latest.task or self.in_force(time_s).task, -1))
-
-    def _tube(self, where: Tube | Structure | None) -> Tube:
-        if where == "left" or where == "right":
-            return where
-        return "left" if (where == "duct") == (self._duct == "left") else "right"
 
 
 def _beside(task: Task, n: int) -> Task:

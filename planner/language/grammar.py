@@ -81,7 +81,8 @@ def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
         turns = too and slot in _TURNED
         said[slot].add(OPPOSITE.get(value, value) if turns else value)
         too = slot == "too" or (too and not turns)
-    if "away" in said["what"] and not said["arm"] and said["tube"] | said["what"] & ORDINALS:
+    leaves = "away" in said["what"] and not said["too"]
+    if leaves and not said["arm"] and said["tube"] | said["what"] & ORDINALS:
         said["what"] -= {"away"}
         said["kind"] |= {"go_back"}
     return said

@@ -14,7 +14,7 @@ class Sense(NamedTuple):
     """What a phrase says.
 
     Attributes:
-        slot: A table of lexicon.toml; or "tube"; or a side without a noun: "which", or "side" where
+        slot: A table of lexicon.toml; or a side without a noun: "which", or "side" where
             it may be a direction as well.
         value: Of the slot.
     """

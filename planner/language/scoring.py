@@ -62,8 +62,17 @@ def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
     outside = [(row, c) for row, c in read_as if row.expected == OUT_OF_SCOPE]
     return Score(
         in_scope=len(inside),
-        understood=sum(row.expected == (c.text if c else ASK_BACK) for row, c in inside),
-        misread=tuple((row, c.text) for row, c in inside if c and c.text != row.expected),
+        understood=sum(_meant(row) == _seen(c) for row, c in inside),
+        misread=tuple((row, c.text) for row, c in inside if c and _meant(row) != _seen(c)),
         out_of_scope=len(outside),
         moving=tuple((row, c.text) for row, c in outside if c and c.moves),
     )
+
+
+def _meant(row: Row) -> Command | None:
+    return None if row.expected == ASK_BACK else _seen(COMMANDS[row.expected])
+
+
+def _seen(command: Command | None) -> Command | None:
+    """Its tube where the duct is the left one, as in most patients and in these sentences."""
+    return command and command.seen(duct="left")

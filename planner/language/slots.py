@@ -26,7 +26,7 @@ _MAY_ADD: dict[str, dict[str, str]] = {
 
 
 def slots(command: Command) -> dict[str, str]:
-    """The kind, and of arm, tube and what (direction, clip, structure) those that are said."""
+    """The kind, and of arm, tube or structure, and direction or clip those that are said."""
     said = {"kind": command.word or command.deed}
     if task := command.task:
         kind = "cut_position" if task.kind == "cut" else task.kind
@@ -34,8 +34,8 @@ def slots(command: Command) -> dict[str, str]:
     elif correction := command.correction:
         kind = correction.jaw or "move"
         said = {"kind": kind, "arm": correction.arm, "what": correction.direction}
-    elif command.where:
-        said["tube" if command.where in ("left", "right") else "what"] = command.where
+    if tube := command.structure or command.tube:
+        said["tube"] = tube
     return {slot: value for slot, value in said.items() if value}
 
 

@@ -60,15 +60,15 @@ _TASKS = {
         "clutch the gallbladder firmly",
     ),
     "clip": (
-        "put the {} clip on the {} tube",
-        "{} clip {} tube",
-        "attach the {} clip to the {} tube",
+        "put the {} clip on the {}",
+        "{} clip {}",
+        "attach the {} clip to the {}",
     ),
-    "go_back": ("go back from the {} clip on the {} tube", "withdraw after the {} clip {} tube"),
-    "cut_position": ("go to the cutting position on the {} tube", "line up to cut the {} tube"),
+    "go_back": ("go back from the {} clip on the {}", "withdraw after the {} clip {}"),
+    "cut_position": ("go to the cutting position on the {}", "line up to cut the {}"),
     "go_back_from_cut": (
-        "go back from the cut on the {} tube",
-        "retreat after cutting the {} tube",
+        "go back from the cut on the {}",
+        "retreat after cutting the {}",
     ),
 }
 _WORDS = {
@@ -80,7 +80,8 @@ _WORDS = {
     "next step": ("next step", "go to the next task", "move on", "on with the following step"),
     "let go": ("let go", "release the gallbladder", "drop what you hold"),
 }  # fmt: skip
-_NAMES = {"1": "first", "2": "second", "3": "third", "duct": "duct", "artery": "artery"}
+_ORDINALS = {"1": "first", "2": "second", "3": "third"}
+_TUBES = {"left": "left tube", "right": "right tube", "duct": "duct", "artery": "artery"}
 _FRAMES = ("{}", "please {}", "could you {} slightly", "{} now", "you can {} for me", "ok robot {}")
 
 _OTHER_DEEDS = (
@@ -120,10 +121,9 @@ def wordings(command: Command) -> list[str]:
     elif kind in _JAWS:
         made = [m.format(name) for m, name in product(_JAWS[kind], _GRIPPERS[said["arm"]])]
     elif command.deed:
-        place = _NAMES.get(what) or f"{said['tube']} tube"
-        made = [m.format(place) for m in _DEEDS[kind]]
+        made = [m.format(_TUBES[said["tube"]]) for m in _DEEDS[kind]]
     elif command.task:
-        names = [name for name in (_NAMES.get(what), said.get("tube")) if name]
+        names = [name for name in (_ORDINALS.get(what), _TUBES.get(said.get("tube", ""))) if name]
         made = [m.format(*names) for m in _TASKS[kind]]
     else:
         made = list(_WORDS[kind])

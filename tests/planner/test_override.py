@@ -174,6 +174,9 @@ def test_a_structure_is_the_tube_that_the_person_knows_it_to_be(duct):
             artery: f"clipping third clip {artery} tube",
         }
         assert say(planner, f"clip {words}", **seen).instruction.text == expected[tube]
+    assert say(planner, "clipping first clip artery").instruction.text == (
+        f"clipping first clip {artery} tube"
+    )
 
 
 def test_what_is_not_due_is_refused_and_changes_nothing(planner):

@@ -10,7 +10,7 @@ from planner.command import COMMANDS
 from planner.language.grammar import may_be_filled, parse
 from planner.language.interpreter import Interpreter
 from planner.language.slots import OPPOSITE, candidates
-from tests.planner.language.sayings import ARMS, OPPOSITES, mirrored, moves, orders
+from tests.planner.language.sayings import ARMS, OPPOSITES, mirrored, moves, orders, tasks
 
 INTERPRETER = Interpreter()
 no_deadline = settings(deadline=None)  # the encoder loads in the first example
@@ -34,6 +34,14 @@ def test_every_order_is_understood_and_its_mirror_image_mirrored(sentence):
     text = command_text(sentence)
     assert text is not None
     assert command_text(mirrored(sentence)) == mirrored(text)
+
+
+@given(tasks, st.sampled_from(["left", "right"]))
+@no_deadline
+def test_a_structure_means_the_tube_that_it_is_in_this_patient(sentence, duct):
+    artery = {"left": "right", "right": "left"}[duct]
+    of_structure = sentence.replace(f"{duct} tube", "duct").replace(f"{artery} tube", "artery")
+    assert INTERPRETER.read(of_structure).command.seen(duct) == INTERPRETER.read(sentence).command
 
 
 @given(
@@ -106,6 +114,7 @@ def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
         ("the robot opened the left gripper", None),
         ("the duct is divided", None),
         ("the left tube should be clipped by now", None),
+        ("the left tube was cut too close to the clip", None),
         ("you could have cut the artery", None),
     ],
 )
