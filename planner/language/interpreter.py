@@ -16,6 +16,7 @@ from planner.language.slots import spelt_out
 MOST_CHARACTERS = 200
 MOST_GUESSES = 3
 LEAST_CHANCE = 0.05  # of a guess worth offering; assumed
+_UNLISTED = "qqqq the left arm higher"
 
 By = Literal["grammar", "classifier", "button", "nobody"]
 
@@ -55,6 +56,10 @@ class Interpreter:
         if command and not (parsed.unknown and command.moves):
             return _understood(text, command, 1.0, "grammar")
         return self._guess(text, parsed)
+
+    def warm_up(self) -> None:
+        """Loads what the first word that nobody listed would wait for: seconds."""
+        self.read(_UNLISTED)
 
     @cached_property
     def _heads(self) -> SlotHeads:

@@ -1,6 +1,7 @@
 """Argument types that say what they allow."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from tyro.constructors import PrimitiveConstructorSpec
 
@@ -57,3 +58,8 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
         is_instance=lambda value: value is None or isinstance(value, str),
         str_from_instance=lambda value: [str(value)],
     )
+
+
+def text_of(path: Path | None) -> str | None:
+    """A path as configurations keep it."""
+    return None if path is None else str(path)

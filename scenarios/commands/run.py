@@ -14,7 +14,7 @@ from tyro.conf import arg
 
 from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.arguments import at_least, number, one_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.endpoint import require_endpoint
@@ -169,10 +169,10 @@ class Run:
                 seed=self.seed + k,
                 planner=self.planner,
                 controller=self.controller,
-                checkpoint=_name(self.checkpoint),
-                planner_checkpoint=_name(self.planner_checkpoint),
+                checkpoint=text_of(self.checkpoint),
+                planner_checkpoint=text_of(self.planner_checkpoint),
                 safety_filter=self.filter,
-                instruct=None if self.instruct is None else str(self.instruct),
+                instruct=text_of(self.instruct),
             )
             for k in range(self.episodes)
         ]
@@ -204,10 +204,6 @@ def _attempted(
     desk.begin(config)
     watching = (*observers, desk.interventions, desk.watcher)
     return attempt_episode(config, out, watching, desk.inbox)
-
-
-def _name(checkpoint: Path | None) -> str | None:
-    return None if checkpoint is None else str(checkpoint)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -10,9 +10,9 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, number, one_of
+from scenarios.commands.arguments import at_least, number, one_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.endpoint import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.episode_config import EpisodeConfig
@@ -29,6 +29,8 @@ class View:
     """Who moves the arms."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of a learned controller; left out, the one that comes with Calot."""
+    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Of the learned planner; left out, the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None
@@ -52,6 +54,7 @@ class View:
         """Serves the page until Ctrl-C; returns 0."""
         config = self._config()
         require_checkpoint(self.controller, self.checkpoint)
+        require_planner_checkpoint(self.planner, self.planner_checkpoint)
         require_endpoint(self.planner)
         require_writable_folder(self.out, "--out")
         if self.camera:
@@ -71,7 +74,8 @@ class View:
                 seed=self.seed,
                 planner=self.planner,
                 controller=self.controller,
-                checkpoint=None if self.checkpoint is None else str(self.checkpoint),
+                checkpoint=text_of(self.checkpoint),
+                planner_checkpoint=text_of(self.planner_checkpoint),
                 safety_filter=self.filter,
             )
         except ValueError as error:

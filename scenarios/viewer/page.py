@@ -10,6 +10,7 @@ from typing import Self
 
 import viser
 
+from scenarios.inbox import interpreter
 from scenarios.viewer.desk import Desk
 from scenarios.viewer.frame import Frame
 from scenarios.viewer.panels.camera import CameraPanel
@@ -51,6 +52,7 @@ class Page:
 
     def __enter__(self) -> Self:
         self._drawing.start()
+        Thread(target=interpreter().warm_up, name="calot-words", daemon=True).start()
         return self
 
     def __exit__(

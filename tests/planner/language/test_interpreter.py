@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
+from planner.language import sentence_encoder
 from planner.language.grammar import may_be_filled, parse
 from planner.language.interpreter import Interpreter
 from planner.language.slots import OPPOSITE, candidates
@@ -172,6 +173,13 @@ def test_what_is_open_is_asked_back_with_what_may_be_meant():
         "move right arm to the left",
     }
     assert all(guess.text in reading.reply for guess in reading.guesses)
+
+
+def test_what_is_warmed_up_has_loaded_what_unlisted_words_need():
+    reader = Interpreter()
+    reader.warm_up()
+    assert "_heads" in vars(reader)
+    assert sentence_encoder._weights.cache_info().currsize
 
 
 def test_a_word_that_nobody_listed_is_understood_from_the_others():
