@@ -42,7 +42,9 @@ def test_every_order_is_understood_and_its_mirror_image_mirrored(sentence):
 def test_a_structure_means_the_tube_that_it_is_in_this_patient(sentence, duct):
     artery = {"left": "right", "right": "left"}[duct]
     of_structure = sentence.replace(f"{duct} tube", "duct").replace(f"{artery} tube", "artery")
-    assert INTERPRETER.read(of_structure).command.seen(duct) == INTERPRETER.read(sentence).command
+    said = INTERPRETER.read(of_structure).command
+    assert said is not None
+    assert said.seen(duct) == INTERPRETER.read(sentence).command
 
 
 @given(
