@@ -22,7 +22,7 @@ from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits
 
 BEYOND = np.array([0.3, 0.3, 0.05, 0.0, 0.8, 0.8])
-some = settings(deadline=None, max_examples=50)
+some = settings(max_examples=50)
 directions = st.tuples(*[st.floats(-1, 1)] * 6).map(np.array)
 
 

@@ -28,7 +28,7 @@ SEEDS = st.integers(0, 2**40)
 MANY = [anatomy_from_seed(s) for s in range(400)]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(seed=SEEDS)
 def test_every_seed_draws_within_the_ranges(seed: int) -> None:
     patient = anatomy_from_seed(seed)
@@ -148,7 +148,7 @@ def test_a_bad_seed_is_refused(seed: Any) -> None:
         anatomy_from_seed(seed)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(seed=SEEDS)
 def test_saved_as_text_and_read_back_it_is_the_same(seed: int) -> None:
     for patient in (anatomy_from_seed(seed), variant("two-arteries", anatomy_from_seed(seed))):

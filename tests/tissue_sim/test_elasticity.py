@@ -112,7 +112,7 @@ def test_elastic_forces_have_no_sum_and_no_torque(block: Tissue) -> None:
 finite = st.floats(-2.0, 2.0, width=32)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(F=hnp.arrays(np.float64, (3, 3), elements=finite), poisson_lam=st.floats(0.0, 10.0))
 def test_element_stiffness_is_symmetric_and_has_no_negative_direction(
     tetrahedron: Tissue, F: Array, poisson_lam: float

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import assert_same
@@ -215,7 +215,6 @@ def saved_state(env: gym.Env) -> dict[int, Any]:
     return states
 
 
-@settings(deadline=None)
 @given(at=st.integers(0, 2500), byte=st.integers(0, 255))
 def test_damaged_bytes_are_refused(at: int, byte: int) -> None:
     """Unless the text is another one that reads as well."""

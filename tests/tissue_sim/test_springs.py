@@ -149,7 +149,7 @@ def test_a_spring_breaks_above_its_strength_and_not_below(tissue: Tissue, kind: 
     strength = float(tissue.host(f"{kind}_strength")[0, 0])
     before = tissue.state()
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=25)
     @given(share=st.floats(0.0, 3.0).filter(lambda s: abs(s - 1) > 1e-3))
     def law(share: float) -> None:
         tissue.restore(before)

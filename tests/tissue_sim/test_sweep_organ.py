@@ -22,7 +22,7 @@ def polygon_area(sectors: int, radius: Array | float) -> Array | float:
     return 0.5 * sectors * np.sin(2 * np.pi / sectors) * radius**2
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     sectors=st.integers(4, 12),
     lumen=st.floats(0.2, 0.9),
@@ -48,7 +48,7 @@ def test_a_straight_sweep_has_the_volume_of_its_frusta(
     assert abs(in_lumen - lumen**2 * frusta.sum()) <= bound
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(bend_radius=st.floats(3.0, 20.0), sectors=st.integers(5, 12), segments=st.integers(8, 30))
 def test_a_bent_sweep_has_the_volume_of_its_polygonal_tube(
     bend_radius: float, sectors: int, segments: int
@@ -210,7 +210,7 @@ def test_the_same_seed_is_the_same_mesh_and_another_is_not(organs: dict[int, Org
 SHARES = st.floats(0.0, 1.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     shares=st.fixed_dictionaries(dict.fromkeys(RANGES, SHARES)),
     second=st.none() | st.fixed_dictionaries({f.name: SHARES for f in fields(Artery)}),

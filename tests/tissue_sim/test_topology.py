@@ -27,7 +27,7 @@ def elements(corners: int) -> st.SearchStrategy[Indices]:
     )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     tets=elements(4),
     links=elements(2),
@@ -58,7 +58,7 @@ def test_block_pattern_assembles_the_dense_matrix(
     assert len(column) == len(coupled)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(cells=st.tuples(*[st.integers(1, 3)] * 3))
 def test_the_boundary_of_a_box_is_a_closed_outward_surface(cells: tuple[int, int, int]) -> None:
     vertices, tets = box((1.0, 2.0, 3.0), cells)

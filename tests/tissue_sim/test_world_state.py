@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
@@ -103,7 +103,6 @@ def test_what_is_no_state_is_refused(treated: World, state: Any) -> None:
     assert_refused(treated, state)
 
 
-@settings(deadline=None)
 @given(data=st.data(), bad=st.sampled_from([np.nan, np.inf, -np.inf]))
 def test_one_number_that_is_not_finite_is_enough(
     treated: World, saved: dict[str, Any], data: st.DataObject, bad: float
@@ -248,7 +247,6 @@ def test_a_restored_world_shares_nothing_with_the_state(
     assert_same(treated.state(), saved)
 
 
-@settings(deadline=None)
 @given(joints=st.lists(st.floats(-1, 1), min_size=14, max_size=14))
 def test_types_are_checked_in_depth(joints: list[float]) -> None:
     """A tuple of a fixed length, of any length, and a choice of types."""

@@ -33,7 +33,6 @@ def jacobian(arm, joints):
     return np.concatenate([T_WORLD_RCM[arm, :3, :3] @ half for half in (J[:3], J[3:])])
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_tips_move_along_the_motion_and_not_aside(rng):
     joints, motion = random_start(rng), 0.01 * rng.normal(size=14)
@@ -56,7 +55,6 @@ def test_where_no_motion_is_asked_for_the_directions_are_square_still():
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-9)
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_the_weight_is_of_what_tools_and_joints_do(rng):
     joints, change = random_start(rng), rng.normal(size=(2, 7))
@@ -68,7 +66,7 @@ def test_the_weight_is_of_what_tools_and_joints_do(rng):
     np.testing.assert_allclose(change.ravel() @ weight @ change.ravel(), cost, rtol=1e-10)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seeds)
 def test_shafts_are_as_far_apart_outside_as_any_search_finds(rng):
     joints = random_start(rng)
@@ -85,7 +83,6 @@ def test_shafts_are_as_far_apart_outside_as_any_search_finds(rng):
     assert at(joints).outer_gap_m >= found - 2 * SHAFT_RADIUS_M - 1e-6
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_the_outer_gap_changes_as_it_says(rng):
     joints, change = random_start(rng), CHANGE * rng.normal(size=(2, 7))

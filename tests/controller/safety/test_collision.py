@@ -50,7 +50,7 @@ def bent_tube(seed):
     return chain(np.cumsum(rng.normal(scale=0.003, size=(31, 3)), axis=0), 0.0008)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(both_arms, st.integers(0, 5))
 def test_the_nearest_capsule_of_a_chain_is_found_for_every_link(joints, seed):
     tube = bent_tube(seed)
@@ -69,7 +69,7 @@ def test_the_nearest_capsule_of_a_chain_is_found_for_every_link(joints, seed):
             assert len(found) == 0
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(both_arms, st.integers(0, 5))
 def test_points_normal_and_distance_agree(joints, seed):
     near = MODEL.near(joints, TOOLS, surroundings(duct=bent_tube(seed)), within_m=0.05)
@@ -146,7 +146,7 @@ def test_arms_that_cross_are_one_pair_of_links_each():
     assert len(pairs) == len(set(pairs))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-1.5, 1.5), st.floats(-0.9, 0.9), st.floats(0.04, 0.2))
 def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch, insertion):
     """Why no shaft is checked against the wall: its wrist stands for it."""
@@ -182,7 +182,7 @@ def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
     assert min(least.values()) < -0.005
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(both_arms)
 def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.03)
@@ -198,7 +198,7 @@ def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
     assert dict(zip(pairs, near.distance_m[at], strict=True)) == pytest.approx(expected)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(both_arms, st.tuples(small, small, small).map(np.array))
 def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
     normal = np.array([0.1, 0.3, 1.0])
@@ -214,7 +214,7 @@ def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
     assert (bound <= distance - links.radius_m + 1e-9)[outside].all()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(both_arms, st.integers(0, 5))
 def test_of_a_chain_every_near_capsule_is_given_once_and_the_foremost_said(joints, seed):
     tube = bent_tube(seed)

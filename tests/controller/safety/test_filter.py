@@ -98,7 +98,7 @@ def middle_of(world, tube):
     return line[k], unit(line[k + 1] - line[k - 1])
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(rng=seeds)
 def test_a_safe_command_passes_as_it_is(shared, rng):
     world, state = shared

@@ -68,7 +68,7 @@ def test_an_artery_out_of_the_way_leaves_the_motion_free():
     assert found == 1.0
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.tuples(*[small] * 12), st.integers(0, 1000))
 def test_on_the_free_share_of_any_motion_nothing_touches_or_goes_deeper(change, seed):
     rng = np.random.default_rng(seed)

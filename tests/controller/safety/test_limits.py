@@ -91,7 +91,6 @@ def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
     assert (bounds.excess(reversal) > 0).all()
 
 
-@settings(deadline=None)
 @given(seeds)
 def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go(rng):
     asked = HOME + 0.1 * rng.normal(size=(2, 7))
@@ -221,7 +220,7 @@ def test_the_grasper_pinches_no_harder_and_may_open():
     assert not keeps(bounds, joint(LEFT_JAW, -1e-6))
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds)
 def test_holding_still_keeps_every_bound_that_does_not_give(rng):
     obstacles = ["liver", "duct", "artery", "common bile duct", "port wall"]

@@ -41,7 +41,7 @@ def most_of(direction, bounds):
     return direction * (room / np.abs(along)).min()
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(seeds, st.integers(1, 60))
 def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
     rng = np.random.default_rng(seed)

@@ -3,7 +3,7 @@
 from time import perf_counter
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
@@ -14,7 +14,6 @@ from planner.language.slots import OPPOSITE, candidates
 from tests.planner.language.sayings import ARMS, OPPOSITES, mirrored, moves, orders, tasks
 
 INTERPRETER = Interpreter()
-no_deadline = settings(deadline=None)  # the encoder loads in the first example
 
 
 def command_text(sentence):
@@ -30,7 +29,6 @@ def test_a_command_reads_as_itself(text):
 
 
 @given(orders)
-@no_deadline
 def test_every_order_is_understood_and_its_mirror_image_mirrored(sentence):
     text = command_text(sentence)
     assert text is not None
@@ -38,7 +36,6 @@ def test_every_order_is_understood_and_its_mirror_image_mirrored(sentence):
 
 
 @given(tasks, st.sampled_from(["left", "right"]))
-@no_deadline
 def test_a_structure_means_the_tube_that_it_is_in_this_patient(sentence, duct):
     artery = {"left": "right", "right": "left"}[duct]
     of_structure = sentence.replace(f"{duct} tube", "duct").replace(f"{artery} tube", "artery")
@@ -51,7 +48,6 @@ def test_a_structure_means_the_tube_that_it_is_in_this_patient(sentence, duct):
     orders,
     st.sampled_from(["please {}", "could you {}?", "ok, {}", "{}, please", "{} now!", "Um {}"]),
 )
-@no_deadline
 def test_how_it_is_said_does_not_matter(sentence, frame):
     assert command_text(frame.format(sentence).upper()) == command_text(sentence)
 
@@ -89,7 +85,6 @@ def test_too_turns_what_follows_only(sentence, text):
          "if it bleeds {}", "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
     ),
 )  # fmt: skip
-@no_deadline
 def test_what_is_denied_asked_supposed_or_told_moves_nothing(sentence, frame):
     reading = INTERPRETER.read(frame.format(sentence))
     assert reading.command is None
@@ -103,7 +98,6 @@ def test_what_is_denied_asked_supposed_or_told_moves_nothing(sentence, frame):
          "would you be so kind as to {}", "{}, mate", "no, {}", "I want you to {}"]
     ),
 )  # fmt: skip
-@no_deadline
 def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
     assert command_text(frame.format(sentence)) == command_text(sentence)
 
@@ -160,7 +154,6 @@ def test_what_there_is_not_is_not_taken_for_what_there_is(sentence):
 
 
 @given(moves, moves)
-@no_deadline
 def test_two_orders_that_differ_are_asked_back(one, other):
     both = {command_text(one), command_text(other)}
     if len(both) == 2:
@@ -199,7 +192,6 @@ def test_a_side_a_clip_and_a_cut_are_never_guessed(sentence):
 
 
 @given(st.text() | st.text("abc lefrightclpduo?!,.'\n\t"))
-@no_deadline
 def test_any_text_has_a_reading_and_a_reply_of_one_printable_line(text):
     reading = INTERPRETER.read(text)
     assert reading.text == text
