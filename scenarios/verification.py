@@ -69,7 +69,8 @@ def recordings_in(path: Path) -> list[Path]:
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Returns one row a file."""
     table = Table(title="recordings, run again")
-    for heading in ("file", "outcome", ""):
+    table.add_column("file", overflow="fold")
+    for heading in ("outcome", ""):
         table.add_column(heading)
     for verdict in verdicts:
         table.add_row(escape(str(verdict.file)), verdict.outcome, escape(verdict.remark))
