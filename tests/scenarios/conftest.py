@@ -19,6 +19,7 @@ def two_nodes():
 
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     cluster.add_node(num_cpus=1)
+    cluster.wait_for_nodes()
     yield cluster
     ray.shutdown()
     cluster.shutdown()

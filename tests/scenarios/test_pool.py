@@ -118,6 +118,7 @@ def test_a_node_that_is_lost_costs_nothing(two_nodes, tmp_path):
     import ray
 
     lost = two_nodes.add_node(num_cpus=1)
+    two_nodes.wait_for_nodes()
     attempt = partial(wait_after_seed_0, folder=tmp_path)
     results = run_side_by_side(attempt, CONFIGS[:4], 3, broken_off, two_nodes.address)
     assert next(results).seed == 0
