@@ -35,6 +35,7 @@ from scenarios.catalogue import (
     SCENARIOS,
 )
 from scenarios.episode_config import EpisodeConfig
+from scenarios.hand import Hand
 from scenarios.inbox import Heard, Inbox
 from scenarios.observer import Observer
 from scenarios.perturbation.effect import Applied
@@ -140,7 +141,7 @@ class Step:
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
-        hand: The arm that a person's hand led.
+        hand: The person's hand that led an arm.
         ahead: What is left of the controller's chunk.
         spent_s: Time on the clock by stage, since the step before.
     """
@@ -156,7 +157,7 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     heard: tuple[Heard, ...] = ()
-    hand: int | None = None
+    hand: Hand | None = None
     ahead: Chunk = ()
     spent_s: Mapping[str, float] = field(default_factory=dict)
 
@@ -194,7 +195,7 @@ class Episode:
         self._chunk: deque[ToolAction] = deque()
         self._clock = StageClock()
         self._n_told = 0  # entries of the ledger that observers have been told of
-        self._led_by: int | None = None  # the arm that a person leads
+        self._led_by: Hand | None = None
         self._heeded: tuple[str, Source, float] | None = None  # the correction in force
         self._heard: list[Heard] = []  # of which observers have not been told
 
@@ -283,8 +284,7 @@ class Episode:
 
     def _led_by_hand(self, action: ToolAction) -> ToolAction:
         """A person may lead one arm; the other one goes on."""
-        hand = self.inbox.hand
-        self._led_by = None if hand is None else hand.arm
+        self._led_by = hand = self.inbox.hand
         return action if hand is None else hand.lead(action, self.world)
 
     def _chosen_action(self) -> ToolAction:
@@ -348,7 +348,7 @@ class Episode:
         asked: ToolAction | None = None,
         disturbed: bool = False,
         exchange: bool = False,
-        hand: int | None = None,
+        hand: Hand | None = None,
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])

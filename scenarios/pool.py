@@ -1,51 +1,36 @@
-"""Attempts side by side, in processes that go from one to the next."""
+"""Attempts side by side, in processes of this machine or of a cluster of many."""
 
-import os
-import signal
+from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
-from multiprocessing import get_context
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
-from typing import Any, Generic, TypeVar
+from typing import Protocol, TypeVar
 
 from scenarios.errors import WorkerDiedError
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
+Given = TypeVar("Given", contravariant=True)
+Got = TypeVar("Got", covariant=True)
 
-STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
+class Crew(Protocol[Given, Got]):
+    """Workers, somewhere, each at one attempt at a time; attempts are known by numbers."""
 
-@dataclass(kw_only=True)
-class _Worker(Generic[Config]):
-    """A process at the other end of `connection`, and the attempt it is at."""
+    @property
+    def n_busy(self) -> int:
+        """How many attempts are under way."""
+        ...
 
-    process: BaseProcess
-    connection: Connection
-    config: Config
+    def begin(self, number: int, config: Given) -> None:
+        """Has a worker at it, if need be a new one."""
+        ...
 
-    def begin(self, config: Config) -> None:
-        self.config = config
-        with suppress(BrokenPipeError):  # it died since: `result` will say so
-            self.connection.send(config)
-
-    def result(self) -> Any:
-        """Raises EOFError or ConnectionResetError if the process died."""
-        return self.connection.recv()
-
-    def interrupt(self) -> None:
-        """Does once what Ctrl-C does to a command."""
-        if self.process.pid is not None and self.process.is_alive():
-            os.kill(self.process.pid, signal.SIGINT)
+    def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
+        """Waits until some attempts have ended; returns what came of them."""
+        ...
 
     def leave(self) -> None:
-        """Lets the process end, as it does when nobody is at this end, and waits for that."""
-        self.connection.close()
-        self.process.join(STOP_TIMEOUT_S)
-        self.process.kill()
-        self.process.join()
+        """Interrupts what is under way, as Ctrl-C does, lets it be saved, and dismisses all."""
+        ...
 
 
 def run_side_by_side(
@@ -53,63 +38,44 @@ def run_side_by_side(
     configs: Sequence[Config],
     workers: int,
     after_death: Callable[[Config, WorkerDiedError], Result],
+    cluster: str | None = None,
 ) -> Generator[Result, None, None]:
-    """Yields each attempt's result as it ends; `after_death` gives that of a worker that died.
+    """Yields each attempt's result as it ends, at most `workers` of them at once.
 
-    The workers are fresh interpreters, to which `attempt` goes by pickle.
-    Closing the iterator early interrupts the workers, which save what they have recorded.
+    One whose worker died is made once more; `after_death` gives the result of one that died again.
+    The workers are other interpreters, to which `attempt` goes by pickle: of this machine or, by
+    the address HOST:PORT, of a Ray cluster. Closing the iterator early interrupts them, and they
+    save what they have recorded.
     """
-    waiting = list(configs)
-    crew: list[_Worker[Config]] = []
+    crew = _crew(attempt, cluster)
+    waiting, again = deque(range(len(configs))), set[int]()
+
+    def fill() -> None:
+        while waiting and crew.n_busy < workers:
+            number = waiting.popleft()
+            crew.begin(number, configs[number])
+
     try:
-        while waiting or crew:
-            while waiting and len(crew) < workers:
-                crew.append(_hire(attempt, waiting.pop(0)))
-            for worker in _ready(crew):
-                config = worker.config
-                try:
-                    result = worker.result()
-                except (EOFError, ConnectionResetError):
-                    crew.remove(worker)
-                    worker.leave()
-                    result = after_death(config, _death(worker))
-                else:
-                    if waiting:
-                        worker.begin(waiting.pop(0))
-                    else:
-                        crew.remove(worker)
-                        worker.leave()
-                yield result
+        fill()
+        while crew.n_busy:
+            for number, outcome in crew.ended():
+                died = isinstance(outcome, WorkerDiedError)
+                retry = died and number not in again
+                if retry:
+                    again.add(number)
+                    waiting.appendleft(number)
+                fill()
+                if not retry:
+                    yield after_death(configs[number], outcome) if died else outcome
     finally:
-        for worker in crew:
-            worker.interrupt()
-        for worker in crew:
-            worker.leave()
+        crew.leave()
 
 
-def _hire(attempt: Callable[[Config], Any], config: Config) -> _Worker[Config]:
-    context = get_context("spawn")
-    here, there = context.Pipe()
-    process = context.Process(target=_serve, args=(there, attempt), daemon=True)
-    process.start()
-    there.close()
-    worker = _Worker(process=process, connection=here, config=config)
-    worker.begin(config)
-    return worker
+def _crew(attempt: Callable[[Config], Result], cluster: str | None) -> Crew[Config, Result]:
+    if cluster is None:
+        from scenarios.crew_processes import CrewProcesses
 
+        return CrewProcesses(attempt)
+    from scenarios.crew_ray import CrewRay
 
-def _ready(crew: list[_Worker[Config]]) -> list[_Worker[Config]]:
-    ready = set(wait([worker.connection for worker in crew]))
-    return [worker for worker in crew if worker.connection in ready]
-
-
-def _death(worker: _Worker) -> WorkerDiedError:
-    return WorkerDiedError(f"worker died with exit code {worker.process.exitcode}")
-
-
-def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
-    os.setpgid(0, 0)  # a terminal's Ctrl-C reaches the parent only, which passes it on once
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
-    with suppress(EOFError, OSError, KeyboardInterrupt):
-        while True:
-            connection.send(attempt(connection.recv()))
+    return CrewRay(attempt, cluster)

@@ -12,13 +12,14 @@ from zipfile import BadZipFile
 import numpy as np
 
 from scenarios.atomic_write import write_atomic
+from scenarios.checkpoint_digests import checkpoint_digests
 from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import describe_error
 from scenarios.results import EpisodeResult
 from scenarios.strict_json import dumps, plain
 from scenarios.versions import versions
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 RIGHT_TOOLS = ("clip_applier", "scissors")
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
@@ -32,6 +33,10 @@ STEP_ARRAYS: dict[str, tuple[int, ...]] = {
     "clip_loaded": (),
 }
 """Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
+
+NOTES = ("events", "perturbations", "ledger", "heard", "hands")
+"""What is kept of some steps only; each entry says its `step`."""
+
 _WHOLE = ("instruction", "right_tool", "clip_loaded")
 
 
@@ -42,6 +47,8 @@ class Recording:
     Attributes:
         config: The `EpisodeConfig`, as a dict.
         versions: What it was made with.
+        world_version: Of the physics.
+        checkpoints: SHA-256 of the file of each learned one, by `controller` and `planner`.
         anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
         instructions: Table of what was asked: task index, text, source, remark.
         events: What happened, in order, each with its step.
@@ -49,6 +56,7 @@ class Recording:
         ledger: What the safety filter altered, in order, each with its step.
         heard: What people said, in order, each with its step: how it was read, by whom, what came
             of it and was replied; commands and instructions by their texts.
+        hands: Each `Hand` that led an arm, with its step.
         result: The `EpisodeResult`, as a dict; None if the episode broke off.
         error: What broke it off, else None.
         arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
@@ -58,12 +66,15 @@ class Recording:
 
     config: dict[str, Any]
     versions: dict[str, str]
+    world_version: int
+    checkpoints: dict[str, str]
     anatomy: dict[str, Any] | None
     instructions: tuple[dict[str, Any], ...]
     events: tuple[dict[str, Any], ...]
     perturbations: tuple[dict[str, Any], ...]
     ledger: tuple[dict[str, Any], ...]
     heard: tuple[dict[str, Any], ...]
+    hands: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
     arrays: dict[str, np.ndarray]
@@ -85,6 +96,8 @@ class Recorder:
     _perturbations: list[dict[str, Any]] = field(default_factory=list)
     _ledger: list[dict[str, Any]] = field(default_factory=list)
     _heard: list[dict[str, Any]] = field(default_factory=list)
+    _hands: list[dict[str, Any]] = field(default_factory=list)
+    _checkpoints: dict[str, str] = field(default_factory=dict)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
 
     def __enter__(self) -> Self:
@@ -99,8 +112,9 @@ class Recorder:
         self._save(None if error is None else describe_error(error))
 
     def on_reset(self, world: Any) -> None:
-        """Keeps the anatomy that is to be operated on."""
+        """Keeps the anatomy that is to be operated on, and with what."""
         self._anatomy = plain(world.anatomy)
+        self._checkpoints = checkpoint_digests(self.config)
 
     def on_step(self, step: Any) -> None:
         """Keeps one step."""
@@ -126,6 +140,8 @@ class Recorder:
             self._ledger.append({"step": number, **plain(entry)})
         for heard in step.heard:
             self._heard.append({"step": number, **_in_words(heard)})
+        if step.hand is not None:
+            self._hands.append({"step": number, **plain(step.hand)})
 
     def on_end(self, result: EpisodeResult) -> None:
         """Keeps what it came to."""
@@ -136,10 +152,14 @@ class Recorder:
         return self._instructions.setdefault(key, len(self._instructions))
 
     def _save(self, error: str | None) -> None:
+        from tissue_sim.world import WORLD_VERSION  # heavy, and there by now
+
         header = {
             "schema_version": SCHEMA_VERSION,
             "config": self.config,
             "versions": versions(),
+            "world_version": WORLD_VERSION,
+            "checkpoints": self._checkpoints,
             "anatomy": self._anatomy,
             "instructions": [
                 {"task": task, "text": text, "source": source, "remark": remark}
@@ -149,6 +169,7 @@ class Recorder:
             "perturbations": self._perturbations,
             "ledger": self._ledger,
             "heard": self._heard,
+            "hands": self._hands,
             "result": self._result,
             "error": error,
         }
@@ -206,12 +227,15 @@ def load(path: Path) -> Recording:
     return Recording(
         config=header["config"],
         versions=header["versions"],
+        world_version=header["world_version"],
+        checkpoints=header["checkpoints"],
         anatomy=header["anatomy"],
         instructions=tuple(header["instructions"]),
         events=tuple(header["events"]),
         perturbations=tuple(header["perturbations"]),
         ledger=tuple(header["ledger"]),
         heard=tuple(header["heard"]),
+        hands=tuple(header["hands"]),
         result=header["result"],
         error=header["error"],
         arrays=arrays,

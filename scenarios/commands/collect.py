@@ -13,6 +13,7 @@ from tyro.conf import arg
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster import require_cluster
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.demonstrate import (
     PARTS,
@@ -51,6 +52,8 @@ class Collect:
     """How many episodes; 0 makes the dataset anew of those that are there."""
     workers: Annotated[int, at_least(1)] = 1
     """How many episodes run side by side."""
+    cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
+    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
     mix: Annotated[str, one_of(MIXES)] = "all"
     """What is demonstrated: all goes well, failures are undone, corrections are obeyed, all three;
     tubes in any order; turns that the expert takes with a learned controller, recovering or not; or
@@ -101,6 +104,7 @@ class Collect:
                 raise BadInputError("--planner-checkpoint is for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
+        require_cluster(self.cluster, self.out)
 
     def _collect(self, waiting: Sequence[Demonstration]) -> list[Outcome]:
         outcomes: list[Outcome] = []
@@ -118,8 +122,8 @@ class Collect:
 
     def _outcomes(self, waiting: Sequence[Demonstration]) -> Generator[Outcome, None, None]:
         attempt = partial(demonstrate, out=self.out)
-        if self.workers > 1:
-            yield from run_side_by_side(attempt, waiting, self.workers, broken_off)
+        if self.workers > 1 or self.cluster is not None:
+            yield from run_side_by_side(attempt, waiting, self.workers, broken_off, self.cluster)
         else:
             yield from map(attempt, waiting)
 

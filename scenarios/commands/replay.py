@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Generator, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Console
+from rich.progress import track
 from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least
 from scenarios.commands.browser import LOCAL
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.errors import BadInputError
+from scenarios.pool import run_side_by_side
+from scenarios.verification import EXIT_CODES, Verdict, lost, recordings_in, verdict_table, verify
 
 if TYPE_CHECKING:
     from scenarios.viewer.reel import Reel
@@ -26,11 +30,16 @@ VIEW_EVERY = 3  # steps a frame: 10 a second
 class Replay:
     """Run a recorded episode again, and say whether it comes out the same.
 
-    Exit code: 0 the same, to the bit; 1 not; 2 bad input.
+    Its commands go through the world; with --verify planner, controller and filter decide anew.
+    Exit code: 0 the same, to the bit; 1 not; 2 bad input; 3 a worker died.
     """
 
-    file: Annotated[Positional[Path], arg(metavar="FILE")]
-    """A recorded episode, `episodes/SEED.npz`."""
+    files: Annotated[Positional[tuple[Path, ...]], arg(metavar="FILE")]
+    """A recorded episode, `episodes/SEED.npz`; with --verify several, or folders of them."""
+    verify: bool = False
+    """Whether the whole episode is run again from its seed, and all that was recorded compared."""
+    workers: Annotated[int, at_least(1)] = 1
+    """How many are verified side by side."""
     beside: Annotated[Path | None, arg(metavar="FILE")] = None
     """A second one, to be seen beside it."""
     view: bool = False
@@ -44,16 +53,61 @@ class Replay:
 
     def execute(self) -> int:
         """Runs it; returns the exit code."""
-        if self.export is not None:
-            require_writable_folder(self.export.parent, "--export")
-        if self.beside is not None and not self.view:
-            raise BadInputError("--beside needs --view")
+        self._require_possible()
+        if self.verify:
+            return self._verify()
         if self.view:
             return self._show()
         return self._export(self.export) if self.export is not None else self._check()
 
+    def _require_possible(self) -> None:
+        if self.verify and (self.view or self.export or self.beside):
+            raise BadInputError("--verify shows nothing: leave out --view, --export and --beside")
+        if not self.verify and len(self.files) != 1:
+            raise BadInputError(f"one FILE, got {len(self.files)}; --verify takes several")
+        if self.export is not None:
+            require_writable_folder(self.export.parent, "--export")
+        if self.beside is not None and not self.view:
+            raise BadInputError("--beside needs --view")
+
+    def _verify(self) -> int:
+        files = self._recordings()
+        console = Console(stderr=True)
+        with closing(self._verdicts(files)) as arriving:
+            shown = track(
+                arriving,
+                "verifying",
+                total=len(files),
+                console=console,
+                transient=True,
+                disable=not console.is_terminal,
+            )
+            verdicts = sorted(shown, key=lambda verdict: verdict.file)
+        if len(verdicts) == 1 and verdicts[0].outcome == "refused":
+            raise BadInputError(verdicts[0].remark)
+        _tell(verdicts)
+        return max(EXIT_CODES[verdict.outcome] for verdict in verdicts)
+
+    def _recordings(self) -> list[Path]:
+        files = []
+        for path in self.files:
+            if not path.exists():
+                raise BadInputError(f"{path}: No such file or directory")
+            if not (found := recordings_in(path)):
+                raise BadInputError(f"{path}: no recordings (*.npz) in it")
+            files += found
+        if not files:
+            raise BadInputError("--verify needs a FILE or a folder")
+        return files
+
+    def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
+        if self.workers > 1:
+            yield from run_side_by_side(verify, files, self.workers, lost)
+        else:
+            yield from map(verify, files)
+
     def _check(self) -> int:
-        reel = _reel(self.file, every=1_000_000)
+        reel = _reel(self.files[0], every=1_000_000)
         with Console(stderr=True).status("running it again"):
             for _ in reel.run():
                 pass
@@ -63,7 +117,7 @@ class Replay:
         from scenarios.atomic_write import write_atomic
         from scenarios.viewer.export import EVERY, export
 
-        reel = _reel(self.file, every=EVERY)
+        reel = _reel(self.files[0], every=EVERY)
         with Console(stderr=True).status("drawing it") as status:
             html = export(reel, lambda time_s: status.update(f"drawing it: {time_s:.0f} s"))
         write_atomic(page, html.encode())
@@ -71,7 +125,7 @@ class Replay:
         return _verdict(reel)
 
     def _show(self) -> int:
-        files = [self.file, *([self.beside] if self.beside else [])]
+        files = [*self.files, *([self.beside] if self.beside else [])]
         reels = [_reel(file, every=VIEW_EVERY) for file in files]
         from scenarios.viewer.open_page import serve
         from scenarios.viewer.replay_page import ReplayPage
@@ -107,6 +161,17 @@ def _reel(file: Path, *, every: int) -> Reel:
         return Reel(recording, every=every)
     except ValueError as error:
         raise BadInputError(f"{file}: {error}") from None
+
+
+def _tell(verdicts: Sequence[Verdict]) -> None:
+    console = Console()
+    if len(verdicts) == 1:
+        line = f"{verdicts[0].outcome}, {verdicts[0].remark}"
+    else:
+        console.print(verdict_table(verdicts))
+        same = sum(verdict.outcome == "identical" for verdict in verdicts)
+        line = f"{same} of {len(verdicts)} identical"
+    console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _verdict(reel: Reel) -> int:

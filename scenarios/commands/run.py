@@ -17,6 +17,7 @@ from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCEN
 from scenarios.commands.arguments import at_least, number, one_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster import require_cluster
 from scenarios.commands.endpoint import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import TRAINING_SEEDS
@@ -76,6 +77,8 @@ class Run:
     """How many episodes."""
     workers: Annotated[int, at_least(1)] = 1
     """How many episodes run side by side."""
+    cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
+    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
     view: bool = False
     """Whether it is shown in the browser, where people may correct it; one worker only."""
     out: Path = Path("runs/latest")
@@ -101,8 +104,8 @@ class Run:
         require_checkpoint(self.controller, self.checkpoint)
         require_planner_checkpoint(self.planner, self.planner_checkpoint)
         require_endpoint(self.planner)
-        if self.view and self.workers > 1:
-            raise BadInputError(f"--view needs --workers 1, got {self.workers}")
+        if self.view:
+            self._require_alone("--view")
         if self.instruct is not None:
             read_script(self.instruct)
         if self.video is not None:
@@ -110,10 +113,16 @@ class Run:
         if self.save_interventions is not None:
             self._require_savable(self.save_interventions)
         require_writable_folder(self.out, "--out")
+        require_cluster(self.cluster, self.out)
+
+    def _require_alone(self, option: str) -> None:
+        if self.workers > 1 or self.cluster is not None:
+            raise BadInputError(
+                f"{option} needs --workers 1 and no --cluster, got --workers {self.workers}"
+            )
 
     def _require_savable(self, folder: Path) -> None:
-        if self.workers != 1:
-            raise BadInputError(f"--save-interventions needs --workers 1, got {self.workers}")
+        self._require_alone("--save-interventions")
         if self.seed + self.episodes > TRAINING_SEEDS.stop:
             raise BadInputError(
                 f"--save-interventions takes training seeds only, 0 to {TRAINING_SEEDS.stop - 1}:"
@@ -130,6 +139,7 @@ class Run:
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:
             raise BadInputError(f"--video {video}: the file must end in {VIDEO_SUFFIX}")
+        self._require_alone("--video")
         if self.episodes != 1:
             raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
         from tissue_sim.renderer_probe import renderer_available
@@ -184,9 +194,9 @@ class Run:
         self, observers: Sequence[Observer], desk: Desk | None
     ) -> Generator[EpisodeResult, None, None]:
         configs = self._configs()
-        if self.workers > 1:
+        if self.workers > 1 or self.cluster is not None:
             attempt = partial(attempt_episode, out=self.out)
-            yield from run_side_by_side(attempt, configs, self.workers, broken_off)
+            yield from run_side_by_side(attempt, configs, self.workers, broken_off, self.cluster)
         else:
             for config in configs:
                 yield _attempted(config, self.out, observers, desk)

@@ -84,8 +84,9 @@ class Chronicle:
         self._said(step)
         if _is_new(step.instruction, before.instruction):
             self._tell(step.time_s, *_told(step.instruction))
-        if step.hand is not None and step.hand != before.hand:
-            side = "left" if step.hand == LEFT_ARM else "right"
+        arm = None if step.hand is None else step.hand.arm
+        if arm is not None and arm != before.hand:
+            side = "left" if arm == LEFT_ARM else "right"
             self._tell(step.time_s, "human", f"leads the {side} arm by hand")
         for event in step.outcome.events:
             size = f"{event.value:.3g}, limit {event.limit:.3g}"
@@ -102,7 +103,7 @@ class Chronicle:
             time_s=step.time_s,
             instruction=step.instruction,
             exchange=step.exchange,
-            hand=step.hand,
+            hand=arm,
             injuries=before.injuries + len(step.outcome.events),
             altered=before.altered + len(step.altered),
         )

@@ -1,4 +1,4 @@
-"""One whole real procedure, run once for every test that looks at it."""
+"""One whole real procedure, and a cluster: made once for every test that looks at them."""
 
 import pytest
 
@@ -9,3 +9,17 @@ from tests.scenarios.procedures import Procedure, run
 @pytest.fixture(scope="session")
 def procedure(tmp_path_factory) -> Procedure:
     return run(EpisodeConfig(seed=10_004), tmp_path_factory.mktemp("procedure"))
+
+
+@pytest.fixture(scope="session")
+def two_nodes():
+    """A Ray cluster of two nodes of one core each, both on this machine."""
+    ray = pytest.importorskip("ray", reason="Ray is not installed")
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    cluster.add_node(num_cpus=1)
+    cluster.wait_for_nodes()
+    yield cluster
+    ray.shutdown()
+    cluster.shutdown()

@@ -24,6 +24,7 @@ HEAVY = (
     "viser",
     "trimesh",
     "fcl",
+    "ray",
 )
 
 

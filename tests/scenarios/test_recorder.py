@@ -9,6 +9,7 @@ import pytest
 from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.episode_config import EpisodeConfig
+from scenarios.hand import Hand
 from scenarios.inbox import Heard, Inbox
 from scenarios.perturbation.effect import Applied
 from scenarios.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
@@ -65,6 +66,7 @@ class Step:
     applied: tuple[Event, ...] = ()
     altered: tuple[Entry, ...] = ()
     heard: tuple[Heard, ...] = ()
+    hand: Hand | None = None
 
 
 def random_step(rng, number, instruction=None, events=(), **kept):

@@ -7,43 +7,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from planner.command import COMMANDS
-from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
-from scenarios.inbox import Inbox
-from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.recorder import Recorder, load
+from scenarios.recorder import load
 from scenarios.rerun import Rerun
+from tests.scenarios.interfered import record
 
-SEED, STEPS = 10_000, 900
-
-
-def record(path, config):
-    """An episode cut off after its first exchange; corrected, held and disturbed by hand."""
-    inbox = Inbox()
-    episode = begin(config, inbox=inbox)
-    exchanged, stop = False, STEPS
-    with Recorder(config=config, path=path) as recorder:
-        recorder.on_reset(episode.world)
-        for k, step in enumerate(episode.steps()):
-            recorder.on_step(step)
-            if k == 50:
-                inbox.press(COMMANDS["move right arm higher"])
-            if k == 90:
-                inbox.disturb(BY_HAND["shift the camera"])
-            if k == 100:
-                inbox.disturb(BY_HAND["nudge the tissue"])
-            if k == 110:
-                inbox.press(COMMANDS["pause"])
-            if k == 120:
-                inbox.press(COMMANDS["resume"])
-            if exchanged and not step.exchange:
-                inbox.disturb(BY_HAND["drop the clip"])
-                stop = min(stop, k + 20)
-            exchanged = step.exchange
-            if k == stop:
-                break
-    return load(path), episode.world
+SEED = 10_000
 
 
 @pytest.fixture(scope="module", params=["nominal", "breathing", "wrong-tube"])

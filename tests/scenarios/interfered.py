@@ -1,0 +1,54 @@
+"""The start of an episode with all that people can do to it: said, pressed, disturbed, led."""
+
+import numpy as np
+
+from planner.command import COMMANDS
+from scenarios.episode import begin
+from scenarios.hand import Hand
+from scenarios.inbox import Inbox
+from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.recorder import Recorder, load
+from tissue_sim.arms import LEFT_ARM
+
+STEPS = 900
+
+
+def record(path, config):
+    """An episode cut off after its first exchange; its recording and the world as it was left."""
+    inbox = Inbox()
+    episode = begin(config, inbox=inbox)
+    exchanged, stop = False, STEPS
+    with Recorder(config=config, path=path) as recorder:
+        recorder.on_reset(episode.world)
+        for k, step in enumerate(episode.steps()):
+            recorder.on_step(step)
+            _interfere(k, inbox, episode.world)
+            if exchanged and not step.exchange:
+                inbox.disturb(BY_HAND["drop the clip"])
+                stop = min(stop, k + 20)
+            exchanged = step.exchange
+            if k == stop:
+                break
+    return load(path), episode.world
+
+
+def _interfere(k, inbox, world):
+    if k == 50:
+        inbox.press(COMMANDS["move right arm higher"])
+    if k == 70:
+        inbox.say("the weather is nice")
+        inbox.say("please lower the right arm a little")
+    if k == 90:
+        inbox.disturb(BY_HAND["shift the camera"])
+    if k == 100:
+        inbox.disturb(BY_HAND["nudge the tissue"])
+    if k == 110:
+        inbox.press(COMMANDS["pause"])
+    if k == 120:
+        inbox.press(COMMANDS["resume"])
+    if 130 <= k < 140:
+        goal = world.arms.T_world_tool()[LEFT_ARM]
+        goal[:3, 3] += world.T_world_endoscope[:3, :3] @ np.array([0.0, 2e-3, 0.0])
+        inbox.hand = Hand(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.3)
+    if k == 140:
+        inbox.hand = None
