@@ -56,7 +56,7 @@ class Evaluate:
     out: Path = Path("runs/evaluation")
     """Folder of the report and all recordings; what is finished in it is not run again."""
     fail_under: Annotated[float | None, number()] = None
-    """Exit with 1 if an arm passes less than this share, 0 to 1, of a suite; ladders are left out."""
+    """Exit with 1 if an arm passes less than this share, 0 to 1, of a suite, ladders left out."""
 
     def execute(self) -> int:
         """Runs what is not finished, and reports; returns the exit code."""
@@ -115,7 +115,7 @@ class Evaluate:
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Writes it and shows it."""
-        from scenarios.evaluation.page import page
+        from scenarios.evaluation.page.whole import page
         from scenarios.evaluation.report import document, report_of
         from scenarios.evaluation.tables import tables
 

@@ -8,8 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.words import interval, number, rate, signed
-from scenarios.results import Summary
+from scenarios.evaluation.words import counts, interval, number, rate, signed
 
 Row = Sequence[str]
 
@@ -62,7 +61,7 @@ def _rates(report: Report) -> Iterator[Row]:
 
 def _rate_figures(suite: SuiteReport) -> Row:
     return (
-        _counts(suite.summary),
+        counts(suite.summary),
         rate(suite.summary.pass_rate),
         interval(suite.summary.wilson_95, 3),
         str(suite.summary.errors),
@@ -119,7 +118,3 @@ def _errors(report: Report) -> Iterator[Row]:
     for arm, found in report.arms.items():
         for episode in found.errors:
             yield arm, episode.outcome, episode.recording
-
-
-def _counts(summary: Summary) -> str:
-    return f"{summary.passed} of {summary.episodes - summary.errors}"

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from scenarios.results import Summary
+
 NOTHING = "–"
+
+
+def counts(summary: Summary) -> str:
+    """How many passed of those without error."""
+    return f"{summary.passed} of {summary.episodes - summary.errors}"
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:
