@@ -79,11 +79,11 @@ def _read(path: Path) -> dict[str, Any] | None:
     """None where there is no file yet."""
     try:
         read = json.loads(path.read_text())
-        if read["schema"] == SCHEMA:
+        if read["schema"] == SCHEMA and read["made_with"].keys() and read["arms"] is not None:
             return read
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise BadInputError(f"--out: {path} is damaged; name another folder") from None
     raise BadInputError(
         f"--out: {path} has schema {read['schema']}; allowed: {SCHEMA}; name another folder"

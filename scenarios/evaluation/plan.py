@@ -49,13 +49,20 @@ class Plan:
             if rate is None or rate < HOLDS:
                 return
 
+    def asked(self, arm: Arm, suite: Suite, results: Results) -> list[Case]:
+        """An arm's episodes in a suite, as far as is known by now."""
+        conditions = self.conditions(arm, suite, results)
+        return [case for c in conditions for case in self.cases(arm, suite, c)]
+
     def due(self, results: Results) -> list[Case]:
         """What can be run now and has no result yet."""
-        return [
-            case
-            for suite in self.suites
-            for arm in self.arms
-            for condition in self.conditions(arm, suite, results)
-            for case in self.cases(arm, suite, condition)
-            if case not in results
-        ]
+        return [case for case in self._all(results) if case not in results]
+
+    def known(self, results: Results) -> list[Case]:
+        """What has a result, in the plan's order, whenever it ended."""
+        return [case for case in self._all(results) if case in results]
+
+    def _all(self, results: Results) -> Iterator[Case]:
+        for suite in self.suites:
+            for arm in self.arms:
+                yield from self.asked(arm, suite, results)

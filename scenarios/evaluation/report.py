@@ -117,12 +117,13 @@ class Report:
 def report_of(plan: Plan, results: Results, folder: Path) -> Report:
     """From what there is by now; language is read from the recordings in `folder`."""
     reference, *others = plan.arms
+    planned = {case: results[case] for case in plan.known(results)}
     return Report(
         seeds=tuple(plan.seeds),
         suites=plan.suites,
-        arms={arm.name: _of_arm(plan, arm, results, folder) for arm in plan.arms},
+        arms={arm.name: _of_arm(plan, arm, planned, folder) for arm in plan.arms},
         comparisons=tuple(
-            compare(arm.name, reference.name, suite.name, results)
+            compare(arm.name, reference.name, suite.name, planned)
             for suite in plan.suites
             for arm in others
             if not suite.ladders
@@ -131,7 +132,7 @@ def report_of(plan: Plan, results: Results, folder: Path) -> Report:
 
 
 def _of_arm(plan: Plan, arm: Arm, results: Results, folder: Path) -> ArmReport:
-    mine = {case: result for case, result in _in_order(plan, arm, results)}
+    mine = {case: result for case, result in results.items() if case.arm == arm}
     ended = {case: result for case, result in mine.items() if result.error is None}
     worst = sorted(ended.items(), key=lambda pair: _badness(pair[1]), reverse=True)
     return ArmReport(
@@ -143,31 +144,15 @@ def _of_arm(plan: Plan, arm: Arm, results: Results, folder: Path) -> ArmReport:
     )
 
 
-def _in_order(plan: Plan, arm: Arm, results: Results) -> list[tuple[Case, EpisodeResult]]:
-    """Of the plan, not of when they ended."""
-    cases = (
-        case
-        for suite in plan.suites
-        for condition in plan.conditions(arm, suite, results)
-        for case in plan.cases(arm, suite, condition)
-    )
-    return [(case, results[case]) for case in cases if case in results]
-
-
 def _of_suite(
     plan: Plan, arm: Arm, suite: Suite, mine: Mapping[Case, EpisodeResult], folder: Path
 ) -> SuiteReport:
     here = {case: result for case, result in mine.items() if case.suite == suite.name}
-    asked = [
-        case
-        for condition in plan.conditions(arm, suite, mine)
-        for case in plan.cases(arm, suite, condition)
-    ]
     reasons = Counter(why for r in here.values() if (why := reason(r)) is not None)
     recorded = [case for case in here if (folder / case.recording).exists()]
     return SuiteReport(
         summary=summarise(list(here.values())),
-        missing=len(asked) - len(here),
+        missing=len(plan.asked(arm, suite, mine)) - len(here),
         figures=figures(list(here.values())),
         conditions={c.name: _summary(here, c) for c in suite.conditions},
         climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),

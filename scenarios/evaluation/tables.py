@@ -19,7 +19,7 @@ def tables(report: Report) -> Iterator[Table]:
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
         _table("how far each can go", ("axis", "arm"), ("holds", "breaks at", ""), _climbs(report)),
-        _table("language audit", ("condition", "said", "meant", "arm"), ("right",), _said(report)),
+        _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
         _table("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
@@ -94,11 +94,13 @@ def _climb(climb: Climb) -> Row:
 
 
 def _said(report: Report) -> Iterator[Row]:
+    """Summed over the sayings of a kind; the page has each."""
     for arm, found in report.arms.items():
-        for suite in found.suites.values():
-            for line in suite.audit:
-                meant = line.saying.means or "(nothing)"
-                yield line.condition, line.saying.text, meant, arm, f"{line.right} of {line.heard}"
+        lines = [line for suite in found.suites.values() for line in suite.audit]
+        for kind in dict.fromkeys(line.condition for line in lines):
+            of_kind = [line for line in lines if line.condition == kind]
+            right, heard = sum(x.right for x in of_kind), sum(x.heard for x in of_kind)
+            yield kind, arm, f"{right} of {heard}"
 
 
 def _reasons(report: Report) -> Iterator[Row]:
