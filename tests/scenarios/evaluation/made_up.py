@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from planner.task import TASKS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
+from scenarios.recorder import Recorder
 from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from scenarios.suites import SUITES
 
@@ -56,6 +58,13 @@ def _task(index: int, text: str, rng: np.random.Generator) -> TaskResult:
         path_m=(0.0, 0.012 * time_s),
         jerk_m_s3=(0.0, 0.5),
     )
+
+
+def record(case: Case, out: Path, result: EpisodeResult | None = None) -> None:
+    """As if it had been run in `out`; without a result, as if it had broken off."""
+    with Recorder(config=case.config, path=out / case.recording) as recorder:
+        if result is not None:
+            recorder.on_end(result)
 
 
 def results_of(

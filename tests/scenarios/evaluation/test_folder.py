@@ -9,16 +9,9 @@ from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import attempt
 from scenarios.evaluation.folder import MANIFEST, finished, open_folder
-from scenarios.recorder import Recorder
-from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan
+from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, record
 
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
-
-
-def record(case, out, result=None):
-    with Recorder(config=case.config, path=out / case.recording) as recorder:
-        if result is not None:
-            recorder.on_end(result)
 
 
 def test_a_folder_is_taken_again_and_gains_arms(tmp_path):
@@ -76,7 +69,7 @@ def test_a_damaged_recording_is_named(tmp_path):
     (case,) = plan("nominal", arms=(FIRST,), seeds=[0]).due({})
     record(case, tmp_path, episode(case))
     (tmp_path / case.recording).write_bytes(b"PK no more")
-    with pytest.raises(BadInputError, match="0.npz is damaged.*remove it"):
+    with pytest.raises(BadInputError, match=r"0\.npz is damaged.*remove it"):
         finished(tmp_path, plan("nominal", arms=(FIRST,), seeds=[0]))
 
 
