@@ -69,3 +69,6 @@ CONTROLLERS: dict[str, str] = {
 
 LEARNED_CONTROLLERS = ("diffusion",)
 """Made from a checkpoint and a seed; the others from the world, which these never get hold of."""
+
+ABLATIONS: dict[str, str] = {"no-corrections": "planner.uncorrecting:PlannerUncorrecting"}
+"""What is taken away from a planner, by a factory that takes the planner."""

@@ -13,6 +13,7 @@ from tyro.extras import subcommand_cli_from_dict
 from scenarios.commands.bench import Bench
 from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
+from scenarios.commands.evaluate import Evaluate
 from scenarios.commands.replay import Replay
 from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.commands.train import Train
@@ -33,6 +34,7 @@ class Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., Command]] = {
     "run": Run,
+    "evaluate": Evaluate,
     "view": View,
     "replay": Replay,
     "train": Train,

@@ -11,7 +11,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -27,6 +27,7 @@ from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
 from planner.task import Task, Tube
 from scenarios.catalogue import (
+    ABLATIONS,
     CONTROLLERS,
     ENDPOINT_PLANNERS,
     LEARNED_CONTROLLERS,
@@ -34,6 +35,7 @@ from scenarios.catalogue import (
     PLANNERS,
     SCENARIOS,
 )
+from scenarios.conduct import Conduct
 from scenarios.episode_config import EpisodeConfig
 from scenarios.hand import Hand
 from scenarios.inbox import Heard, Inbox
@@ -74,10 +76,13 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     """From where it has begun, at `start_s` of `perf_counter`, to its end."""
     for observer in observers:
         observer.on_reset(episode.world)
+    conduct = Conduct(episode.world)
     for step in episode.steps():
+        conduct.on_step(step)
         for observer in observers:
             observer.on_step(step)
     result = result_of(episode, start_s)
+    result = replace(result, tasks=conduct.measured(result.tasks))
     for observer in observers:
         observer.on_end(result)
     return result
@@ -102,6 +107,11 @@ def begin(config: EpisodeConfig, *, render: bool = False, inbox: Inbox | None = 
 
 
 def _planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
+    whole = _whole_planner(config, world)
+    return whole if config.ablation is None else resolve_name(ABLATIONS[config.ablation])(whole)
+
+
+def _whole_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
     make = resolve_name(PLANNERS[config.planner])
     if config.planner in ENDPOINT_PLANNERS:
         return make()

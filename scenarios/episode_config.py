@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from scenarios.catalogue import (
+    ABLATIONS,
     CONTROLLERS,
     LEARNED_CONTROLLERS,
     LEARNED_PLANNERS,
@@ -31,6 +32,7 @@ class EpisodeConfig:
         planner_checkpoint: Likewise of a learned planner.
         safety_filter: Whether commands pass through the safety filter.
         instruct: File of what a person says and when; None where nobody says anything.
+        ablation: A key of `scenarios.catalogue.ABLATIONS`; None where nothing is taken away.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
@@ -48,11 +50,14 @@ class EpisodeConfig:
     task_cap_s: float = 90.0
     safety_filter: bool = True
     instruct: str | None = None
+    ablation: str | None = None
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
         _require_known("planner", self.planner, PLANNERS)
         _require_known("controller", self.controller, CONTROLLERS)
+        if self.ablation is not None:
+            _require_known("ablation", self.ablation, ABLATIONS)
         _ = self.perturbations
         _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
         _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)

@@ -208,8 +208,8 @@ def _checked(name: str, quantity: Any) -> np.ndarray:
     return array
 
 
-def load(path: Path) -> Recording:
-    """Reads a recorded episode.
+def load(path: Path, *, steps: bool = True) -> Recording:
+    """Reads a recorded episode, or all of it but its steps, without arrays and at once.
 
     Raises:
         ValueError: If it was written with another schema, is damaged, or is no recording.
@@ -217,8 +217,8 @@ def load(path: Path) -> Recording:
     """
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        header = json.loads(str(arrays.pop("header")))
+            header = json.loads(str(file["header"]))
+            arrays = {name: file[name] for name in file if name != "header"} if steps else {}
         schema_version = header["schema_version"]
     except (BadZipFile, zlib.error, EOFError, KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is damaged, or no recording: {error}") from error

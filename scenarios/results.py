@@ -19,6 +19,12 @@ class TaskResult:
 
     Attributes:
         corrections: How many corrective instructions were given during it.
+        path_m: Way of the left and the right tip, as the endoscope sees it; None where an older
+            version wrote the result.
+        jerk_m_s3: Mean magnitude of either tip's jerk, from third differences of its position
+            between control steps; None where there were too few.
+        failure_chance: The highest that the planner saw; None where it gives none.
+        alarm_s: Simulated time of the planner's first alarm in it; None without one.
     """
 
     index: int
@@ -26,6 +32,10 @@ class TaskResult:
     success: bool
     time_s: float
     corrections: int
+    path_m: tuple[float, float] | None = None
+    jerk_m_s3: tuple[float, float] | None = None
+    failure_chance: float | None = None
+    alarm_s: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,16 +135,22 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
 
 def read_results(path: Path) -> tuple[EpisodeResult, ...]:
     """Reads the episodes of a results.json back."""
-    return tuple(_episode(entry) for entry in json.loads(path.read_text())["episodes"])
+    return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])
 
 
-def _episode(entry: dict[str, Any]) -> EpisodeResult:
+def episode_from(entry: dict[str, Any]) -> EpisodeResult:
+    """An episode as it was before it became plain data."""
     return replace(
         EpisodeResult(**entry),
-        tasks=tuple(TaskResult(**task) for task in entry["tasks"]),
+        tasks=tuple(map(_task, entry["tasks"])),
         injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
         safety=_safety(entry["safety"]),
     )
+
+
+def _task(entry: dict[str, Any]) -> TaskResult:
+    pairs = {name: entry.get(name) for name in ("path_m", "jerk_m_s3")}
+    return TaskResult(**{**entry, **{name: v and tuple(v) for name, v in pairs.items()}})
 
 
 def _safety(entry: dict[str, Any]) -> SafetyResult:

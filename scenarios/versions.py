@@ -1,6 +1,8 @@
 """What a result was made with."""
 
 import platform
+from functools import cache
+from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -19,6 +21,32 @@ PACKAGES = (
     "trimesh",
     "viser",
 )
+
+
+EPISODE_SOURCES = (
+    "tissue_sim",
+    "planner",
+    "controller",
+    "scenarios/perturbation",
+    "scenarios/catalogue.py",
+    "scenarios/suites.py",
+    "scenarios/episode.py",
+    "scenarios/conduct.py",
+)
+"""Code that decides what an episode comes to."""
+
+
+@cache
+def source_digest() -> str:
+    """Names the code that decides what an episode comes to, by its content."""
+    root = Path(__file__).parents[1]
+    files = [f for name in EPISODE_SOURCES for f in _python_files(root / name)]
+    contents = (f"{f.relative_to(root)}\n".encode() + f.read_bytes() for f in files)
+    return sha256(b"\0".join(contents)).hexdigest()[:12]
+
+
+def _python_files(path: Path) -> list[Path]:
+    return sorted(path.rglob("*.py")) if path.is_dir() else [path]
 
 
 def versions() -> dict[str, str]:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from tyro.constructors import PrimitiveConstructorSpec
 
+from scenarios.evaluation.arm import FORM, Arm, arm_from_text
+
 
 def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
     """Returns the type of a whole number not below `minimum`, to annotate an int or None with."""
@@ -63,3 +65,40 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
 def text_of(path: Path | None) -> str | None:
     """A path as configurations keep it."""
     return None if path is None else str(path)
+
+
+def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...]]:
+    """Returns the type of names among `names` with commas between, each once."""
+    allowed = tuple(names)
+
+    def parse(words: list[str]) -> tuple[str, ...]:
+        given = tuple(dict.fromkeys(words[0].split(",")))
+        for name in given:
+            if name not in allowed:
+                raise ValueError(f"unknown {name!r}; allowed: {', '.join(allowed)}")
+        return given
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="NAME[,NAME...]",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, tuple),
+        str_from_instance=lambda value: [",".join(value)],
+    )
+
+
+def some_arms() -> PrimitiveConstructorSpec[tuple[Arm, ...]]:
+    """Returns the type of one or more arms of an evaluation."""
+
+    def parse(words: list[str]) -> tuple[Arm, ...]:
+        if not words:
+            raise ValueError(f"there is none; allowed: {FORM}, once or more")
+        return tuple(map(arm_from_text, words))
+
+    return PrimitiveConstructorSpec(
+        nargs="*",
+        metavar=f"{FORM} ...",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, tuple),
+        str_from_instance=lambda value: [arm.name for arm in value],
+    )

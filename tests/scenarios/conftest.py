@@ -1,4 +1,6 @@
-"""One whole real procedure, and a cluster: made once for every test that looks at them."""
+"""What several tests need: a whole real procedure, run once, a cluster, and a full disk."""
+
+import resource
 
 import pytest
 
@@ -23,3 +25,12 @@ def two_nodes():
     yield cluster
     ray.shutdown()
     cluster.shutdown()
+
+
+@pytest.fixture
+def full_disk():
+    """No file may grow beyond 2 kB, from when it is asked for."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -25,7 +25,10 @@ CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
         *("dropped_clips", "injuries", "safety"),
         "anatomy_hash",
     },
-    "task": {"index", "instruction", "success", "time_s", "corrections"},
+    "task": {
+        *("index", "instruction", "success", "time_s", "corrections"),
+        *("path_m", "jerk_m_s3", "failure_chance", "alarm_s"),
+    },
     "safety": {"filter", "interventions", "min_clearance_m", "ledger"},
     "summary": {"episodes", "passed", "errors", "pass_rate", "wilson_95"},
 }

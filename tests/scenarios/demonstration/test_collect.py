@@ -1,6 +1,5 @@
 """Laws of `calot collect`: it goes on where it stopped, keeps apart what failed, loses nothing."""
 
-import resource
 from dataclasses import replace
 
 import pytest
@@ -56,15 +55,6 @@ def test_a_damaged_part_is_one_clear_line_and_the_old_dataset_stays(out, capfd):
     capfd.readouterr()
     complaint(capfd, collect(out), path)
     assert contents(out) == before
-
-
-@pytest.fixture
-def full_disk():
-    """No file may grow beyond 20 kB."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_full_disk_is_one_clear_line_and_nothing_whole_is_lost(out, capfd, request):

@@ -7,7 +7,6 @@ from math import nan
 import numpy as np
 import pytest
 
-from scenarios.episode import run_episode
 from scenarios.episode_config import EpisodeConfig
 from scenarios.perturbation.catalogue import PERTURBATIONS
 from scenarios.perturbation.perturbation import AtTime
@@ -68,9 +67,3 @@ def test_a_moment_that_is_not_set_comes_from_the_seed(monkeypatch):
         steps = islice(episode.steps(), FIVE_SECONDS)
         began_s.append([a.time_s for step in steps for a in step.applied])
     assert began_s[0] != began_s[1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("p", PERTURBATIONS, ids=lambda p: p.name)
-def test_the_expert_gets_over_it(p):
-    assert run_episode(EpisodeConfig(scenario=p.name, seed=10_001)).success

@@ -1,0 +1,170 @@
+"""`calot evaluate`: suites of conditions, and arms compared on the same patients."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from rich.console import Console
+from tyro.conf import arg
+
+from scenarios.atomic_write import write_atomic
+from scenarios.commands.arguments import at_least, number, some_arms, some_of
+from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster import require_cluster
+from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.run import INTERRUPTED
+from scenarios.errors import BadInputError
+from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
+from scenarios.pool import run_side_by_side
+from scenarios.progress import ProgressDisplay
+from scenarios.strict_json import dumps, plain
+from scenarios.suites import SUITES
+
+if TYPE_CHECKING:  # heavy to import
+    from scenarios.evaluation.case import Case, Ended
+    from scenarios.evaluation.plan import Plan
+    from scenarios.evaluation.report import Report
+    from scenarios.results import EpisodeResult
+
+ERROR, BELOW = 3, 1
+REFERENCE = arm_from_text("scripted+expert")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluate:
+    """Compare arms on the same patients; go on where an earlier call stopped.
+
+    Exit code: 0 done, 1 a pass rate is below --fail-under, 2 bad input or a full disk, 3 some
+    episodes ended in error, 130 interrupted.
+    """
+
+    arms: Annotated[tuple[Arm, ...], some_arms()] = (REFERENCE,)
+    """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE and
+    ,ablation=no-corrections where wanted; the others are compared with the first."""
+    suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)
+    """Which conditions, names with commas between."""
+    seed: Annotated[int, at_least(0)] = 20_000
+    """Seed of the first patient; each further one takes the next. Test seeds start at 20000."""
+    episodes: Annotated[int, at_least(1)] = 20
+    """How many patients each condition is met with."""
+    workers: Annotated[int, at_least(1)] = 1
+    """How many episodes run side by side."""
+    cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
+    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
+    out: Path = Path("runs/evaluation")
+    """Folder of the report and all recordings; what is finished in it is not run again."""
+    fail_under: Annotated[float | None, number()] = None
+    """Exit with 1 if an arm passes less than this share, 0 to 1, of a suite, ladders left out."""
+
+    def execute(self) -> int:
+        """Runs what is not finished, and reports; returns the exit code."""
+        self._require_possible()
+        from scenarios.evaluation.folder import finished, open_folder
+        from scenarios.evaluation.plan import Plan
+
+        plan = Plan(
+            arms=self.arms,
+            suites=tuple(SUITES[name] for name in self.suite),
+            seeds=range(self.seed, self.seed + self.episodes),
+        )
+        open_folder(self.out, self.arms)
+        results = finished(self.out, plan)
+        try:
+            self._run(plan, results)
+        except KeyboardInterrupt:
+            self._report(plan, results)
+            return INTERRUPTED
+        return self._verdict(self._report(plan, results))
+
+    def _require_possible(self) -> None:
+        require_distinct(self.arms)
+        for arm in self.arms:
+            require_checkpoint(arm.controller, _path(arm.checkpoint))
+            require_planner_checkpoint(arm.planner, _path(arm.planner_checkpoint))
+            require_endpoint(arm.planner)
+        if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
+            raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
+        require_writable_folder(self.out, "--out")
+        require_cluster(self.cluster, self.out)
+
+    def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
+        """In rounds, as a ladder's next rung waits for the one before."""
+        while due := plan.due(results):
+            display = ProgressDisplay(len(due), Console(stderr=True))
+            with display, closing(self._ended(due, display)) as arriving:
+                for ended in arriving:
+                    if ended.unwritable is not None:
+                        raise BadInputError(
+                            f"--out: cannot write {ended.unwritable}; finished episodes are kept:"
+                            " make room and call again"
+                        )
+                    results[ended.case] = ended.result
+                    display.advance()
+
+    def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
+        from scenarios.evaluation.case import after_death, attempt
+
+        if self.workers > 1 or self.cluster is not None:
+            yield from run_side_by_side(
+                partial(attempt, out=self.out), due, self.workers, after_death, self.cluster
+            )
+        else:
+            for case in due:
+                yield attempt(case, self.out, [display])
+
+    def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
+        """Writes it and shows it."""
+        from scenarios.evaluation.page.whole import page
+        from scenarios.evaluation.report import document, report_of
+        from scenarios.evaluation.tables import tables
+
+        report, made_with = report_of(plan, results, self.out), self._made_with()
+        self._write("results.json", dumps(document(report, made_with), indent=2) + "\n")
+        self._write("report.html", page(report, made_with))
+        console = Console()
+        for table in tables(report):
+            console.print(table)
+        for name in ("results.json", "report.html"):
+            console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
+        return report
+
+    def _made_with(self) -> dict[str, Any]:
+        """How it is made again: the folder, the workers and the limit do not change a result."""
+        from scenarios.versions import source_digest, versions
+
+        defaults = replace(
+            self, out=Evaluate.out, workers=Evaluate.workers, cluster=None, fail_under=None
+        )
+        return {"config": plain(defaults), "versions": {"source": source_digest()} | versions()}
+
+    def _write(self, name: str, text: str) -> None:
+        try:
+            write_atomic(self.out / name, text.encode())
+        except OSError as error:
+            raise BadInputError(
+                f"--out: cannot write {self.out / name} ({error.strerror}); finished episodes are"
+                " kept: make room and call again"
+            ) from None
+
+    def _verdict(self, report: Report) -> int:
+        from scenarios.evaluation.report import lowest_pass_rate
+
+        if any(arm.errors for arm in report.arms.values()):
+            return ERROR
+        lowest = lowest_pass_rate(report)
+        if self.fail_under is None or lowest is None or lowest[0] >= self.fail_under:
+            return 0
+        rate, arm, suite = lowest
+        line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
+        Console().print(line, highlight=False, markup=False, soft_wrap=True)
+        return BELOW
+
+
+def _path(checkpoint: str | None) -> Path | None:
+    return None if checkpoint is None else Path(checkpoint)

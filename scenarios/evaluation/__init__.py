@@ -1,0 +1,1 @@
+"""Arms compared on the same anatomies: run, counted, told."""

@@ -1,0 +1,87 @@
+"""What is compared: a planner with a controller, with or without this and that.
+
+NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import BadInputError
+
+FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
+OPTIONS = ("filter", "checkpoint", "planner-checkpoint", "ablation")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arm:
+    """One of those that are compared.
+
+    Attributes:
+        name: unique in an evaluation, also a folder's.
+        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation: as of
+            `EpisodeConfig`.
+    """
+
+    name: str
+    planner: str
+    controller: str
+    checkpoint: str | None = None
+    planner_checkpoint: str | None = None
+    safety_filter: bool = True
+    ablation: str | None = None
+
+    @property
+    def choices(self) -> dict[str, Any]:
+        """All but the name, as `EpisodeConfig` takes them."""
+        return {name: value for name, value in vars(self).items() if name != "name"}
+
+
+def arm_from_text(text: str) -> Arm:
+    """The arm that words name; without a name of its own it is named after both its parts.
+
+    Raises:
+        ValueError: they are of another form, or name what there is not.
+    """
+    stack, *options = text.split(",")
+    name, named, parts = stack.rpartition("=")
+    planner, plus, controller = parts.partition("+")
+    name = name if named else parts
+    if not plus or not _NAME.fullmatch(name):
+        raise ValueError(f"{text!r} is no arm; allowed: {FORM}, as full=learned+diffusion")
+    arm = Arm(name=name, planner=planner, controller=controller, **_options(options))
+    EpisodeConfig(**arm.choices)
+    return arm
+
+
+def _options(words: Sequence[str]) -> dict[str, Any]:
+    given = dict(_option(word) for word in words)
+    if "filter" in given:
+        switch = given.pop("filter")
+        if switch not in ("on", "off"):
+            raise ValueError(f"filter={switch!r}; allowed: on, off")
+        given["safety_filter"] = switch == "on"
+    return given
+
+
+def _option(word: str) -> tuple[str, Any]:
+    name, _, value = word.partition("=")
+    if name not in OPTIONS or not value:
+        raise ValueError(f"unknown option {word!r}; allowed: {', '.join(OPTIONS)}, each =VALUE")
+    return name.replace("-", "_"), value
+
+
+def require_distinct(arms: Sequence[Arm]) -> None:
+    """That no two have one name.
+
+    Raises:
+        BadInputError: some have.
+    """
+    names = [arm.name for arm in arms]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise BadInputError(f"--arms: {', '.join(sorted(twice))} is there twice; name them apart")

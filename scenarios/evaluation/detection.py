@@ -1,0 +1,152 @@
+"""How well a planner's chance of failure tells which episodes fail, scored as in SAFE.
+
+Gu et al., "SAFE: Multitask failure detection for vision-language-action models", arXiv 2506.09937.
+An episode's score is the highest chance in it. Its area under the ROC curve says how well scores
+tell failures from passes; the conformal alarm says how many failures are caught where at most
+`FALSE_ALARMS` of the passes raise one. SAFE lets the threshold change with time, this one does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scenarios.results import EpisodeResult
+from scenarios.wilson import wilson_interval
+
+FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over sets to calibrate on
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """So many of so many, with Wilson's interval."""
+
+    count: int
+    of: int
+
+    @property
+    def rate(self) -> float | None:
+        """None of none."""
+        return self.count / self.of if self.of else None
+
+    @property
+    def wilson_95(self) -> tuple[float, float]:
+        """As of `scenarios.wilson`."""
+        return wilson_interval(self.count, self.of)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alarm:
+    """What an alarm did.
+
+    Attributes:
+        caught: of failed episodes, those with an alarm.
+        false: of passed episodes, likewise.
+        lead_s: median time from the alarm to the failed episode's end; None if none was caught.
+    """
+
+    caught: Share
+    false: Share
+    lead_s: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detection:
+    """Of one arm.
+
+    Attributes:
+        passed, failed: episodes in which the planner gave a chance.
+        roc_auc: None without passes or without failures.
+        roc: (false alarms, caught) as shares, for every threshold.
+        own: the planner's alarm, whose threshold holds for single tasks, of which there are 17.
+        conformal: the alarm for whole episodes, calibrated on every other pass and judged on the
+            rest; None where too few passed for a threshold that keeps its word.
+    """
+
+    passed: int
+    failed: int
+    roc_auc: float | None
+    roc: tuple[tuple[float, float], ...]
+    own: Alarm
+    conformal: Alarm | None
+
+
+def detection(results: Sequence[EpisodeResult]) -> Detection | None:
+    """Over episodes without error; None where the planner gave no chance.
+
+    `results`: in an order that does not depend on what they came to.
+    """
+    scored = [r for r in results if r.error is None and score(r) is not None]
+    if not scored:
+        return None
+    passes, failures = [r for r in scored if r.success], [r for r in scored if not r.success]
+    curve = roc([score(r) or 0.0 for r in passes], [score(r) or 0.0 for r in failures])
+    return Detection(
+        passed=len(passes),
+        failed=len(failures),
+        roc_auc=area(curve) if passes and failures else None,
+        roc=curve,
+        own=Alarm(
+            caught=_share([_alarm_s(r) is not None for r in failures]),
+            false=_share([_alarm_s(r) is not None for r in passes]),
+            lead_s=_median([_end_s(r) - s for r in failures if (s := _alarm_s(r)) is not None]),
+        ),
+        conformal=_conformal(passes, failures),
+    )
+
+
+def score(result: EpisodeResult) -> float | None:
+    """The highest chance of failure that the planner gave in an episode."""
+    chances = (task.failure_chance for task in result.tasks)
+    return max((chance for chance in chances if chance is not None), default=None)
+
+
+def roc(passes: Sequence[float], failures: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """The curve from (0, 0) to (1, 1): shares of passes and of failures scored above thresholds."""
+    thresholds = sorted({*passes, *failures}, reverse=True)
+    return (
+        (0.0, 0.0),
+        *((_above(passes, at), _above(failures, at)) for at in thresholds),
+    )
+
+
+def area(curve: Sequence[tuple[float, float]]) -> float:
+    """Under a curve of straight pieces: the chance that a failure scores higher, ties by half."""
+    return sum((x1 - x0) * 0.5 * (y0 + y1) for (x0, y0), (x1, y1) in pairwise(curve))
+
+
+def _conformal(passes: Sequence[EpisodeResult], failures: Sequence[EpisodeResult]) -> Alarm | None:
+    import numpy as np
+
+    from planner.learned.calibration import conformal_quantile
+
+    known, fresh = passes[::2], passes[1::2]
+    threshold = conformal_quantile(np.array([score(r) for r in known], float), FALSE_ALARMS)
+    if threshold >= 1.0:
+        return None
+    return Alarm(
+        caught=_share([(score(r) or 0.0) > threshold for r in failures]),
+        false=_share([(score(r) or 0.0) > threshold for r in fresh]),
+    )
+
+
+def _above(scores: Sequence[float], threshold: float) -> float:
+    return sum(score >= threshold for score in scores) / len(scores) if scores else 0.0
+
+
+def _share(hits: Sequence[bool]) -> Share:
+    return Share(count=sum(hits), of=len(hits))
+
+
+def _alarm_s(result: EpisodeResult) -> float | None:
+    return min((t.alarm_s for t in result.tasks if t.alarm_s is not None), default=None)
+
+
+def _end_s(result: EpisodeResult) -> float:
+    return result.procedure_time_s + result.exchange_time_s
+
+
+def _median(values: Sequence[float]) -> float | None:
+    ordered, n = sorted(values), len(values)
+    return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2]) if n else None

@@ -1,0 +1,115 @@
+"""A report's folder: whose episodes they are, and which are finished."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from scenarios.atomic_write import write_atomic
+from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS
+from scenarios.errors import BadInputError
+from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.case import Case
+from scenarios.evaluation.plan import Plan
+from scenarios.recorder import SCHEMA_VERSION, load
+from scenarios.results import EpisodeResult, episode_from
+from scenarios.strict_json import dumps, plain
+from scenarios.versions import source_digest, versions
+
+MANIFEST = "evaluation.json"
+SCHEMA = 1
+
+
+def open_folder(folder: Path, arms: Iterable[Arm]) -> None:
+    """Notes what its episodes are made with, or sees that this is the same as before.
+
+    Raises:
+        BadInputError: the folder's are of another version, or an arm of the name is another.
+    """
+    path, made_with = folder / MANIFEST, _made_with()
+    before = _read(path) or {"schema": SCHEMA, "made_with": made_with, "arms": {}}
+    for name, value in made_with.items():
+        if before["made_with"].get(name) != value:
+            raise BadInputError(
+                f"--out {folder}: its episodes are of {name} {before['made_with'].get(name)}, this"
+                f" is {value}; name another folder"
+            )
+    for arm in arms:
+        described = _described(arm)
+        if before["arms"].setdefault(arm.name, described) != described:
+            raise BadInputError(
+                f"--out {folder}: arm {arm.name!r} was another one there; give it another name, or"
+                " name another folder"
+            )
+    try:
+        write_atomic(path, (dumps(before, indent=2) + "\n").encode())
+    except OSError as error:
+        raise BadInputError(f"--out: cannot write {path} ({error.strerror})") from None
+
+
+def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
+    """Results that need no episode; those that broke off are to be run again.
+
+    Raises:
+        BadInputError: a recording cannot be read.
+    """
+    found: dict[Case, EpisodeResult] = {}
+    while new := {
+        c: r for c in plan.due(found) if (r := _result(folder / c.recording)) is not None
+    }:
+        found |= new
+    return found
+
+
+def _result(path: Path) -> EpisodeResult | None:
+    if not path.exists():
+        return None
+    try:
+        recording = load(path, steps=False)
+    except (OSError, ValueError) as error:
+        raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
+    return None if recording.result is None else episode_from(recording.result)
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """None where there is no file yet."""
+    try:
+        read = json.loads(path.read_text())
+        if read["schema"] == SCHEMA and read["made_with"].keys() and read["arms"] is not None:
+            return read
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise BadInputError(f"--out: {path} is damaged; name another folder") from None
+    raise BadInputError(
+        f"--out: {path} has schema {read['schema']}; allowed: {SCHEMA}; name another folder"
+    )
+
+
+def _made_with() -> dict[str, Any]:
+    from tissue_sim.world import WORLD_VERSION
+
+    made = {"world version": WORLD_VERSION, "recording schema": SCHEMA_VERSION}
+    return made | {"source": source_digest()} | versions()
+
+
+def _described(arm: Arm) -> dict[str, Any]:
+    """The arm, its checkpoints by what is in them."""
+    digests = {
+        "checkpoint": _digest(arm.checkpoint, "controller.diffusion.checkpoint")
+        if arm.controller in LEARNED_CONTROLLERS
+        else None,
+        "planner_checkpoint": _digest(arm.planner_checkpoint, "planner.learned.checkpoint")
+        if arm.planner in LEARNED_PLANNERS
+        else None,
+    }
+    return plain(arm.choices) | digests
+
+
+def _digest(checkpoint: str | None, module: str) -> str:
+    """Of a file, or of that which comes with Calot for the learner of `module`."""
+    return sha256(Path(checkpoint or import_module(module).SHIPPED).read_bytes()).hexdigest()

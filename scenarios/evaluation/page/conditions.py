@@ -1,0 +1,36 @@
+"""Pass rates condition by condition, where a suite has several."""
+
+from __future__ import annotations
+
+from html import escape
+
+from scenarios.evaluation.page.parts import section, table
+from scenarios.evaluation.page.sheet import N_COLOURS
+from scenarios.evaluation.report import Report
+from scenarios.evaluation.words import counts
+from scenarios.results import Summary
+
+
+def conditions(report: Report) -> str:
+    rows = [
+        (
+            escape(suite.name),
+            escape(condition.name),
+            *(
+                _bar(k, found.suites[suite.name].conditions[condition.name])
+                for k, found in enumerate(report.arms.values())
+            ),
+        )
+        for suite in report.suites
+        for condition in suite.conditions
+        if len(suite.conditions) > 1
+    ]
+    head = ("suite", "condition", *map(escape, report.arms))
+    return section(
+        "Condition by condition", "Passed, of the episodes without error.", table(head, 9, rows)
+    )
+
+
+def _bar(k: int, summary: Summary) -> str:
+    style = f"width:{70 * (summary.pass_rate or 0.0):.0f}px"
+    return f"<span class='bar arm{k % N_COLOURS}' style='{style}'></span>{counts(summary)}"

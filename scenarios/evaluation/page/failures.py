@@ -1,0 +1,43 @@
+"""Why episodes failed, and which are worth a look."""
+
+from __future__ import annotations
+
+from html import escape
+
+from scenarios.evaluation.page.parts import arm_name, section, table
+from scenarios.evaluation.report import Episode, Report
+
+
+def failures(report: Report) -> str:
+    reasons = [
+        (
+            arm_name(k, arm),
+            escape(name),
+            escape(reason),
+            str(count),
+        )
+        for k, (arm, found) in enumerate(report.arms.items())
+        for name, suite in found.suites.items()
+        for reason, count in suite.reasons.items()
+    ]
+    episodes = [
+        (arm_name(k, arm), _place(episode), escape(episode.outcome))
+        for k, (arm, found) in enumerate(report.arms.items())
+        for episode in (*found.errors, *found.worst)
+    ]
+    return section(
+        "Why, and which to look at",
+        "What went wrong first in each failed episode. Below, errors and the worst episodes: those"
+        " that failed earliest, then the slowest that passed. Watch one with"
+        " <code>calot replay FILE --view</code>.",
+        table(("arm", "suite", "reason", "episodes"), 3, reasons)
+        + "<div style='height:18px'></div>"
+        + table(("arm", "recording", "outcome"), 9, episodes),
+    )
+
+
+def _place(episode: Episode) -> str:
+    return (
+        f"<a href='{escape(episode.recording, quote=True)}'>{escape(episode.condition)},"
+        f" seed {episode.seed}</a>"
+    )

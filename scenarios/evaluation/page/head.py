@@ -1,0 +1,44 @@
+"""What was compared, and the first answer."""
+
+from __future__ import annotations
+
+from html import escape
+
+from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.page.sheet import N_COLOURS
+from scenarios.evaluation.report import ArmReport, Report
+from scenarios.evaluation.words import counts, interval, rate
+
+
+def head(report: Report) -> str:
+    first, last, n = report.seeds[0], report.seeds[-1], len(report.seeds)
+    patients = (
+        f"the patient of seed {first}" if n == 1 else f"{n} patients, seeds {first} to {last}"
+    )
+    suites = ", ".join(suite.name for suite in report.suites)
+    cards = "".join(_card(k, found) for k, found in enumerate(report.arms.values()))
+    return (
+        f"<h1>How often does it succeed?</h1><p class='lead'>Every arm met the same {patients}, in"
+        f" {escape(suites)}. Seventeen tasks, three clips and a cut on either tube: a procedure"
+        " passes when all are done, every clip holds a test pull, nothing leaks and nothing is"
+        f" injured.</p><div class='cards'>{cards}</div>"
+    )
+
+
+def _card(k: int, found: ArmReport) -> str:
+    name, suite = next(iter(found.suites.items()))
+    summary = suite.summary
+    return (
+        f"<div class='card arm{k % N_COLOURS}'><h3>{escape(found.arm.name)}</h3>"
+        f"<span class='soft'>{escape(_stack(found.arm))}</span>"
+        f"<b>{rate(summary.pass_rate)}</b><span class='soft'>{counts(summary)} in"
+        f" {escape(name)}, 95 % interval {interval(summary.wilson_95, 0, 100.0)} %</span></div>"
+    )
+
+
+def _stack(arm: Arm) -> str:
+    """What an arm is made of, in words."""
+    parts = [f"{arm.planner} planner, {arm.controller} controller"]
+    parts += [] if arm.safety_filter else ["no safety filter"]
+    parts += [arm.ablation] if arm.ablation else []
+    return ", ".join(parts)

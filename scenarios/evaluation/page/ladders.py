@@ -1,0 +1,57 @@
+"""How strong a disturbance must be to break an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from scenarios.evaluation.page.parts import legend, section
+from scenarios.evaluation.page.plots import Line, ladder
+from scenarios.evaluation.page.sheet import N_COLOURS
+from scenarios.evaluation.report import Climb, Report
+
+
+def ladders(report: Report) -> str:
+    axes = [ladder for suite in report.suites for ladder in suite.ladders]
+    climbs = {
+        (arm, climb.axis): climb
+        for arm, found in report.arms.items()
+        for suite in found.suites.values()
+        for climb in suite.climbs
+    }
+    figures = "".join(
+        _ladder([climbs[arm, axis.axis] for arm in report.arms], axis.rungs[-1].magnitude or 1.0)
+        for axis in axes
+    )
+    return section(
+        "How much it takes to break",
+        "Each disturbance grows until fewer than half of the patients pass; that is the breaking"
+        " point. Whiskers are 95 % Wilson intervals.",
+        f"{legend(report)}<div class='several'>{figures}</div>" if figures else "",
+    )
+
+
+def _ladder(climbs: Sequence[Climb], most: float) -> str:
+    lines = [
+        Line(
+            colour=k % N_COLOURS,
+            points=tuple(
+                (rung.magnitude, rung.summary.pass_rate, *rung.summary.wilson_95)
+                for rung in climb.rungs
+                if rung.summary.pass_rate is not None
+            ),
+        )
+        for k, climb in enumerate(climbs)
+    ]
+    breaks = "".join(
+        f"<span class='once'><span class='dot arm{k % N_COLOURS}'></span>{_broken(climb)}</span> "
+        for k, climb in enumerate(climbs)
+    )
+    return (
+        f"<figure><h3>{escape(climbs[0].axis)}</h3>{ladder(lines, most)}"
+        f"<figcaption>{escape(climbs[0].unit)}<br>{breaks}</figcaption></figure>"
+    )
+
+
+def _broken(climb: Climb) -> str:
+    return "holds" if climb.breaking is None else f"breaks at {climb.breaking:g}"

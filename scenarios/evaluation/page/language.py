@@ -1,0 +1,41 @@
+"""What people said, and what came of it."""
+
+from __future__ import annotations
+
+from html import escape
+
+from scenarios.evaluation.page.parts import section, table
+from scenarios.evaluation.report import Report
+from scenarios.evaluation.words import NOTHING
+
+
+def language(report: Report) -> str:
+    lines = {
+        (line.condition, line.saying): line
+        for found in report.arms.values()
+        for suite in found.suites.values()
+        for line in suite.audit
+    }
+    rights = [
+        {(line.condition, line.saying): line for s in found.suites.values() for line in s.audit}
+        for found in report.arms.values()
+    ]
+    rows = []
+    for key, line in lines.items():
+        cells = [
+            _right(arm[key].right, arm[key].heard) if key in arm else NOTHING for arm in rights
+        ]
+        meant = escape(line.saying.means or "nothing")
+        said = f"“{escape(line.saying.text)}”<br><span class='soft'>{escape(line.reply)}</span>"
+        rows.append((escape(line.condition), said, meant, *cells))
+    head = ("kind", "said, and replied", "should move", *map(escape, report.arms))
+    return section(
+        "What people say",
+        "Said at set times in the procedure. Right is: obeyed as meant, or refused or asked back"
+        " where nothing should move.",
+        table(head, 3, rows),
+    )
+
+
+def _right(right: int, heard: int) -> str:
+    return f"<span class='{'good' if right == heard else 'bad'}'>{right} of {heard}</span>"

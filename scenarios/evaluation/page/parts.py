@@ -1,0 +1,38 @@
+"""What the sections of a report's page are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from scenarios.evaluation.page.sheet import N_COLOURS
+from scenarios.evaluation.report import Report
+
+
+def section(title: str, text: str, body: str) -> str:
+    """Nothing where there is nothing to show."""
+    return f"<section><h2>{title}</h2><p class='soft'>{text}</p>{body}</section>" if body else ""
+
+
+def table(head: Sequence[str], names: int, rows: Iterable[Sequence[str]]) -> str:
+    """Of cells that are HTML; the first `names` columns are words, the others numbers."""
+    body = "".join(
+        "<tr>" + "".join(_cell("td", cell, k >= names) for k, cell in enumerate(row)) + "</tr>"
+        for row in rows
+    )
+    top = "".join(_cell("th", cell, k >= names) for k, cell in enumerate(head))
+    whole = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    return f"<div class='scroll'>{whole}</div>" if body else ""
+
+
+def _cell(tag: str, content: str, is_number: bool) -> str:
+    kind = " class='n'" if is_number else ""
+    return f"<{tag}{kind}>{content}</{tag}>"
+
+
+def legend(report: Report) -> str:
+    return "".join(arm_name(k, arm) + " &emsp; " for k, arm in enumerate(report.arms))
+
+
+def arm_name(k: int, name: str) -> str:
+    return f"<span class='dot arm{k % N_COLOURS}'></span>{escape(name)}"

@@ -1,0 +1,62 @@
+"""Pass rates with their intervals, and the figures of the episodes that passed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from html import escape
+
+from scenarios.evaluation.page.parts import arm_name, section, table
+from scenarios.evaluation.page.plots import Mark, forest
+from scenarios.evaluation.page.sheet import N_COLOURS
+from scenarios.evaluation.report import Report, SuiteReport
+from scenarios.evaluation.words import counts, number
+
+
+def pass_rates(report: Report) -> str:
+    marks = [
+        Mark(
+            label=f"{suite.name}: {arm}" if len(report.suites) > 1 else arm,
+            colour=k % N_COLOURS,
+            value=found.suites[suite.name].summary.pass_rate,
+            ends=found.suites[suite.name].summary.wilson_95,
+            note=_note(found.suites[suite.name]),
+        )
+        for suite in report.suites
+        if not suite.ladders
+        for k, (arm, found) in enumerate(report.arms.items())
+    ]
+    head = ("arm", "suite", "time (s)", "path (mm)", "jerk (µm/step³)", "corrections",
+            "altered", "injured", "clearance (mm)")  # fmt: skip
+    return section(
+        "Pass rates",
+        "Bars are 95 % Wilson intervals. Episodes that broke off with an error are nobody's"
+        " failures and are left out. Below: means over the episodes that passed; path and jerk are"
+        " the right tip's, altered are commands that the safety filter changed.",
+        (forest(marks) if marks else "") + table(head, 2, _figures(report)),
+    )
+
+
+def _note(suite: SuiteReport) -> str:
+    notes = [counts(suite.summary)]
+    notes += [f"{suite.summary.errors} errors"] if suite.summary.errors else []
+    notes += [f"{suite.missing} not run"] if suite.missing else []
+    return ", ".join(notes)
+
+
+def _figures(report: Report) -> Iterator[Sequence[str]]:
+    for suite in report.suites:
+        if suite.ladders:
+            continue
+        for k, (arm, found) in enumerate(report.arms.items()):
+            f = found.suites[suite.name].figures
+            yield (
+                arm_name(k, arm),
+                escape(suite.name),
+                number(f.time_s, 1),
+                number(f.path_m, 0, 1e3),
+                number(f.jerk_m, 1, 1e6),
+                number(f.corrections, 1),
+                number(f.interventions, 1),
+                str(f.injured),
+                number(f.clearance_m, 2, 1e3),
+            )

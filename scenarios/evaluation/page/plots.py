@@ -1,0 +1,171 @@
+"""Drawings of a report as SVG text, in the colours that the page's sheet gives to arms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from scenarios.evaluation.words import rate as in_percent
+
+ROW, LABEL, PLOT, NOTE = 26, 210, 470, 150  # px of a forest
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """A value in 0 to 1 with its interval; `colour` is the arm's number, `note` stands beside."""
+
+    label: str
+    colour: int
+    value: float | None
+    ends: tuple[float, float]
+    note: str
+
+
+def forest(marks: Sequence[Mark]) -> str:
+    """A row a mark: a dot in its interval, on an axis from 0 to 1."""
+    height = ROW * len(marks) + 30
+    ticks = "".join(
+        f'<line class="grid" x1="{_at(x):.1f}" x2="{_at(x):.1f}" y1="4" y2="{height - 24}"/>'
+        f'<text class="tick" x="{_at(x):.1f}" y="{height - 8}">{in_percent(x)}</text>'
+        for x in (0.0, 0.25, 0.5, 0.75, 1.0)
+    )
+    rows = "".join(_row(mark, 4 + ROW * (k + 0.5)) for k, mark in enumerate(marks))
+    return _svg(LABEL + PLOT + NOTE, height, "pass rates with their intervals", ticks + rows)
+
+
+def _row(mark: Mark, y: float) -> str:
+    low, high = (_at(end) for end in mark.ends)
+    dot = ""
+    if mark.value is not None:
+        dot = (
+            f'<circle class="arm{mark.colour} solid" cx="{_at(mark.value):.1f}" cy="{y}" r="5.5"/>'
+        )
+    return (
+        f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{escape(mark.label)}</text>'
+        f'<line class="arm{mark.colour} span" x1="{low:.1f}" x2="{high:.1f}" y1="{y}" y2="{y}"/>'
+        f'{dot}<text class="note" x="{LABEL + PLOT + 16}" y="{y + 4}">{escape(mark.note)}</text>'
+    )
+
+
+def _at(value: float) -> float:
+    return LABEL + PLOT * value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """What an arm does along an axis: (magnitude, rate, low, high) from rung to rung."""
+
+    colour: int
+    points: tuple[tuple[float, float, float, float], ...]
+
+
+def ladder(lines: Sequence[Line], most: float) -> str:
+    """Pass rate over magnitude, up to `most`; the dashed line is the half at which it breaks."""
+    width, height, left, low, top = 250, 150, 34, 122, 10
+
+    def x(magnitude: float) -> float:
+        return left + (width - left - 12) * magnitude / most
+
+    def y(rate: float) -> float:
+        return low - (low - top) * rate
+
+    axes = "".join(
+        f'<line class="{"half" if r == 0.5 else "grid"}" x1="{left}" x2="{width - 6}"'
+        f' y1="{y(r):.1f}" y2="{y(r):.1f}"/>'
+        f'<text class="tick end" x="{left - 6}" y="{y(r) + 4:.1f}">{in_percent(r)}</text>'
+        for r in (0.0, 0.5, 1.0)
+    )
+    axes += "".join(
+        f'<text class="tick" x="{x(m):.1f}" y="{height - 10}">{m:g}</text>'
+        for m in (0.5 * most, most)
+    )
+    shift = -2.0 * (len(lines) - 1)
+    drawn = "".join(
+        _line(
+            line.colour,
+            [(x(m) + shift + 4 * k, y(r), y(lo), y(hi)) for m, r, lo, hi in line.points],
+        )
+        for k, line in enumerate(lines)
+    )
+    return _svg(width, height, "pass rate over magnitude", axes + drawn)
+
+
+def _line(colour: int, points: Sequence[tuple[float, float, float, float]]) -> str:
+    path = " ".join(f"{x:.1f},{y:.1f}" for x, y, _, _ in points)
+    spans = "".join(
+        f'<line class="arm{colour} thin" x1="{x:.1f}" x2="{x:.1f}" y1="{low:.1f}" y2="{high:.1f}"/>'
+        f'<circle class="arm{colour} solid" cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>'
+        for x, y, low, high in points
+    )
+    return f'<polyline class="arm{colour} line" points="{path}"/>{spans}'
+
+
+def strips(groups: Sequence[tuple[str, int, Sequence[float]]], unit: str) -> str:
+    """A row a group (label, colour, values): a dot a value, a bar at their median."""
+    most = 1.08 * max((value for _, _, values in groups for value in values), default=1.0)
+    height = 34 * len(groups) + 30
+
+    def x(value: float) -> float:
+        return LABEL + PLOT * value / most
+
+    ticks = "".join(
+        f'<line class="grid" x1="{x(v):.1f}" x2="{x(v):.1f}" y1="4" y2="{height - 24}"/>'
+        f'<text class="tick" x="{x(v):.1f}" y="{height - 8}">{v:g}</text>'
+        for v in _round_values(most)
+    )
+    rows = "".join(
+        _strip(label, colour, [x(value) for value in sorted(values)], 4 + 34 * (k + 0.5))
+        for k, (label, colour, values) in enumerate(groups)
+    )
+    named = f'<text class="note" x="{LABEL + PLOT + 16}" y="{height - 8}">{escape(unit)}</text>'
+    return _svg(LABEL + PLOT + NOTE, height, unit, ticks + rows + named)
+
+
+def _strip(label: str, colour: int, at: Sequence[float], y: float) -> str:
+    dots = "".join(
+        f'<circle class="arm{colour} faint" cx="{x:.1f}" cy="{y + 5 * (k % 3 - 1)}" r="4"/>'
+        for k, x in enumerate(at)
+    )
+    middle = at[len(at) // 2] if at else None
+    bar = (
+        ""
+        if middle is None
+        else f'<line class="arm{colour} span" x1="{middle:.1f}" x2="{middle:.1f}"'
+        f' y1="{y - 12}" y2="{y + 12}"/>'
+    )
+    name = f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{escape(label)}</text>'
+    return name + dots + bar
+
+
+def _round_values(most: float) -> list[float]:
+    """Four to eight steps of 1, 2 or 5 of a power of ten, from 0 on."""
+    step = 10.0 ** len(str(int(most)))
+    while most / step < 4:
+        step = step / 2 if str(step)[0] in "12" else step / 2.5
+    return [step * k for k in range(int(most / step) + 1)]
+
+
+def roc(curves: Sequence[tuple[int, Sequence[tuple[float, float]]]]) -> str:
+    """Failures caught over false alarms, a curve an arm (colour, points)."""
+    size, left, low = 260, 44, 226
+
+    def points(curve: Sequence[tuple[float, float]]) -> str:
+        side = low - 10
+        return " ".join(f"{left + side * x:.1f},{low - side * y:.1f}" for x, y in curve)
+
+    frame = f'<polyline class="half" points="{points(((0, 0), (1, 1)))}"/>'
+    frame += f'<polyline class="grid" points="{points(((0, 1), (0, 0), (1, 0)))}"/>'
+    drawn = "".join(f'<polyline class="arm{c} line" points="{points(p)}"/>' for c, p in curves)
+    names = (
+        f'<text class="tick" x="{left + 108}" y="{size - 10}">false alarms</text>'
+        f'<text class="tick" transform="translate(16 118) rotate(-90)">failures caught</text>'
+    )
+    return _svg(size, size, "receiver operating characteristic", frame + drawn + names)
+
+
+def _svg(width: float, height: float, said: str, inside: str) -> str:
+    return (
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" role="img"'
+        f' aria-label="{escape(said)}">{inside}</svg>'
+    )

@@ -1,0 +1,88 @@
+"""What can be said of two arms that met the same patients."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import binomtest, t
+
+Interval = tuple[float, float]
+
+
+def mcnemar_exact(only_first: int, only_second: int) -> float:
+    """Two-sided p-value of McNemar's test, from the binomial distribution itself.
+
+    McNemar (1947, Psychometrika 12:153-157): where both arms do the same nothing is learnt; of
+    the other pairs, half should favour either arm if they do not differ.
+
+    Args:
+        only_first: pairs in which only the first arm passed.
+        only_second: pairs in which only the second did.
+    """
+    n = only_first + only_second
+    return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
+
+
+def tango_interval(only_first: int, only_second: int, n: int, z: float = 1.96) -> Interval:
+    """Score interval of the difference of two paired rates, first minus second.
+
+    Tango (1998, Stat. Med. 17:891-908): the differences d whose score `tango_score` lies within
+    -z and z. It has its level with few pairs and with rates of 0 and 1, where Wald's has not.
+
+    Args:
+        only_first: pairs in which only the first arm passed.
+        only_second: pairs in which only the second did.
+        n: all pairs; with none, nothing is known and the interval is (-1, 1).
+        z: normal quantile; 1.96 for 95 %.
+
+    Raises:
+        ValueError: the counts are negative, or more than `n` together.
+    """
+    if only_first < 0 or only_second < 0 or only_first + only_second > n:
+        raise ValueError(f"{only_first} and {only_second} must be 0 or more, {n} at most together")
+    if n == 0:
+        return -1.0, 1.0
+    return _solved(only_first, only_second, n, z), _solved(only_first, only_second, n, -z)
+
+
+def tango_score(only_first: int, only_second: int, n: int, difference: float) -> float:
+    """How many standard errors the observed difference of rates lies above `difference`.
+
+    Tango (1998), equations 10 and 12: the error is estimated under `difference`, at the most
+    likely share q of pairs in which only the second passes. It is +-inf where the observed one
+    cannot be.
+    """
+    b, c, d = only_first, only_second, difference
+    lin = (2 * n - b + c) * d - b - c
+    q = (math.sqrt(max(0.0, lin * lin + 8 * n * c * d * (1 - d))) - lin) / (4 * n)
+    off, variance = b - c - n * d, n * (2 * q + d * (1 - d))
+    if variance <= 0.0:
+        return math.copysign(math.inf, off) if off else 0.0
+    return off / math.sqrt(variance)
+
+
+def _solved(only_first: int, only_second: int, n: int, score: float) -> float:
+    """The difference with this score, which falls from one end of -1 to 1 to the other."""
+    low, high = -1.0, 1.0
+    while high - low > 1e-12:
+        middle = 0.5 * (low + high)
+        if tango_score(only_first, only_second, n, middle) > score:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def mean_interval(differences: Sequence[float], level: float = 0.95) -> Interval | None:
+    """Interval of the mean of paired differences, Student (1908, Biometrika 6:1-25).
+
+    None for fewer than two.
+    """
+    n = len(differences)
+    if n < 2:
+        return None
+    mean, error = np.mean(differences), np.std(differences, ddof=1) / math.sqrt(n)
+    half_width = float(t.ppf(0.5 + 0.5 * level, n - 1) * error)
+    return float(mean) - half_width, float(mean) + half_width

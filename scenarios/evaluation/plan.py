@@ -1,0 +1,68 @@
+"""Which episodes an evaluation takes: those of each condition, and of ladders as far as needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.case import Case
+from scenarios.results import EpisodeResult, summarise
+from scenarios.suites import Condition, Ladder, Suite
+
+HOLDS = 0.5  # of a rung's episodes pass, at least
+
+Results = Mapping[Case, EpisodeResult]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Arms, suites, patients: every arm meets every patient."""
+
+    arms: tuple[Arm, ...]
+    suites: tuple[Suite, ...]
+    seeds: Sequence[int]
+
+    def cases(self, arm: Arm, suite: Suite, condition: Condition) -> list[Case]:
+        """Of one condition, a patient each."""
+        return [
+            Case(arm=arm, suite=suite.name, condition=condition, seed=seed) for seed in self.seeds
+        ]
+
+    def conditions(self, arm: Arm, suite: Suite, results: Results) -> list[Condition]:
+        """Those that an arm has to meet, as far as is known by now."""
+        rungs = (
+            rung for ladder in suite.ladders for rung in self.climbed(arm, suite, ladder, results)
+        )
+        return [*suite.conditions, *rungs]
+
+    def climbed(
+        self, arm: Arm, suite: Suite, ladder: Ladder, results: Results
+    ) -> Iterator[Condition]:
+        """The rungs of a ladder up to the first that is not done or does not hold."""
+        for rung in ladder.rungs:
+            yield rung
+            cases = self.cases(arm, suite, rung)
+            if any(case not in results for case in cases):
+                return
+            rate = summarise([results[case] for case in cases]).pass_rate
+            if rate is None or rate < HOLDS:
+                return
+
+    def asked(self, arm: Arm, suite: Suite, results: Results) -> list[Case]:
+        """An arm's episodes in a suite, as far as is known by now."""
+        conditions = self.conditions(arm, suite, results)
+        return [case for c in conditions for case in self.cases(arm, suite, c)]
+
+    def due(self, results: Results) -> list[Case]:
+        """What can be run now and has no result yet."""
+        return [case for case in self._all(results) if case not in results]
+
+    def known(self, results: Results) -> list[Case]:
+        """What has a result, in the plan's order, whenever it ended."""
+        return [case for case in self._all(results) if case in results]
+
+    def _all(self, results: Results) -> Iterator[Case]:
+        for suite in self.suites:
+            for arm in self.arms:
+                yield from self.asked(arm, suite, results)

@@ -1,0 +1,55 @@
+"""What SRT-H reports, the system that Calot reproduces.
+
+Kim et al., "SRT-H: A hierarchical framework for autonomous surgery via language-conditioned
+imitation learning", Science Robotics 10 (2025), arXiv 2505.10251.
+
+On pig gallbladders, in time on the clock; tool exchanges are left out there as they are here. It
+prints its jerk in mm/s^3; the size is that of third differences between frames of 30 Hz, as which
+it is taken here (assumed: how it was computed is not said).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SOURCE = "Kim et al., Science Robotics 2025, arXiv 2505.10251"
+
+PASSED, GALLBLADDERS = 8, 8
+DURATIONS_S = (290.0, 315.0, 304.0, 300.0, 396.0, 318.0, 274.0, 337.0)
+CORRECTIONS = (2, 8, 14, 3, 6, 12, 1, 5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedTask:
+    """One kind of task by the robot and by one expert surgeon, in that order.
+
+    Attributes:
+        kind, clip: which of `planner.task.TASKS` these are, on either tube.
+        path_m: of the instrument at work.
+        jerk_m: between frames; None where none is given.
+    """
+
+    name: str
+    kind: str
+    clip: int | None
+    time_s: tuple[float, float]
+    path_m: tuple[float, float]
+    jerk_m: tuple[float, float] | None = None
+
+
+TASKS = (
+    PublishedTask(
+        name="first clip",
+        kind="clip",
+        clip=1,
+        time_s=(18.1, 12.1),
+        path_m=(0.0314, 0.0540),
+        jerk_m=(2.544e-5, 3.058e-5),
+    ),
+    PublishedTask(
+        name="third clip", kind="clip", clip=3, time_s=(25.0, 18.5), path_m=(0.0435, 0.0631)
+    ),
+    PublishedTask(
+        name="go to the cut", kind="cut", clip=None, time_s=(19.0, 13.0), path_m=(0.0444, 0.0473)
+    ),
+)

@@ -1,0 +1,46 @@
+"""Why an episode failed, in words: what was first to go wrong."""
+
+from __future__ import annotations
+
+from planner.task import TASKS
+from scenarios.results import EpisodeResult, TaskResult
+
+NOT_HOLDING = "a clip or a stump does not hold in the end"
+
+
+def reason(result: EpisodeResult) -> str | None:
+    """The first injury, else the task that was not done in time; None if it did not fail."""
+    if result.success or result.error is not None:
+        return None
+    if result.injuries:
+        return f"injury: {result.injuries[0].event}"
+    task = first_not_done(result)
+    return NOT_HOLDING if task is None else f"not done in time: {task}"
+
+
+def first_not_done(result: EpisodeResult) -> str | None:
+    """The words of the first task, in the procedure's order, that was not done; None if all are."""
+    done = {task.index for task in result.tasks if task.success}
+    return next((task.text for task in TASKS if task.index not in done), None)
+
+
+def in_detail(result: EpisodeResult) -> str:
+    """The outcome in a line, with numbers."""
+    if result.error is not None:
+        return f"error: {result.error}"
+    if result.success:
+        return f"passed in {result.procedure_time_s:.0f} s, {result.corrections} corrections"
+    parts = [
+        f"{injury.event} at {injury.time_s:.1f} s ({injury.value:.3g}, limit {injury.limit:.3g})"
+        for injury in result.injuries[:1]
+    ]
+    if (task := _last(result)) is not None and first_not_done(result) is not None:
+        parts.append(
+            f"{first_not_done(result)} not done; {task.time_s:.0f} s at {task.instruction}"
+        )
+    return "; ".join(parts) or NOT_HOLDING
+
+
+def _last(result: EpisodeResult) -> TaskResult | None:
+    """The task at which the episode ended for lack of time: no other takes as long."""
+    return max(result.tasks, key=lambda task: task.time_s, default=None)

@@ -1,0 +1,253 @@
+"""All that an evaluation found, as numbers; its JSON, its tables and its page say the same."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.audit import AuditLine, audit
+from scenarios.evaluation.case import Case
+from scenarios.evaluation.comparison import Comparison, compare
+from scenarios.evaluation.detection import Detection, detection
+from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_figures
+from scenarios.evaluation.plan import HOLDS, Plan, Results
+from scenarios.evaluation.published import TASKS
+from scenarios.evaluation.reasons import in_detail, reason
+from scenarios.results import EpisodeResult, SafetyResult, Summary, summarise
+from scenarios.suites import Condition, Ladder, Suite
+
+WORST = 5  # episodes told of for each arm
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """One magnitude of a ladder."""
+
+    magnitude: float
+    summary: Summary
+
+
+@dataclass(frozen=True, kw_only=True)
+class Climb:
+    """How far an arm came on a ladder.
+
+    Attributes:
+        held: the largest magnitude at which at least half passed; None if the first broke it.
+        breaking: the smallest at which fewer did; None if none was found.
+    """
+
+    axis: str
+    unit: str
+    rungs: tuple[Rung, ...]
+    held: float | None
+    breaking: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One to look at: where it stands and what it came to."""
+
+    suite: str
+    condition: str
+    seed: int
+    recording: str
+    outcome: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SuiteReport:
+    """One arm in one suite.
+
+    Attributes:
+        missing: episodes that have not been run, as the evaluation was interrupted.
+        conditions: pass rates by condition, without those of ladders.
+        reasons: of failures, the most frequent first.
+        tasks: the kinds of task for which SRT-H gives figures, by its names.
+        results: each episode, by its condition, in the order of seeds.
+    """
+
+    summary: Summary
+    missing: int
+    figures: Figures
+    conditions: dict[str, Summary]
+    climbs: tuple[Climb, ...]
+    audit: tuple[AuditLine, ...]
+    reasons: dict[str, int]
+    tasks: dict[str, TaskFigures]
+    results: tuple[tuple[str, EpisodeResult], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmReport:
+    """One arm.
+
+    Attributes:
+        suites: by name.
+        worst: those that failed, the earliest first; then the slowest that passed.
+        errors: episodes that broke off, which are nobody's failures.
+        detection: over all suites; None where its planner gives no chance of failure.
+    """
+
+    arm: Arm
+    suites: dict[str, SuiteReport]
+    worst: tuple[Episode, ...]
+    errors: tuple[Episode, ...]
+    detection: Detection | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """An evaluation.
+
+    Attributes:
+        comparisons: of each other arm with the first, but not on ladders: arms climb these as far
+            as each can, so that those which meet on a rung are not all.
+    """
+
+    seeds: tuple[int, ...]
+    suites: tuple[Suite, ...]
+    arms: dict[str, ArmReport]
+    comparisons: tuple[Comparison, ...]
+
+
+def report_of(plan: Plan, results: Results, folder: Path) -> Report:
+    """From what there is by now; language is read from the recordings in `folder`."""
+    reference, *others = plan.arms
+    planned = {case: results[case] for case in plan.known(results)}
+    return Report(
+        seeds=tuple(plan.seeds),
+        suites=plan.suites,
+        arms={arm.name: _of_arm(plan, arm, planned, folder) for arm in plan.arms},
+        comparisons=tuple(
+            compare(arm.name, reference.name, suite.name, planned)
+            for suite in plan.suites
+            for arm in others
+            if not suite.ladders
+        ),
+    )
+
+
+def _of_arm(plan: Plan, arm: Arm, results: Results, folder: Path) -> ArmReport:
+    mine = {case: result for case, result in results.items() if case.arm == arm}
+    ended = {case: result for case, result in mine.items() if result.error is None}
+    worst = sorted(ended.items(), key=lambda pair: _badness(pair[1]), reverse=True)
+    return ArmReport(
+        arm=arm,
+        suites={suite.name: _of_suite(plan, arm, suite, mine, folder) for suite in plan.suites},
+        worst=tuple(_episode(case, result) for case, result in worst[:WORST]),
+        errors=tuple(_episode(c, r) for c, r in mine.items() if r.error is not None),
+        detection=detection(list(ended.values())),
+    )
+
+
+def _of_suite(
+    plan: Plan, arm: Arm, suite: Suite, mine: Mapping[Case, EpisodeResult], folder: Path
+) -> SuiteReport:
+    here = {case: result for case, result in mine.items() if case.suite == suite.name}
+    reasons = Counter(why for r in here.values() if (why := reason(r)) is not None)
+    recorded = [case for case in here if (folder / case.recording).exists()]
+    return SuiteReport(
+        summary=summarise(list(here.values())),
+        missing=len(plan.asked(arm, suite, mine)) - len(here),
+        figures=figures(list(here.values())),
+        conditions={c.name: _summary(here, c) for c in suite.conditions},
+        climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),
+        audit=audit(folder, recorded),
+        reasons=dict(reasons.most_common()),
+        tasks={task.name: task_figures(here.values(), task) for task in TASKS},
+        results=tuple((case.condition.name, result) for case, result in here.items()),
+    )
+
+
+def _summary(here: Mapping[Case, EpisodeResult], condition: Condition) -> Summary:
+    return summarise([result for case, result in here.items() if case.condition == condition])
+
+
+def _climb(
+    plan: Plan, arm: Arm, suite: Suite, ladder: Ladder, mine: Mapping[Case, EpisodeResult]
+) -> Climb:
+    rungs = [
+        Rung(magnitude=rung.magnitude or 0.0, summary=_summary(mine, rung))
+        for rung in plan.climbed(arm, suite, ladder, mine)
+    ]
+    known = [
+        (rung.magnitude, rate) for rung in rungs if (rate := rung.summary.pass_rate) is not None
+    ]
+    return Climb(
+        axis=ladder.axis,
+        unit=ladder.unit,
+        rungs=tuple(rungs),
+        held=max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None),
+        breaking=min((magnitude for magnitude, rate in known if rate < HOLDS), default=None),
+    )
+
+
+def _badness(result: EpisodeResult) -> tuple[bool, int, int, float]:
+    """Failed before passed, few tasks before many, then injuries and time."""
+    done = sum(task.success for task in result.tasks)
+    return not result.success, -done, len(result.injuries), result.procedure_time_s
+
+
+def _episode(case: Case, result: EpisodeResult) -> Episode:
+    return Episode(
+        suite=case.suite,
+        condition=case.condition.name,
+        seed=case.seed,
+        recording=case.recording.as_posix(),
+        outcome=in_detail(result),
+    )
+
+
+def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
+    """The lowest of any arm in any suite, with both names; None without one.
+
+    Ladders are left out: they are climbed until an arm fails.
+    """
+    rates = (
+        (rate, arm, suite.name)
+        for arm, found in report.arms.items()
+        for suite in report.suites
+        if not suite.ladders and (rate := found.suites[suite.name].summary.pass_rate) is not None
+    )
+    return min(rates, default=None)
+
+
+def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
+    """As results.json holds it: for each arm and suite what `calot run` writes, and more.
+
+    The safety filter's ledgers are left to the recordings.
+    """
+    return {
+        "arms": {
+            name: {
+                "arm": found.arm,
+                "suites": {suite: _suite_document(s) for suite, s in found.suites.items()},
+                "worst": found.worst,
+                "errors": found.errors,
+                "failure_detection": found.detection,
+            }
+            for name, found in report.arms.items()
+        },
+        "comparisons": report.comparisons,
+        **made_with,
+    }
+
+
+def _suite_document(suite: SuiteReport) -> dict[str, Any]:
+    own = {name: value for name, value in vars(suite).items() if name != "results"}
+    return {"episodes": _episodes(suite.results)} | own
+
+
+def _episodes(results: Sequence[tuple[str, EpisodeResult]]) -> list[dict[str, Any]]:
+    return [
+        {"condition": condition} | vars(replace(result, safety=_brief(result.safety)))
+        for condition, result in results
+    ]
+
+
+def _brief(safety: SafetyResult) -> SafetyResult:
+    return replace(safety, ledger=())

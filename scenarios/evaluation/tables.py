@@ -1,0 +1,122 @@
+"""A report on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+from scenarios.evaluation.report import Climb, Report, SuiteReport
+from scenarios.evaluation.words import counts, interval, number, rate, signed
+
+Row = Sequence[str]
+
+
+def tables(report: Report) -> Iterator[Table]:
+    """One after the other; without those that have no row."""
+    several = (
+        _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
+        _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
+        _table("how far each can go", ("axis", "arm"), ("holds", "breaks at", ""), _climbs(report)),
+        _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
+        _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
+        _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
+        _table("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
+    )
+    return (table for table in several if table.row_count)
+
+
+_RATES = (
+    "passed",
+    "rate",
+    "95 % Wilson",
+    "errors",
+    "not run",
+    "time (s)",
+    "path (mm)",
+    "corrections",
+    "injured",
+    "clearance (mm)",
+)
+_PAIRED = ("pairs", "only it", "only ref.", "difference", "95 % Tango", "McNemar p")
+
+
+def _table(title: str, names: Row, figures: Row, rows: Iterator[Row]) -> Table:
+    table = Table(title=title)
+    for name in names:
+        table.add_column(name, overflow="fold")
+    for name in figures:
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
+def _rates(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for name, suite in found.suites.items():
+            yield arm, name, *_rate_figures(suite)
+
+
+def _rate_figures(suite: SuiteReport) -> Row:
+    return (
+        counts(suite.summary),
+        rate(suite.summary.pass_rate),
+        interval(suite.summary.wilson_95, 3),
+        str(suite.summary.errors),
+        str(suite.missing),
+        number(suite.figures.time_s, 1),
+        number(suite.figures.path_m, 0, 1e3),
+        number(suite.figures.corrections, 1),
+        str(suite.figures.injured),
+        number(suite.figures.clearance_m, 2, 1e3),
+    )
+
+
+def _paired(report: Report) -> Iterator[Row]:
+    for c in report.comparisons:
+        counts = (str(c.pairs), str(c.only_arm), str(c.only_reference))
+        told = (signed(c.difference), interval(c.tango_95, 3), f"{c.mcnemar_p:.3g}")
+        yield c.arm, c.reference, c.suite, *counts, *told
+
+
+def _climbs(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for suite in found.suites.values():
+            for climb in suite.climbs:
+                yield climb.axis, arm, *_climb(climb)
+
+
+def _climb(climb: Climb) -> Row:
+    held = "nothing" if climb.held is None else f"{climb.held:g}"
+    return held, "never" if climb.breaking is None else f"{climb.breaking:g}", climb.unit
+
+
+def _said(report: Report) -> Iterator[Row]:
+    """Summed over the sayings of a kind; the page has each."""
+    for arm, found in report.arms.items():
+        lines = [line for suite in found.suites.values() for line in suite.audit]
+        for kind in dict.fromkeys(line.condition for line in lines):
+            of_kind = [line for line in lines if line.condition == kind]
+            right, heard = sum(x.right for x in of_kind), sum(x.heard for x in of_kind)
+            yield kind, arm, f"{right} of {heard}"
+
+
+def _reasons(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for name, suite in found.suites.items():
+            for reason, count in suite.reasons.items():
+                yield arm, name, reason, str(count)
+
+
+def _worst(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for episode in found.worst:
+            yield arm, episode.outcome, episode.recording
+
+
+def _errors(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for episode in found.errors:
+            yield arm, episode.outcome, episode.recording

@@ -1,0 +1,35 @@
+"""Numbers as a person reads them."""
+
+from __future__ import annotations
+
+from scenarios.results import Summary
+
+NOTHING = "–"
+
+
+def counts(summary: Summary) -> str:
+    """How many passed of those without error."""
+    return f"{summary.passed} of {summary.episodes - summary.errors}"
+
+
+def number(value: float | None, digits: int, scale: float = 1.0) -> str:
+    """With so many decimals; a dash for none."""
+    return NOTHING if value is None else f"{scale * value:z.{digits}f}"
+
+
+def rate(value: float | None) -> str:
+    """In per cent."""
+    return NOTHING if value is None else f"{100.0 * value:z.0f} %"
+
+
+def signed(value: float | None, digits: int = 3, scale: float = 1.0) -> str:
+    """With its sign."""
+    return NOTHING if value is None else f"{scale * value:+z.{digits}f}"
+
+
+def interval(ends: tuple[float, float] | None, digits: int, scale: float = 1.0) -> str:
+    """From one end to the other."""
+    if ends is None:
+        return NOTHING
+    low, high = ends
+    return f"{scale * low:z.{digits}f} to {scale * high:z.{digits}f}"

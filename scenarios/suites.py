@@ -1,0 +1,192 @@
+"""Every suite of `calot evaluate`: which conditions are met, and what people say in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from scenarios.catalogue import VARIANTS
+from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.perturbation.perturbation import Perturbation
+from scenarios.script import Timed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Saying(Timed):
+    """Words for a moment, and what should come of them.
+
+    Attributes:
+        means: the command (`planner.command.COMMANDS`) that should be obeyed; None for what is
+            unclear, or must not be done: it is to be asked back or refused, and nothing moves.
+    """
+
+    means: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """Under which episodes of all seeds take place.
+
+    Attributes:
+        name: unique in its suite, also a folder's.
+        scenario: a key of `scenarios.catalogue.SCENARIOS`.
+        magnitude: of its perturbation; None leaves it at the scenario's own.
+        said: in the course of it.
+    """
+
+    name: str
+    scenario: str
+    magnitude: float | None = None
+    said: tuple[Saying, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ladder:
+    """An axis with rising magnitude; the next rung is tried while at least half of one pass.
+
+    Attributes:
+        unit: of the magnitudes.
+    """
+
+    axis: str
+    unit: str
+    rungs: tuple[Condition, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Suite:
+    """What is evaluated together: conditions that are all met, and ladders that are climbed."""
+
+    name: str
+    description: str
+    conditions: tuple[Condition, ...] = ()
+    ladders: tuple[Ladder, ...] = ()
+
+
+RUNGS = (0.125, 0.25, 0.5, 1.0)
+"""Shares of the largest magnitude."""
+
+RECOVERY = (
+    "grasp-missed-above",
+    "grasp-missed-below",
+    "wrong-tube",
+    "both-tubes",
+    "overshoot",
+    "clip-dropped",
+    "grasp-slip",
+)
+"""SRT-H's failures, and two that need nobody to lead an arm astray."""
+
+PARAPHRASES = (
+    (3.0, "nudge the right hand upwards a little", "move right arm higher"),
+    (9.0, "could you shift the right instrument over to the left", "move right arm to the left"),
+    (16.0, "bring the clip applier back towards me", "move right arm towards me"),
+    (23.0, "a touch lower with the right one please", "move right arm lower"),
+    (30.0, "hang on a second", "pause"),
+    (32.0, "carry on", "resume"),
+)
+NONSENSE = (
+    (2.0, "the weather is nice today"),
+    (6.0, "purple monkey dishwasher"),
+    (10.0, "asdf qwer zxcv"),
+    (15.0, "my cat likes tuna"),
+    (20.0, "forty two"),
+    (25.0, "tell me a joke"),
+)
+WRONG_SIDE = (  # the tube whose turn is second has no clips yet
+    (2.0, "cut the right tube"),
+    (5.0, "snip the right one"),
+    (8.0, "grab the liver"),
+    (11.0, "clip the common bile duct"),
+    (14.0, "divide the right tube now"),
+    (17.0, "clip the hepatic artery"),
+)
+CONTRADICTIONS = (
+    (2.0, "move the right arm up and down"),
+    (6.0, "open and close the right gripper"),
+    (10.0, "clip it but do not clip it"),
+    (15.0, "move right arm to the left and to the right"),
+    (20.0, "raise the right arm but keep it down"),
+    (25.0, "move the right arm higher, no, lower"),
+)
+LATE_CORRECTIONS = (  # each is taken back while it is under way
+    (5.0, "move right arm to the left"),
+    (6.5, "move right arm to the right"),
+    (15.0, "move right arm higher"),
+    (16.5, "move right arm lower"),
+    (25.0, "move right arm away from me"),
+    (26.5, "move right arm towards me"),
+)
+
+
+def _undisturbed(name: str) -> Condition:
+    return Condition(name=name, scenario=name)
+
+
+def _ladder(perturbation: Perturbation) -> Ladder:
+    magnitudes = [share * perturbation.most for share in RUNGS]
+    if perturbation.whole:
+        magnitudes = sorted({max(1.0, float(round(m))) for m in magnitudes})
+    return Ladder(
+        axis=perturbation.name,
+        unit=perturbation.unit,
+        rungs=tuple(
+            Condition(
+                name=f"{perturbation.name} {magnitude:g}",
+                scenario=perturbation.name,
+                magnitude=magnitude,
+            )
+            for magnitude in magnitudes
+        ),
+    )
+
+
+def _audit(name: str, *said: tuple[float, str, str | None]) -> Condition:
+    sayings = (Saying(time_s=time_s, text=text, means=means) for time_s, text, means in said)
+    return Condition(name=name, scenario="nominal", said=tuple(sayings))
+
+
+def _unfit(*said: tuple[float, str]) -> Iterator[tuple[float, str, None]]:
+    return ((time_s, text, None) for time_s, text in said)
+
+
+def _plain(*said: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
+    return ((time_s, text, text) for time_s, text in said)
+
+
+SUITES: dict[str, Suite] = {
+    suite.name: suite
+    for suite in (
+        Suite(
+            name="nominal",
+            description="anatomies as their seeds draw them, undisturbed",
+            conditions=(_undisturbed("nominal"),),
+        ),
+        Suite(
+            name="variants",
+            description="anatomical variants that surgeons know",
+            conditions=tuple(map(_undisturbed, VARIANTS)),
+        ),
+        Suite(
+            name="recovery",
+            description="failures set up on purpose: SRT-H's, a clip dropped, a grasp that slips",
+            conditions=tuple(map(_undisturbed, RECOVERY)),
+        ),
+        Suite(
+            name="perturbation",
+            description="each disturbance, stronger and stronger until under half of them pass",
+            ladders=tuple(map(_ladder, PERTURBATIONS)),
+        ),
+        Suite(
+            name="language",
+            description="what people say, and what they should not be obeyed in",
+            conditions=(
+                _audit("paraphrase", *PARAPHRASES),
+                _audit("nonsense", *_unfit(*NONSENSE)),
+                _audit("wrong-side", *_unfit(*WRONG_SIDE)),
+                _audit("contradiction", *_unfit(*CONTRADICTIONS)),
+                _audit("late-correction", *_plain(*LATE_CORRECTIONS)),
+            ),
+        ),
+    )
+}

@@ -1,0 +1,77 @@
+"""Results that nobody operated for: what an evaluation tells of them is known beforehand."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from planner.task import TASKS
+from scenarios.evaluation.arm import arm_from_text
+from scenarios.evaluation.case import Case
+from scenarios.evaluation.plan import Plan
+from scenarios.recorder import Recorder
+from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.suites import SUITES
+
+FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
+
+
+def plan(*suites: str, arms=(FIRST, SECOND), seeds=range(10)) -> Plan:
+    return Plan(arms=tuple(arms), suites=tuple(SUITES[name] for name in suites), seeds=seeds)
+
+
+def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> EpisodeResult:
+    """Done in all tasks; or not in the eleventh, where the liver was hurt."""
+    rng = np.random.default_rng([case.seed, len(case.arm.name), len(case.condition.name)])
+    done = tuple(_task(task.index, task.text, rng) for task in TASKS[: 17 if passed else 11])
+    if not passed:
+        done = (*done[:-1], replace(done[-1], success=False, time_s=90.0))
+    if chance is not None:
+        done = (*done[:-1], replace(done[-1], failure_chance=chance))
+    injury = InjuryResult(event="force on the liver", time_s=31.0, value=2.4, limit=2.0)
+    return EpisodeResult(
+        scenario=case.condition.scenario,
+        seed=case.seed,
+        planner=case.arm.planner,
+        controller=case.arm.controller,
+        success=passed,
+        tasks=done,
+        procedure_time_s=sum(task.time_s for task in done),
+        exchange_time_s=11.2,
+        wall_s=12.0,
+        corrections=int(rng.integers(3)),
+        injuries=() if passed else (injury,),
+        safety=SafetyResult(interventions=3, min_clearance_m=float(rng.uniform(3e-4, 2e-3))),
+        anatomy_hash=f"{case.seed}",
+    )
+
+
+def _task(index: int, text: str, rng: np.random.Generator) -> TaskResult:
+    time_s = float(rng.uniform(1.5, 4.0))
+    return TaskResult(
+        index=index,
+        instruction=text,
+        success=True,
+        time_s=time_s,
+        corrections=0,
+        path_m=(0.0, 0.012 * time_s),
+        jerk_m_s3=(0.0, 0.5),
+    )
+
+
+def record(case: Case, out: Path, result: EpisodeResult | None = None) -> None:
+    """As if it had been run in `out`; without a result, as if it had broken off."""
+    with Recorder(config=case.config, path=out / case.recording) as recorder:
+        if result is not None:
+            recorder.on_end(result)
+
+
+def results_of(
+    plan: Plan, judge: Callable[[Case], EpisodeResult | None]
+) -> dict[Case, EpisodeResult]:
+    """All that are due, rung by rung; None stands for an episode that was not run."""
+    results: dict[Case, EpisodeResult] = {}
+    while due := [(c, r) for c in plan.due(results) if (r := judge(c)) is not None]:
+        results |= dict(due)
+    return results

@@ -1,0 +1,55 @@
+"""Laws of the words that name an arm."""
+
+import pytest
+
+from scenarios.episode_config import EpisodeConfig
+from scenarios.errors import BadInputError
+from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
+
+
+def test_words_become_the_arm_that_they_name():
+    text = "old=learned+diffusion,checkpoint=a/b=c.st,planner-checkpoint=p.st,filter=off"
+    assert arm_from_text(f"{text},ablation=no-corrections") == Arm(
+        name="old",
+        planner="learned",
+        controller="diffusion",
+        checkpoint="a/b=c.st",
+        planner_checkpoint="p.st",
+        safety_filter=False,
+        ablation="no-corrections",
+    )
+
+
+def test_an_arm_without_a_name_is_named_after_its_parts():
+    assert arm_from_text("scripted+idle").name == "scripted+idle"
+
+
+def test_its_choices_make_an_episode():
+    config = EpisodeConfig(**arm_from_text("a=scripted+idle,filter=off").choices)
+    assert (config.planner, config.controller, config.safety_filter) == ("scripted", "idle", False)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is no arm; allowed: NAME=PLANNER"),
+        ("expert", "is no arm"),
+        ("a/b=scripted+expert", "is no arm"),
+        ("=scripted+expert", "is no arm"),
+        ("a=zoo+expert", "unknown planner 'zoo'; allowed: scripted"),
+        ("a=scripted+zoo", "unknown controller 'zoo'; allowed: expert"),
+        ("a=scripted+expert,filter=maybe", "'maybe'; allowed: on, off"),
+        ("a=scripted+expert,speed=2", "unknown option 'speed=2'; allowed: filter"),
+        ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),
+        ("a=scripted+expert,ablation=zoo", "unknown ablation 'zoo'; allowed: no-corrections"),
+        ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
+    ],
+)
+def test_what_names_no_arm_is_refused_with_what_is_allowed(text, said):
+    with pytest.raises(ValueError, match=said):
+        arm_from_text(text)
+
+
+def test_two_of_one_name_are_refused():
+    with pytest.raises(BadInputError, match="a is there twice"):
+        require_distinct([arm_from_text("a=scripted+expert"), arm_from_text("a=scripted+idle")])

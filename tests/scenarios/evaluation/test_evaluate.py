@@ -1,0 +1,168 @@
+"""`calot evaluate` as a person calls it: run, broken off, taken up again; and its exit codes."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scenarios.catalogue import CONTROLLERS
+from scenarios.cli import main
+from scenarios.evaluation.arm import arm_from_text
+from scenarios.recorder import load
+from tests.scenarios.evaluation.made_up import episode, plan, record
+
+ROOT = Path(__file__).parents[3]
+SEEDS = (10_003, 10_004)
+BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
+PAIR = ["--arms", "filtered=scripted+expert", "free=scripted+expert,filter=off"]
+
+
+def words(out, *more):
+    return ["evaluate", "--seed", str(SEEDS[0]), "--episodes", "2", "--out", str(out), *more]
+
+
+def told(out):
+    """results.json without the clock."""
+    return json.loads(
+        (out / "results.json").read_text(),
+        object_hook=lambda entry: {k: v for k, v in entry.items() if k != "wall_s"},
+    )
+
+
+def recordings(out):
+    return sorted(out.glob("scripted+expert/nominal/nominal/episodes/*.npz"))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    out = tmp_path_factory.mktemp("whole")
+    assert main(words(out)) == 0
+    return out
+
+
+@pytest.fixture
+def half(whole, tmp_path):
+    """What is left by a worker that was killed in the second episode."""
+    out = tmp_path / "half"
+    shutil.copytree(whole, out)
+    recordings(out)[1].unlink()
+    (out / "results.json").unlink()
+    return out
+
+
+def test_the_report_tells_what_was_recorded(whole):
+    (episode, other) = told(whole)["arms"]["scripted+expert"]["suites"]["nominal"]["episodes"]
+    assert (episode["seed"], other["seed"]) == SEEDS
+    recorded = load(recordings(whole)[0]).result
+    assert recorded is not None
+    assert episode["tasks"] == recorded["tasks"]
+    assert all(task["path_m"][1] > 0.005 for task in episode["tasks"][1:])
+    assert "<section>" in (whole / "report.html").read_text()
+
+
+def test_taken_up_again_only_the_lost_episode_is_run_and_all_is_as_it_would_have_been(whole, half):
+    kept, lost = recordings(half)[0], whole / recordings(whole)[1]
+    before = kept.stat().st_mtime_ns
+    assert main(words(half)) == 0
+    assert kept.stat().st_mtime_ns == before
+    assert told(half) == told(whole)
+    again, once = load(recordings(half)[1]).arrays, load(lost).arrays
+    assert all((again[name] == once[name]).all() for name in once)
+
+
+def test_when_all_is_finished_the_report_is_made_again_to_the_byte(whole):
+    made = [(whole / name).read_bytes() for name in ("results.json", "report.html")]
+    assert main(words(whole)) == 0
+    assert [(whole / name).read_bytes() for name in ("results.json", "report.html")] == made
+
+
+@pytest.mark.parametrize(("limit", "code"), [("0.5", 0), ("0.51", 1)])
+def test_a_pass_rate_below_the_limit_is_exit_code_1(tmp_path, capfd, limit, code):
+    arm = arm_from_text("scripted+expert")
+    for case in plan("nominal", arms=(arm,), seeds=SEEDS).due({}):
+        record(case, tmp_path, episode(case, passed=case.seed == SEEDS[0]))
+    assert main(words(tmp_path, "--fail-under", limit)) == code
+    assert ("passes 0.500 of nominal" in capfd.readouterr().out) == bool(code)
+
+
+def test_errors_are_exit_code_3_whatever_passed(tmp_path, monkeypatch):
+    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    out = str(tmp_path)
+    once = ["evaluate", "--arms", "a=scripted+breaks", "--seed", "10004", "--episodes", "1"]
+    assert main([*once, "--out", out, "--fail-under", "1.0"]) == 3
+    (error,) = told(tmp_path)["arms"]["a"]["errors"]
+    assert error["outcome"] == "error: RuntimeError: a string snapped"
+
+
+def complaint(capfd, *said):
+    assert main(["evaluate", *said]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    (line,) = filter(None, err.splitlines())
+    return line
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--suite", "zoo"], ["--suite", "'zoo'", "nominal", "variants", "language"]),
+        (["--suite", "nominal,zoo"], ["--suite", "'zoo'", "nominal"]),
+        (["--suite", ""], ["--suite", "''", "nominal"]),
+        (["--arms", "expert"], ["--arms", "'expert'", "NAME=PLANNER+CONTROLLER"]),
+        (["--arms", "a=scripted+zoo"], ["--arms", "'zoo'", "expert", "idle"]),
+        (["--arms", "a=zoo+expert"], ["--arms", "'zoo'", "scripted", "learned"]),
+        (["--arms", "a=scripted+idle", "a=scripted+expert"], ["--arms", "a is there twice"]),
+        (["--arms", "a=scripted+diffusion,checkpoint=no.st"], ["--checkpoint", "no.st"]),
+        (
+            ["--arms", "a=learned+expert,planner-checkpoint=no.st"],
+            ["--planner-checkpoint", "no.st"],
+        ),
+        (["--fail-under", "1.5"], ["--fail-under", "1.5", "0 to 1"]),
+        (["--fail-under", "nan"], ["--fail-under", "nan", "0 to 1"]),
+        (["--episodes", "0"], ["--episodes", "'0'", "at least 1"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, given, said):
+    monkeypatch.chdir(tmp_path)
+    line = complaint(capfd, *given)
+    assert all(word in line for word in said)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_of_another_version_is_one_line_and_stays(capfd, half):
+    manifest = half / "evaluation.json"
+    manifest.write_text(manifest.read_text().replace('"source": "', '"source": "not '))
+    before = {path: path.stat().st_mtime_ns for path in half.rglob("*")}
+    assert "another folder" in complaint(capfd, *words(half)[1:])
+    assert {path: path.stat().st_mtime_ns for path in half.rglob("*")} == before
+
+
+def test_a_full_disk_is_one_line_and_what_is_finished_is_kept(
+    whole, tmp_path, monkeypatch, capfd, request
+):
+    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    out = shutil.copytree(whole, tmp_path / "full")
+    before = {path: path.read_bytes() for path in recordings(out)}
+    request.getfixturevalue("full_disk")
+    line = complaint(capfd, "--arms", "a=scripted+breaks", "--seed", "10004", "--out", str(out))
+    assert "File too large" in line
+    assert "make room and call again" in line
+    assert {path: path.read_bytes() for path in recordings(out)} == before
+
+
+@pytest.mark.slow
+def test_killed_outright_and_taken_up_side_by_side_it_ends_the_same(tmp_path):
+    killed, whole = tmp_path / "killed", tmp_path / "whole"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "scenarios.cli", *words(killed, *PAIR)], cwd=ROOT
+    )
+    while not list(killed.rglob("episodes/*.npz")):
+        assert process.poll() is None
+    process.kill()
+    process.wait()
+    assert main(words(killed, *PAIR, "--workers", "2")) == 0
+    assert main(words(whole, *PAIR)) == 0
+    assert told(killed) == told(whole)

@@ -1,0 +1,197 @@
+"""Laws of the report: errors are no failures, pairs are pairs, all forms say the same."""
+
+import json
+import re
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.case import Case
+from scenarios.evaluation.comparison import compare
+from scenarios.evaluation.page.whole import page
+from scenarios.evaluation.reasons import NOT_HOLDING, in_detail, reason
+from scenarios.evaluation.report import document, lowest_pass_rate, report_of
+from scenarios.evaluation.tables import tables
+from scenarios.results import episode_from, summarise
+from scenarios.strict_json import dumps
+from scenarios.suites import SUITES
+from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
+
+NOWHERE = Path("nowhere")
+MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
+
+
+def judge(case: Case):
+    """The first fails on seed 0 only; the second on half, and breaks off on seed 9."""
+    if case.arm == FIRST:
+        return episode(case, passed=case.seed != 0)
+    if case.seed == 9:
+        return replace(episode(case, passed=False), error="ValueError: <no> such thing", tasks=())
+    return episode(case, passed=case.seed % 2 == 0, chance=0.1 * case.seed)
+
+
+@pytest.fixture(scope="module")
+def results():
+    return results_of(plan("nominal", "variants", "perturbation"), judge)
+
+
+@pytest.fixture(scope="module")
+def report(results):
+    return report_of(plan("nominal", "variants", "perturbation"), results, NOWHERE)
+
+
+def test_errors_are_told_apart_and_leave_rate_and_pairs(report):
+    found = report.arms["second"].suites["nominal"]
+    assert (found.summary.passed, found.summary.errors) == (5, 1)
+    assert found.summary.pass_rate == 5 / 9
+    assert sum(found.reasons.values()) == 4
+    assert len(report.arms["second"].errors) == len(
+        [r for s in report.arms["second"].suites.values() for _, r in s.results if r.error]
+    )
+    (pair,) = (c for c in report.comparisons if c.suite == "nominal")
+    assert (pair.pairs, pair.only_arm, pair.only_reference) == (9, 1, 4)
+    assert (pair.both, pair.neither) == (4, 0)
+
+
+def test_what_was_not_run_is_neither_failed_nor_broken(results):
+    some = {case: result for case, result in results.items() if case.seed < 4}
+    found = report_of(plan("nominal"), some, NOWHERE).arms["first"].suites["nominal"]
+    assert (found.missing, found.summary.episodes, found.summary.errors) == (6, 4, 0)
+
+
+def test_swapping_the_arms_turns_the_comparison_round(results):
+    there, back = (
+        compare("second", "first", "variants", results),
+        compare("first", "second", "variants", results),
+    )
+    assert there.difference == -(back.difference or 0.0)
+    assert there.mcnemar_p == back.mcnemar_p
+    for mine, its in zip(there.where_both_pass, back.where_both_pass, strict=True):
+        assert mine.mean == pytest.approx(-its.mean)
+
+
+def test_different_patients_are_never_paired(results):
+    other = {
+        case: replace(result, anatomy_hash="another") if case.arm == SECOND else result
+        for case, result in results.items()
+    }
+    with pytest.raises(ValueError, match="different patients"):
+        compare("second", "first", "nominal", other)
+
+
+def test_a_ladder_tells_between_which_magnitudes_an_arm_breaks():
+    def up_to_half(case: Case):
+        return episode(case, passed=(case.condition.magnitude or 0.0) <= 0.5)
+
+    found = (
+        report_of(plan("perturbation"), results_of(plan("perturbation"), up_to_half), NOWHERE)
+        .arms["first"]
+        .suites["perturbation"]
+    )
+    climbs = {climb.axis: climb for climb in found.climbs}
+    assert (climbs["dye"].held, climbs["dye"].breaking) == (0.5, 1.0)
+    assert (climbs["breathing"].held, climbs["breathing"].breaking) == (0.02, None)
+    assert (climbs["latency"].held, climbs["latency"].breaking) == (None, 8.0)
+
+
+def test_the_reason_is_the_first_thing_that_went_wrong():
+    case = plan("nominal").due({})[0]
+    passed, failed = episode(case), episode(case, passed=False)
+    assert reason(passed) is None
+    assert reason(failed) == "injury: force on the liver"
+    unhurt = replace(failed, injuries=())
+    assert reason(unhurt) == "not done in time: going back first clip right tube"
+    assert reason(replace(passed, success=False)) == NOT_HOLDING
+    assert reason(replace(failed, error="ValueError")) is None
+    assert "31.0 s (2.4, limit 2)" in in_detail(failed)
+    assert "90 s at going back first clip right tube" in in_detail(unhurt)
+
+
+def test_the_worst_are_those_that_failed_earliest(report):
+    found = report.arms["first"].worst
+    assert {episode.seed for episode in found} == {0}
+    assert all("liver" in episode.outcome for episode in found)
+
+
+def test_the_lowest_pass_rate_leaves_ladders_out():
+    climbing = report_of(
+        plan("nominal", "perturbation", arms=(FIRST,)),
+        results_of(
+            plan("nominal", "perturbation", arms=(FIRST,)),
+            lambda case: episode(case, passed=case.suite == "nominal"),
+        ),
+        NOWHERE,
+    )
+    assert lowest_pass_rate(climbing) == (1.0, "first", "nominal")
+
+
+def test_results_json_has_for_each_arm_and_suite_what_a_run_has(report, results):
+    made = json.loads(dumps(document(report, MADE_WITH)))
+    assert {"config", "versions"} <= made.keys()
+    for name, arm in made["arms"].items():
+        for suite, found in arm["suites"].items():
+            episodes = [
+                episode_from({k: v for k, v in e.items() if k != "condition"})
+                for e in found["episodes"]
+            ]
+            mine = [r for c, r in results.items() if (c.arm.name, c.suite) == (name, suite)]
+            assert sorted(map(repr, episodes)) == sorted(map(repr, mine))
+            assert found["summary"] == json.loads(dumps(summarise(episodes)))
+
+
+def test_the_order_in_which_episodes_ended_leaves_no_trace(results):
+    there, back = (
+        report_of(plan("nominal", "variants"), dict(given), NOWHERE)
+        for given in (results.items(), reversed(results.items()))
+    )
+    assert dumps(document(there, MADE_WITH)) == dumps(document(back, MADE_WITH))
+    assert page(there, MADE_WITH) == page(back, MADE_WITH)
+
+
+def test_the_page_asks_nothing_of_the_network_and_runs_nothing(report):
+    html = page(report, MADE_WITH)
+    assert not re.search(r"https?://|<script|<link|@import|url\(|src=", html)
+    assert "prefers-color-scheme: dark" in html
+    assert html.count("<section>") == html.count("</section>") >= 8
+
+
+def test_the_page_links_to_the_recordings_of_the_worst(report):
+    html = page(report, MADE_WITH)
+    for found in report.arms.values():
+        assert all(f"href='{episode.recording}'" in html for episode in found.worst)
+
+
+def test_words_of_others_are_no_markup_on_the_page(report):
+    html = page(report, MADE_WITH)
+    assert "&lt;no&gt; such thing" in html
+    assert "<no>" not in html
+
+
+def test_tables_and_page_tell_the_same_rates(report):
+    console = Console(width=240, record=True, file=StringIO())
+    for table in tables(report):
+        console.print(table)
+    text, html = console.export_text(), page(report, MADE_WITH)
+    for arm in report.arms.values():
+        for name in ("nominal", "variants"):
+            summary = arm.suites[name].summary
+            told = f"{summary.passed} of {summary.episodes - summary.errors}"
+            assert told in text
+            assert told in html
+
+
+def test_a_single_arm_and_one_patient_make_a_report():
+    one = plan("nominal", arms=(Arm(name="a", planner="scripted", controller="expert"),), seeds=[3])
+    report = report_of(one, results_of(one, episode), NOWHERE)
+    assert report.comparisons == ()
+    assert "1 of 1" in page(report, MADE_WITH)
+
+
+def test_nothing_run_makes_a_report_too():
+    report = report_of(plan(*(set(SUITES) - {"language"})), {}, NOWHERE)
+    assert "0 of 0" in page(report, MADE_WITH)
+    assert lowest_pass_rate(report) is None

@@ -1,0 +1,108 @@
+"""Laws of every scenario, one battery for all: what is seen, seeds, states, who can and who cannot.
+
+The whole procedures are slow; those of `nominal` are run anyway.
+"""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from scenarios.catalogue import SCENARIOS
+from scenarios.episode import anatomy_of, begin, run_episode
+from scenarios.episode_config import EpisodeConfig
+from scenarios.moment import Moment
+from tests.scenarios.procedures import run
+from tissue_sim.observation import MOST_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
+
+SEED, OTHER_SEED = 10_001, 10_002
+BEFORE, AFTER = 15, 45  # steps: arms on their way; a perturbation may lead one in the second
+IDLE_CAP_S = 20.0  # longer than any task takes the expert
+LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}  # not yet
+
+
+def config(scenario, **changes):
+    return EpisodeConfig(**{"scenario": scenario, "seed": SEED} | changes)
+
+
+def seen(steps, n):
+    """(n, `VECTOR_SIZE`) and the commands that led there."""
+    taken = list(islice(steps, n))
+    return (
+        np.stack([step.observation.vector() for step in taken]),
+        np.stack([step.command.joints for step in taken]),
+    )
+
+
+@pytest.fixture(scope="module", params=list(SCENARIOS))
+def started(request):
+    """A scenario, what is seen of it at first and later, and the moment between."""
+    episode = begin(config(request.param))
+    running = episode.steps()
+    first = seen(running, BEFORE)
+    moment = Moment(episode)
+    return request.param, first, seen(running, AFTER), moment
+
+
+def test_what_is_seen_fits_its_spec_and_is_finite(started):
+    _, (vectors, _), _, _ = started
+    assert vectors.shape == (BEFORE, VECTOR_SIZE)
+    assert vectors.dtype == np.float32
+    assert np.isfinite(vectors).all()
+    assert {name: part.shape[1:] for name, part in fields(vectors).items()} == VECTOR_LAYOUT
+
+
+def test_what_can_change_while_arms_move_does(started):
+    _, (first, _), (second, _), _ = started
+    parts = fields(np.concatenate([first, second]))
+    still = {name for name, part in parts.items() if not np.ptp(part, axis=0).any()}
+    assert still <= LATER
+
+
+def test_its_state_is_taken_up_again_bit_for_bit(started):
+    _, _, (vectors, commands), moment = started
+    again, commanded = seen(moment.again().steps(), AFTER)
+    np.testing.assert_array_equal(again, vectors)
+    np.testing.assert_array_equal(commanded, commands)
+
+
+def test_the_seed_is_the_episode_and_another_is_another(started):
+    name, (first, _), (second, _), _ = started
+    np.testing.assert_array_equal(
+        seen(begin(config(name)).steps(), BEFORE + AFTER)[0], np.concatenate([first, second])
+    )
+    assert anatomy_of(config(name, seed=OTHER_SEED)) != anatomy_of(config(name))
+
+
+def test_nothing_that_is_seen_is_the_same_all_through_a_procedure(procedure):
+    never_still(procedure)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_expert_succeeds_and_sees_everything_change(name, tmp_path):
+    procedure = run(config(name), tmp_path)
+    assert procedure.result.success
+    never_still(procedure)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_who_does_nothing_fails(name):
+    result = run_episode(config(name, controller="idle", task_cap_s=IDLE_CAP_S))
+    assert result.error is None
+    assert not result.success
+
+
+def never_still(procedure):
+    """Every number of what is seen changes.
+
+    But where clips would be that were not needed, and where the body holds the tubes.
+    """
+    vectors = np.stack([step.observation.vector() for step in procedure.steps])
+    n_clips = procedure.steps[-1].observation.n_clips
+    still = {name: ~np.ptp(part, axis=0).astype(bool) for name, part in fields(vectors).items()}
+    assert not still.pop("clips_m")[: min(n_clips, MOST_CLIPS)].any()
+    for tube in ("left_tube_m", "right_tube_m"):
+        still[tube] = still[tube][1:]
+    assert {name: part.sum() for name, part in still.items() if part.any()} == {}
