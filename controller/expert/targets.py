@@ -28,7 +28,7 @@ LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, t
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
-SHARES = 0.06, 0.20, 0.20  # of the spare length: below the clips, between two, above; assumed
+SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
 WIDER_RAD = 0.2  # so much wider than the jaws open nothing else shall be
@@ -186,7 +186,7 @@ def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
     """Where the three clips go: two low, the third near the gallbladder, less so when aside.
 
-    Most of what a tube has to spare goes to the cut, which is bounded on both sides.
+    Of what a tube has to spare, each bound gets about as much; the cut has one on both sides.
     """
     first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
