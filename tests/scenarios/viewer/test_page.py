@@ -60,21 +60,27 @@ def drain(socket, for_s):
     return sizes
 
 
-def arriving(socket, least_bytes, quiet_s):
-    """Sizes of the large messages, until none has come for a while."""
-    sizes, end_s = [], time.monotonic() + quiet_s
-    while (left_s := end_s - time.monotonic()) > 0:
-        assert len(sizes) < 1000, "it never falls quiet"
-        for size in drain(socket, min(left_s, 0.1)):
-            if size >= least_bytes:
-                sizes.append(size)
-                end_s = time.monotonic() + quiet_s
+def first_large(socket):
+    """Size of the next message with geometry, however busy the machine."""
+    sizes = (size for _ in range(300) for size in drain(socket, 0.1))
+    return next(size for size in sizes if size >= VERTICES_BYTES)
+
+
+def until_quiet(socket, for_s, begins_within_s=0.0):
+    """Sizes of all that comes until nothing with geometry has for a while."""
+    sizes, end_s = [], time.monotonic() + max(for_s, begins_within_s)
+    while time.monotonic() < end_s:
+        assert len(sizes) < 5000, "it never falls quiet"
+        new = drain(socket, 0.1)
+        sizes += new
+        if max(new, default=0) >= VERTICES_BYTES:
+            end_s = time.monotonic() + for_s
     return sizes
 
 
-def first_large(socket):
-    """Size of the next message with geometry, however busy the machine."""
-    return next(size for _ in range(300) for size in drain(socket, 0.1) if size >= VERTICES_BYTES)
+def whole_scene(socket):
+    """Bytes of it, once all has come."""
+    return sum(until_quiet(socket, 3.0, begins_within_s=30.0))
 
 
 def test_the_page_is_served_and_holds_all_it_needs(place):
@@ -85,9 +91,9 @@ def test_the_page_is_served_and_holds_all_it_needs(place):
 
 def test_a_tab_that_comes_late_gets_the_whole_scene(place):
     with tab(place[1]) as first:
-        whole = sum(arriving(first, 1000, 3.0))
+        whole = whole_scene(first)
     with tab(place[1]) as second:
-        again = sum(arriving(second, 1000, 3.0))
+        again = whole_scene(second)
     assert whole > 1e5  # instruments, liver, fat
     assert again == pytest.approx(whole, rel=0.2)
 
@@ -106,14 +112,14 @@ def test_tabs_that_close_do_not_disturb_the_episode(place):
 def test_geometry_is_sent_while_it_moves_20_times_a_second_at_most_and_else_not(place):
     desk, port = place
     with tab(port) as socket:
-        arriving(socket, VERTICES_BYTES, 3.0)
+        whole_scene(socket)
         desk.pace.go_on()
         first_large(socket)
         moving = [size for size in drain(socket, 2.0) if size >= VERTICES_BYTES]
         assert 1 <= len(moving) <= 42
         assert max(moving) < 2 * VERTICES_BYTES + 20_000  # points and panels, no triangles
         desk.pace.pause()
-        arriving(socket, VERTICES_BYTES, 1.0)
+        until_quiet(socket, 1.0)
 
 
 def test_with_no_tab_open_nothing_is_copied(place):
