@@ -31,6 +31,10 @@ EPISODE_SOURCES = (
     "scenarios/catalogue.py",
     "scenarios/suites.py",
     "scenarios/episode.py",
+    "scenarios/episode_config.py",
+    "scenarios/hand.py",
+    "scenarios/inbox.py",
+    "scenarios/script.py",
     "scenarios/conduct.py",
 )
 """Code that decides what an episode comes to."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from hashlib import sha256
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from scenarios.atomic_write import write_atomic
-from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS
+from scenarios.checkpoint_digests import checkpoint_digests
+from scenarios.episode_config import EpisodeConfig
 from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import Arm
 from scenarios.evaluation.case import Case
@@ -98,18 +97,6 @@ def _made_with() -> dict[str, Any]:
 
 
 def _described(arm: Arm) -> dict[str, Any]:
-    """The arm, its checkpoints by what is in them."""
-    digests = {
-        "checkpoint": _digest(arm.checkpoint, "controller.diffusion.checkpoint")
-        if arm.controller in LEARNED_CONTROLLERS
-        else None,
-        "planner_checkpoint": _digest(arm.planner_checkpoint, "planner.learned.checkpoint")
-        if arm.planner in LEARNED_PLANNERS
-        else None,
-    }
-    return plain(arm.choices) | digests
-
-
-def _digest(checkpoint: str | None, module: str) -> str:
-    """Of a file, or of that which comes with Calot for the learner of `module`."""
-    return sha256(Path(checkpoint or import_module(module).SHIPPED).read_bytes()).hexdigest()
+    """The arm, its checkpoints by what is in them, wherever they lie."""
+    choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
+    return plain(choices) | {"checkpoints": checkpoint_digests(EpisodeConfig(**arm.choices))}

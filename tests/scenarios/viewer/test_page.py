@@ -66,11 +66,19 @@ def first_large(socket):
     return next(size for size in sizes if size >= VERTICES_BYTES)
 
 
+def drain_while_it_runs(socket, desk, for_s):
+    """Sizes of what comes within a time of the episode, however long that takes."""
+    sizes, end_s = [], desk.watcher.story().time_s + for_s
+    while desk.watcher.story().time_s < end_s:
+        sizes += drain(socket, 0.1)
+    return sizes
+
+
 def until_quiet(socket, for_s, begins_within_s=0.0):
     """Sizes of all that comes until nothing with geometry has for a while."""
     sizes, end_s = [], time.monotonic() + max(for_s, begins_within_s)
     while time.monotonic() < end_s:
-        assert len(sizes) < 5000, "it never falls quiet"
+        assert len(sizes) < 2000, "it never falls quiet"
         new = drain(socket, 0.1)
         sizes += new
         if max(new, default=0) >= VERTICES_BYTES:
@@ -109,14 +117,17 @@ def test_tabs_that_close_do_not_disturb_the_episode(place):
     run_to(desk, desk.watcher.story().time_s + 0.5)
 
 
-def test_geometry_is_sent_while_it_moves_20_times_a_second_at_most_and_else_not(place):
+def test_geometry_is_sent_while_it_moves_10_to_20_times_a_second_and_else_not(place):
     desk, port = place
     with tab(port) as socket:
         whole_scene(socket)
         desk.pace.go_on()
         first_large(socket)
-        moving = [size for size in drain(socket, 2.0) if size >= VERTICES_BYTES]
-        assert 1 <= len(moving) <= 42
+        begin_s = time.monotonic()
+        sizes = drain_while_it_runs(socket, desk, 2.0)
+        took_s = time.monotonic() - begin_s
+        moving = [size for size in sizes if size >= VERTICES_BYTES]
+        assert 20 <= len(moving) <= 20.0 * took_s + 2
         assert max(moving) < 2 * VERTICES_BYTES + 20_000  # points and panels, no triangles
         desk.pace.pause()
         until_quiet(socket, 1.0)

@@ -1,0 +1,120 @@
+"""Laws of both trainings, the controller's and the planner's: they learn, and resume exactly."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+from types import ModuleType
+from typing import Any
+
+import pytest
+import torch
+
+from controller.diffusion import checkpoint as policies
+from controller.diffusion import training as controller_training
+from planner.learned import checkpoint as planners
+from planner.learned import training as planner_training
+from planner.learning.checkpoint import CheckpointError
+from planner.learning.optimise import STATE_FILE
+from tests.controller.diffusion.demonstrated import demonstration
+from tests.planner.learned.rolled_out import rollout
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learner:
+    """One that is trained: `falls_to` is the share of its loss that may be left."""
+
+    training: ModuleType
+    checkpoints: ModuleType
+    given: list[Any]
+    falls_to: float
+
+    @property
+    def smoke(self) -> Any:
+        return self.training.PRESETS["smoke"]
+
+    def weights(self, out) -> dict:
+        return self.checkpoints.load_checkpoint(out / self.training.CHECKPOINT_FILE).state_dict()
+
+
+LEARNERS = {
+    "controller": Learner(
+        training=controller_training,
+        checkpoints=policies,
+        given=[demonstration(seed=seed) for seed in range(2)],
+        falls_to=0.8,
+    ),
+    "planner": Learner(
+        training=planner_training,
+        checkpoints=planners,
+        given=[rollout(seed) for seed in range(3)],
+        falls_to=0.7,
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=LEARNERS)
+def learner(request) -> Learner:
+    return LEARNERS[request.param]
+
+
+@pytest.fixture(scope="module")
+def trained(learner, tmp_path_factory):
+    out = tmp_path_factory.mktemp("trained")
+    return out, list(learner.training.train(learner.given, learner.smoke, out))
+
+
+def test_the_loss_falls(learner, trained):
+    _, steps = trained
+    assert [step.step for step in steps] == list(range(1, learner.smoke.steps + 1))
+    first, last = (sum(s.loss for s in part) / 10 for part in (steps[:10], steps[-10:]))
+    assert last < learner.falls_to * first
+
+
+def test_stopped_and_taken_up_again_it_ends_at_the_same_weights(learner, trained, tmp_path):
+    out, steps = trained
+    train = partial(learner.training.train, learner.given, learner.smoke, tmp_path)
+    every = learner.smoke.save_every
+    interrupted = train()
+    _ = list(islice(interrupted, every + 7))  # 7 steps are lost
+    interrupted.close()
+    assert list(train()) == steps[every:]
+    expected, found = learner.weights(out), learner.weights(tmp_path)
+    assert all(torch.equal(weight, expected[name]) for name, weight in found.items())
+
+
+def test_another_seed_gives_other_weights(learner, trained, tmp_path):
+    other = replace(learner.smoke, seed=1, steps=1)
+    _ = list(learner.training.train(learner.given, other, tmp_path))
+    before, after = learner.weights(trained[0]), learner.weights(tmp_path)
+    assert any(not torch.equal(after[name], value) for name, value in before.items())
+
+
+def test_another_configuration_does_not_go_on_from_there(learner, trained):
+    out, _ = trained
+    before = (out / STATE_FILE).read_bytes()
+    with pytest.raises(ValueError, match="of another configuration"):
+        next(learner.training.train(learner.given, replace(learner.smoke, batch=32), out))
+    assert (out / STATE_FILE).read_bytes() == before
+
+
+def test_other_data_do_not_go_on_from_there(learner, trained):
+    with pytest.raises(ValueError, match="of other demonstrations"):
+        next(learner.training.train(learner.given[:1], learner.smoke, trained[0]))
+
+
+@pytest.mark.parametrize(
+    ("learner", "what"),
+    [(name, what) for name, one in LEARNERS.items() for what in one.checkpoints.FITS],
+    indirect=["learner"],
+)
+def test_a_checkpoint_for_something_else_is_refused_in_one_line(
+    learner, what, trained, tmp_path, monkeypatch
+):
+    model = learner.checkpoints.load_checkpoint(trained[0] / learner.training.CHECKPOINT_FILE)
+    path = tmp_path / "other.safetensors"
+    with monkeypatch.context() as patch:
+        patch.setitem(learner.checkpoints.FITS, what, 999)
+        learner.checkpoints.save_checkpoint(path, model)
+    with pytest.raises(CheckpointError, match=f"{what} 999, but here it is") as refusal:
+        learner.checkpoints.load_checkpoint(path)
+    assert "\n" not in str(refusal.value)
