@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import cast
 
 import torch
 from torch import Tensor, nn
@@ -24,9 +26,9 @@ class FilmBlock(nn.Module):
         self.inner = nn.Linear(width, width)
         self.outer = nn.Linear(width, width)
 
-    def forward(self, x: Tensor, condition: Tensor) -> Tensor:
-        """Of (B, ..., width) under (B, ..., condition), broadcast."""
-        scale, shift = self.film(condition).chunk(2, dim=-1)
+    def forward(self, x: Tensor, film: Tensor) -> Tensor:
+        """Of (B, ..., width) under (B, ..., 2 width) that `film` made of a condition, broadcast."""
+        scale, shift = film.chunk(2, dim=-1)
         modulated = self.norm(x) * (1.0 + scale) + shift
         return x + self.outer(F.silu(self.inner(modulated)))
 
@@ -42,19 +44,25 @@ class ConditionEncoder(nn.Module):
         self.words = nn.Linear(WORDS_SIZE, width)
         self.blocks = nn.ModuleList(FilmBlock(width, width) for _ in range(config.condition_blocks))
 
-    def forward(self, features: Tensor, past: Tensor, delay: Tensor, words: Tensor) -> Tensor:
+    def films(self, words: Tensor) -> list[Tensor]:
+        """What embeddings (n, 384) make of each block: (n, 2 width)."""
+        said = F.silu(self.words(words))
+        return [cast(FilmBlock, block).film(said) for block in self.blocks]
+
+    def forward(
+        self, features: Tensor, past: Tensor, delay: Tensor, films: Sequence[Tensor]
+    ) -> Tensor:
         """Condition (B, width) of what was seen `delay` motions before the chunk begins.
 
         Args:
             features: (B, n) normalised.
             past: as `Denoiser.forward` takes it.
             delay: (B, max_delay + 1), 1 at the delay.
-            words: (B, 384) embeddings.
+            films: (B, 2 width) each, of what is said.
         """
-        said = F.silu(self.words(words))
         x = self.enter(torch.cat([features, past, delay], dim=-1))
-        for block in self.blocks:
-            x = block(x, said)
+        for block, film in zip(self.blocks, films, strict=True):
+            x = block(x, film)
         return x
 
 
@@ -88,7 +96,7 @@ class Denoiser(nn.Module):
         x = torch.cat([noisy.flatten(2), led, _waves(level)], dim=-1)
         x, condition = self.enter(x), condition[:, None]
         for block in self.blocks:
-            x = block(x, condition)
+            x = block(x, cast(FilmBlock, block).film(condition))
         return self.leave(self.norm(x)).view(noisy.shape)
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional as F
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW
@@ -64,14 +66,16 @@ class Policy(nn.Module):
 
         Args:
             seen: B windows.
-            words: (B, 384) what is said in each.
+            words: (n, 384) all that is said, of which each window has its row, `seen.text`: what
+                the network makes of words it makes once for each sentence, not for each window.
             level: (B, M) of noise.
             noise: (B, M, H, 20) standard normal.
         """
         held = _held(seen.jaw_rad)
         clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
         past = self._given(seen.past - held, seen.n_past)
-        condition = self._condition(seen.history, seen.jaw_rad, words, past, seen.delay)
+        films = [F.embedding(seen.text, film) for film in self.encoder.films(words)]
+        condition = self._condition(seen.history, seen.jaw_rad, films, past, seen.delay)
         guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
         counts = seen.valid[:, None, :, None].to(guess).expand_as(guess)
         return (counts * (guess - clean) ** 2).sum() / counts.sum()
@@ -101,7 +105,8 @@ class Policy(nn.Module):
         """
         held = _held(jaw_rad)
         given = self._given(past - held, n_past)
-        condition = self._condition(history, jaw_rad, words, given, delay)
+        films = self.encoder.films(words)
+        condition = self._condition(history, jaw_rad, films, given, delay)
         steps, noisy = self.config.sampling_steps, noise[:, None]
         clean = noisy
         for k in range(steps, 0, -1):
@@ -113,12 +118,17 @@ class Policy(nn.Module):
         return clean[:, 0] * self.chunk_deviation + self.chunk_mean + held
 
     def _condition(
-        self, history: Tensor, jaw_rad: Tensor, words: Tensor, past: Tensor, delay: Tensor
+        self,
+        history: Tensor,
+        jaw_rad: Tensor,
+        films: Sequence[Tensor],
+        past: Tensor,
+        delay: Tensor,
     ) -> Tensor:
         features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
         delays = torch.arange(self.config.max_delay + 1, device=delay.device)
         marked = (delays == delay[:, None]).to(features)
-        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), past, marked, words)
+        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), past, marked, films)
 
     def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
         """(B, P * 21) the past normalised, zeros where it is not known, and where it is."""

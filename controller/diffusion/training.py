@@ -120,4 +120,4 @@ def _loss(
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # no earlier: poses
-        return policy.loss(seen, words[batch.text], level, noise)
+        return policy.loss(seen, words, level, noise)

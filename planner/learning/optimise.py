@@ -26,7 +26,7 @@ class Schedule:
         learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
         average: decay of the weights' moving average, which is what is saved.
         save_every: steps.
-        bfloat16: the model multiplies matrices in it: half again as fast where the processor can.
+        bfloat16: the model multiplies matrices in it, which some processors do faster.
     """
 
     steps: int

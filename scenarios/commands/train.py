@@ -48,7 +48,7 @@ class Train:
     threads: Annotated[int, at_least(1)] = 1
     """For torch, on the CPU."""
     bfloat16: bool = False
-    """Multiply matrices in it: half again as fast where the processor can (AVX-512 BF16)."""
+    """Multiply matrices in it: half again as fast on some processors, slower on others."""
     device: Annotated[str, one_of(DEVICES)] = "cpu"
     """Where to train."""
     out: Path | None = None
@@ -60,7 +60,6 @@ class Train:
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
-        os.environ["OMP_WAIT_POLICY"] = "passive"  # else a core lost to others halts all threads
         import torch
 
         if self.device == "cuda" and not torch.cuda.is_available():

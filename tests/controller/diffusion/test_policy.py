@@ -91,6 +91,15 @@ def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs)
     assert losses[3] > 1.01 * losses[2]
 
 
+def test_in_the_loss_each_window_hears_its_own_words(policy, seen, inputs):
+    noise, level, words = inputs["noise"][:, None], torch.ones(1, 1), inputs["words"]
+    alone = policy.loss(seen._replace(text=torch.tensor([0])), words, level, noise)
+    both = torch.cat([words.flip(1), words])
+    among = [policy.loss(seen._replace(text=torch.tensor([k])), both, level, noise) for k in (0, 1)]
+    torch.testing.assert_close(among[1], alone)
+    assert (among[0] - alone).abs() > 1e-5
+
+
 def test_features_do_not_depend_on_places_beyond_the_last_clip():
     history = torch.from_numpy(demonstration().states[None, :2]).clone()
     fields(history)["n_clips"][:] = 2.0
