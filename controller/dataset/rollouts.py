@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +20,15 @@ LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
-def rollouts(roots: Iterable[Path], leave_out: str | None = None) -> list[Rollout]:
+def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rollout]:
     """All of the datasets in these folders in which the tubes were taken in their order.
 
-    Or all of them but those of a kind, "recovery" say.
+    Or all of them but those of some kinds, "recovery" say.
 
     Raises:
         ValueError: as of `read_episodes`, in one line.
     """
-    left_out = (*OTHER_ORDERS, leave_out)
+    left_out = (*OTHER_ORDERS, *leave_out)
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
     return [rollout_of(e) for e in episodes if _kind(e) not in left_out]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 WORDS_SIZE = 384  # of a sentence's embedding
+PROCEDURE = "clip and cut both tubes"  # all that a wordless policy ever hears
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +20,7 @@ class PolicyConfig:
         max_delay: the most motions that are played while the next chunk is computed; they are
             the last of the past.
         sampling_steps: denoising steps of one chunk.
+        wordless: it does not hear instructions: SRT-H's ablation "no hierarchy".
         condition_width, condition_blocks: of the encoder of what is seen and said.
         denoiser_width, denoiser_blocks: of the denoiser.
 
@@ -36,6 +38,7 @@ class PolicyConfig:
     condition_blocks: int = 2
     denoiser_width: int = 256
     denoiser_blocks: int = 2
+    wordless: bool = False
 
     def __post_init__(self) -> None:
         if not self.history or self.history[0] != 0 or min(self.history) < 0:
@@ -47,3 +50,7 @@ class PolicyConfig:
             )
         if not 1 <= self.play <= self.horizon:
             raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")
+
+    def heard(self, text: str) -> str:
+        """What the policy hears of an instruction."""
+        return PROCEDURE if self.wordless else text

@@ -54,9 +54,10 @@ class ControllerDiffusion:
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """The next motion alone."""
         self._seen.append(observation.vector())
-        if instruction.text != self._text:
+        text = self._config.heard(instruction.text)
+        if text != self._text:
             self._drop()
-            self._text = instruction.text
+            self._text = text
         fresh = not len(self._running)
         if fresh:
             self._compute_chunk(observation, n_committed=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +14,14 @@ from controller.diffusion.windows import Demonstration
 COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
 
 
-def demonstrations(roots: Iterable[Path], leave_out: str | None = None) -> list[Demonstration]:
-    """All of the datasets in folders, or all but those of a kind, "recovery" say.
+def demonstrations(roots: Iterable[Path], leave_out: Container[str] = ()) -> list[Demonstration]:
+    """All of the datasets in folders, or all but those of some kinds, "recovery" say.
 
     Raises:
         ValueError: as of `read_episodes`, in one line.
     """
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] != leave_out))
+    return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] not in leave_out))
 
 
 def unbroken(episodes: Iterable[Episode]) -> Iterator[Demonstration]:

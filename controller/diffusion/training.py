@@ -88,7 +88,8 @@ def train(
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
-    windows = Windows(demonstrations, config.policy, device)
+    heard = [d.heard_by(config.policy) for d in demonstrations]
+    windows = Windows(heard, config.policy, device)
     words = embed_all(windows.texts).to(device)
     policy = Policy(config.policy).to(device)
     if base is None:

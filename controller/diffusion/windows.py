@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import NamedTuple
 
@@ -49,6 +49,10 @@ class Demonstration:
                 raise ValueError(f"demonstration: {name} must be {shape}, got {value.shape}")
             if not np.isfinite(value).all():
                 raise ValueError(f"demonstration: {name} has entries that are no finite numbers")
+
+    def heard_by(self, config: PolicyConfig) -> Demonstration:
+        """As a policy hears it."""
+        return replace(self, texts=[config.heard(text) for text in self.texts])
 
 
 class Batch(NamedTuple):

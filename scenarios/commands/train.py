@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from tyro.conf import Positional, arg
 
-from scenarios.commands.arguments import at_least, one_of
+from scenarios.commands.arguments import at_least, one_of, some_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.errors import BadInputError
@@ -35,8 +35,10 @@ class Train:
     """What learns: the diffusion controller, or the planner."""
     data: tuple[Path, ...] = (Path("runs/demonstrations"),)
     """Folders of demonstrations, as `calot collect` leaves them."""
-    leave_out: Annotated[str | None, one_of(KINDS)] = None
-    """Demonstrations of this kind, to see what they are good for."""
+    leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
+    """Demonstrations of these kinds, with commas between, to see what they are good for."""
+    wordless: bool = False
+    """A controller that hears no instructions: SRT-H's ablation "no hierarchy"."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -57,6 +59,8 @@ class Train:
 
     def execute(self) -> int:
         """Trains and reports; returns 0."""
+        if self.wordless and (self.base or self.learner != "controller"):
+            raise BadInputError("--wordless is for a controller that begins anew, without --base")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
@@ -77,6 +81,7 @@ class Train:
         from controller.diffusion.demonstrations import demonstrations
 
         config, base = self._scheduled(training.PRESETS[self.preset]), None
+        config = replace(config, policy=replace(config.policy, wordless=self.wordless))
         if self.base:
             config, base = training.fine_tuning(config, self.base)
         with _reading(self.data):

@@ -73,10 +73,26 @@ def final_loss(folder):
 
 
 def test_what_is_left_out_is_not_learnt_from(data):
-    whole, rest = demonstrations([data]), demonstrations([data], "recovery")
+    whole, rest = demonstrations([data]), demonstrations([data], ("recovery", "order"))
     assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
     with pytest.raises(ValueError, match="nothing to learn"):
-        Windows(demonstrations([data], "nominal"), PolicyConfig())
+        Windows(demonstrations([data], ("nominal",)), PolicyConfig())
+
+
+def test_a_wordless_policy_hears_nothing_that_is_said(data, tmp_path):
+    words = ["--preset", "smoke", "--steps", "20", "--data", str(data), "--out", str(tmp_path)]
+    assert main(["train", "controller", "--wordless", *words]) == 0
+    config = load_checkpoint(tmp_path / "policy.safetensors").config
+    assert config.wordless
+    heard = {text for d in demonstrations([data]) for text in d.heard_by(config).texts}
+    assert heard == {config.heard("clipping first clip left tube")}
+
+
+@pytest.mark.parametrize("words", [["planner"], ["controller", "--base", "policy.safetensors"]])
+def test_wordless_is_a_controller_from_the_beginning(capfd, words):
+    assert "--wordless is for a controller that begins anew" in complaint(
+        capfd, "train", *words, "--wordless"
+    )
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):

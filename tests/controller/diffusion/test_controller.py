@@ -102,6 +102,15 @@ def test_new_words_drop_the_running_chunk_at_once(sampler):
     assert not np.allclose(motion, played(controller(sampler, delay=2), 4)[3])
 
 
+def test_a_wordless_controller_goes_on_whatever_is_said(sampler):
+    subject = ControllerDiffusion(replace(CONFIG, wordless=True), sampler)
+    motions = np.concatenate([played(subject, 3, GRAB), played(subject, 1, CLIP)])
+    assert subject.place == "inside"
+    silent = ControllerDiffusion(replace(CONFIG, wordless=True), sampler)
+    parts = [played(silent, 3, CLIP), played(silent, 1, GRAB)]
+    np.testing.assert_array_equal(motions, np.concatenate(parts))
+
+
 def test_the_same_seed_moves_the_same_and_another_otherwise(sampler):
     first, again, other = (played(controller(sampler, seed=seed), 20) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
