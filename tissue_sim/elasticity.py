@@ -18,6 +18,7 @@ from tissue_sim.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 COLLAPSED = wp.constant(0.05)  # of the invariants' scale: below it R comes from the SVD
+POINT = wp.constant(1.0e-12)  # |F|^2: below it powers of the invariants leave float32's range
 MOST_NEWTON = wp.constant(20)
 ROUNDING = wp.constant(3.0e-5)  # of the stretches: what keeps it from making an axis unstable
 
@@ -79,7 +80,7 @@ def polar(F: wp.mat33, cofactor: wp.mat33, J: float):
     first = wp.ddot(F, F)
     total = stretch_sum(first, wp.ddot(cofactor, cofactor), J)
     gaps = total * (total * total - first) - 2.0 * J  # (s0 + s1) (s1 + s2) (s2 + s0)
-    if gaps > COLLAPSED * first * wp.sqrt(first):
+    if first > POINT and gaps > COLLAPSED * first * wp.sqrt(first):
         C = wp.transpose(F) * F
         R = F * (total * total + first) + cofactor * (2.0 * total) - F * C * 2.0
         return R / gaps, total
