@@ -26,6 +26,8 @@ GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
+NEARER_M = 0.0004  # it may be so much less where a tube has less than this to spare
+SCARCE_M = 0.002
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
@@ -85,7 +87,7 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
     below = sorted(clips_at_m(world, tube))[: k - 1]
     if below and len(below) == k - 1:
         room_m = (SPACING_M, CUT_ROOM_M)[k - 2]
-        highest_m = world.tubes.length_m[tube] - HIGH_MARGIN_M
+        highest_m = world.tubes.length_m[tube] - HIGH_MARGIN_M + NEARER_M
         station_m = min(max(station_m, below[-1] + room_m), highest_m)
     return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach)
 
@@ -187,9 +189,12 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     """Where the three clips go: two low, the third near the gallbladder, less so when aside.
 
     Of what a tube has to spare, each bound gets about as much; the cut has one on both sides.
+    Where that is scarce the third clip goes nearer to the gallbladder, less so when aside.
     """
     first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
+    nearer = (1.0 - aside) * float(np.clip(SCARCE_M - spare, 0.0, NEARER_M))
+    third, spare = third + nearer, spare + nearer
     below, between, above = SHARES
     return (
         first + below * spare,

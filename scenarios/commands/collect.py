@@ -1,5 +1,6 @@
 """`calot collect`: demonstrations by the expert, as a dataset."""
 
+import math
 import time
 from collections.abc import Generator, Sequence
 from contextlib import closing
@@ -64,6 +65,8 @@ class Collect:
     """Of the learned planner that says what to do in rollouts; left out, the scripted one does."""
     noise: bool = True
     """Whether bursts of noise disturb the expert's motion, which it makes good."""
+    artery_below_mm: Annotated[int | None, at_least(16)] = None
+    """Only patients whose artery is shorter, where clips have to sit well; left out, all."""
 
     def execute(self) -> int:
         """Collects what is not there yet, makes the dataset, reports; returns the exit code."""
@@ -76,7 +79,13 @@ class Collect:
             noise=self.noise,
             checkpoint=checkpoint,
             planner=str(self.planner_checkpoint or ""),
+            artery_below_m=math.inf if self.artery_below_mm is None else self.artery_below_mm / 1e3,
         )
+        if len(asked) < self.episodes:
+            raise BadInputError(
+                f"--seed {self.seed} --episodes {self.episodes}: only {len(asked)} are left;"
+                f" demonstrations take training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
+            )
         waiting = [d for d in asked if not is_finished(d, self.out)]
         start_s = time.perf_counter()
         outcomes = self._collect(waiting)
@@ -87,11 +96,6 @@ class Collect:
         return ERROR if any(outcome.error for outcome in outcomes) else 0
 
     def _require_possible(self) -> None:
-        if self.seed + self.episodes > TRAINING_SEEDS.stop:
-            raise BadInputError(
-                f"--seed {self.seed} --episodes {self.episodes}: demonstrations take training seeds"
-                f" only, 0 to {TRAINING_SEEDS.stop - 1}"
-            )
         if (self.mix in LEARNED_MIXES) != (self.checkpoint is not None):
             raise BadInputError(
                 f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}, which need it; no other"

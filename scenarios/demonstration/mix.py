@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
+
+from tissue_sim.anatomy import anatomy_from_seed
 
 TRAINING_SEEDS = range(10_000)
 RECOVERIES = (
@@ -82,11 +87,12 @@ def demonstrations(
     noise: bool = True,
     checkpoint: str = "",
     planner: str = "",
+    artery_below_m: float = math.inf,
 ) -> list[Demonstration]:
-    """One for each seed, so that more episodes later only add to them."""
+    """For each training seed whose patient's artery is short enough, one; more only add to them."""
     turns = MIXES[mix]
     made = []
-    for seed in range(first_seed, first_seed + episodes):
+    for seed in islice(_patients(first_seed, artery_below_m), episodes):
         kind = turns[seed % len(turns)]
         learned = kind.rstrip(FAILING) in OF_THE_LEARNED
         if kind.endswith(FAILING):
@@ -101,3 +107,10 @@ def demonstrations(
             )
         )
     return made
+
+
+def _patients(first_seed: int, artery_below_m: float) -> Iterator[int]:
+    """Training seeds of the patients whose artery is shorter than this."""
+    for seed in range(first_seed, TRAINING_SEEDS.stop):
+        if anatomy_from_seed(seed).artery_length_m < artery_below_m:
+            yield seed

@@ -95,7 +95,7 @@ def test_a_dataset_grows_by_each_and_a_learned_controller_is_not_imitated(tmp_pa
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (["--seed", "9999", "--episodes", "2"], "training seeds only"),
+        (["--seed", "9999", "--episodes", "2"], "training seeds"),
         (["--workers", "2"], "workers 1"),
     ],
 )

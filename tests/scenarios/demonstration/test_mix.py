@@ -6,6 +6,7 @@ from planner.correction import CORRECTIONS
 from planner.task import TASKS
 from scenarios.catalogue import SCENARIOS
 from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
+from tissue_sim.anatomy import anatomy_from_seed
 
 
 @pytest.mark.parametrize("mix", MIXES)
@@ -28,3 +29,13 @@ def test_one_number_stands_for_each_thing_that_may_be_heard():
     from controller.dataset.schema import TEXTS
 
     assert len(set(TEXTS)) == len(TASKS) + len(CORRECTIONS) == 35
+
+
+def test_patients_may_be_those_with_a_short_artery_alone():
+    short = demonstrations("recovery", 300, 20, artery_below_m=0.017)
+    assert short[:8] == demonstrations("recovery", 300, 8, artery_below_m=0.017)
+    lengths_m = [anatomy_from_seed(d.seed).artery_length_m for d in short]
+    assert max(lengths_m) < 0.017
+    every = demonstrations("recovery", 300, short[-1].seed - 299)
+    assert short == [d for d in every if anatomy_from_seed(d.seed).artery_length_m < 0.017]
+    assert len(demonstrations("nominal", 9990, 100)) == 10  # then training seeds end
