@@ -7,7 +7,7 @@ from torch import Tensor
 
 from tissue_sim.observation import fields
 
-TISSUE_M, TIP_M, JAW_RAD, FORCE_N = 2e-4, 5e-5, 2e-3, 0.02  # standard deviations, assumed
+TISSUE_M, TIP_M, JAW_RAD, FORCE_N = 1e-4, 5e-5, 2e-3, 0.02  # standard deviations, assumed
 
 
 def noised(history: Tensor, generator: torch.Generator) -> Tensor:

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
+from controller.diffusion.displacement import displaced
 from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Demonstration, Windows
 from planner.language.sentence_encoder import embed_all
@@ -116,7 +117,7 @@ def _loss(
     which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
     most = config.policy.max_delay + 1
     delay = torch.randint(most, (config.batch,), generator=chance, device=device)
-    batch = windows.batch(which, delay)
+    batch = displaced(windows.batch(which, delay), chance)
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
