@@ -11,6 +11,7 @@ from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.output import output
 from scenarios.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -318,7 +319,7 @@ class Bench:
 
 
 def _show(report: Iterable[Any]) -> None:
-    console = Console()
+    console = output()
     for part in (*report, machine_line()):
         console.print(part, highlight=False, soft_wrap=isinstance(part, str))
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from rich.console import Console
 from rich.table import Table
 
+from scenarios.commands.output import output
 from scenarios.versions import versions
 
 # In a process of its own: both imports take seconds, and a broken driver may crash it.
@@ -36,7 +37,7 @@ class Doctor:
         table = Table(show_header=False)
         for name, finding in findings.items():
             table.add_row(name, finding)
-        Console().print(table)
+        output().print(table)
         return 0
 
 

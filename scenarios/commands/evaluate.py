@@ -17,6 +17,7 @@ from scenarios.commands.arguments import at_least, number, some_arms, some_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster import require_cluster
 from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import INTERRUPTED
 from scenarios.errors import BadInputError
@@ -127,7 +128,7 @@ class Evaluate:
         report, made_with = report_of(plan, results, self.out), self._made_with()
         self._write("results.json", dumps(document(report, made_with), indent=2) + "\n")
         self._write("report.html", page(report, made_with))
-        console = Console()
+        console = output()
         for table in tables(report):
             console.print(table)
         for name in ("results.json", "report.html"):

@@ -15,6 +15,7 @@ from tyro.conf import Positional, arg
 
 from scenarios.commands.arguments import at_least
 from scenarios.commands.browser import LOCAL
+from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.errors import BadInputError
 from scenarios.pool import run_side_by_side
@@ -164,7 +165,7 @@ def _reel(file: Path, *, every: int) -> Reel:
 
 
 def _tell(verdicts: Sequence[Verdict]) -> None:
-    console = Console()
+    console = output()
     if len(verdicts) == 1:
         line = f"{verdicts[0].outcome}, {verdicts[0].remark}"
     else:

@@ -19,6 +19,7 @@ from scenarios.commands.browser import LOCAL, desk_for, page_of
 from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster import require_cluster
 from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.episode_config import EpisodeConfig
@@ -225,7 +226,7 @@ def exit_code(episodes: Sequence[EpisodeResult]) -> int:
 
 
 def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
-    console = Console()
+    console = output()
     if len(episodes) == 1:
         console.print(task_table(episodes[0]))
         if episodes[0].injuries:
