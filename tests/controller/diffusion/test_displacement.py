@@ -1,10 +1,17 @@
-"""Laws of displaced tools: what they hold stays theirs, and chunks lead back to where they led."""
+"""Laws of displaced tools: what a tool holds stays with it; chunks lead back to where they led."""
 
 import pytest
 import torch
 
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.displacement import BACK_STEPS, DISPLACED_M, OPEN_RAD, displaced
+from controller.diffusion.displacement import (
+    BACK_STEPS,
+    DISPLACED_M,
+    FREE_N,
+    NEAR_M,
+    OPEN_RAD,
+    displaced,
+)
 from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.observation import fields
@@ -15,11 +22,16 @@ LEFT, RIGHT = 0, 1
 
 @pytest.fixture(scope="module")
 def seen() -> Batch:
-    """The right tool is open in all of them and the left one closed."""
+    """The right tool is at tissue, open and free; the left one is closed or feels something."""
     windows = Windows([demonstration()], PolicyConfig(horizon=HORIZON))
     batch = windows.batch(torch.arange(len(windows)), torch.zeros(len(windows), dtype=torch.long))
-    jaw = fields(batch.history)["joints"][..., 6]
-    jaw[..., LEFT], jaw[..., RIGHT] = 0.9 * OPEN_RAD, 1.1 * OPEN_RAD
+    jaw, forces_n = (fields(batch.history)[name] for name in ("joints", "forces_n"))
+    jaw, even = jaw[..., 6], torch.arange(len(windows)) % 2 == 0
+    jaw[..., RIGHT], forces_n[..., RIGHT, 2] = 1.1 * OPEN_RAD, 0.9 * FREE_N
+    jaw[even, :, LEFT], forces_n[even, :, LEFT, 2] = 0.9 * OPEN_RAD, 0.9 * FREE_N
+    jaw[~even, :, LEFT], forces_n[~even, :1, LEFT, 2] = 1.1 * OPEN_RAD, 1.1 * FREE_N
+    tip = fields(batch.history)["tips_endoscope"][..., 3]
+    tip[:, :, RIGHT] = fields(batch.history)["left_tube_m"][:, :, 0]
     return batch
 
 
@@ -36,11 +48,20 @@ def moves_m(batch: Batch) -> torch.Tensor:
     return batch.chunk.unflatten(-1, (2, -1))[..., :3]  # (B, H, 2, 3)
 
 
-def test_open_tools_stand_off_by_as_much_in_every_frame_and_no_other_does(seen, moved):
+def test_free_tools_stand_off_by_as_much_in_every_frame_and_no_other_does(seen, moved):
     off_m = tips_m(moved) - tips_m(seen)
     torch.testing.assert_close(off_m, off_m[:, :1].expand_as(off_m), atol=1e-7, rtol=0.0)
     assert not off_m[:, :, LEFT].any()
     assert off_m[:, 0, RIGHT].std() == pytest.approx(DISPLACED_M, rel=0.2)
+
+
+def test_no_tool_far_from_tissue_stands_off(seen):
+    history = seen.history.clone()
+    for name in ("left_tube_m", "right_tube_m", "sac_m"):
+        fields(history)[name][..., 2] += 0.1 + NEAR_M
+    far = displaced(seen._replace(history=history), torch.Generator().manual_seed(0))
+    assert torch.equal(far.history, history)
+    assert torch.equal(far.chunk, seen.chunk)
 
 
 def test_chunks_lead_to_where_they_led_without(seen, moved):
