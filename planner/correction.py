@@ -64,9 +64,9 @@ CORRECTIONS: tuple[Correction, ...] = (
     ),
 )
 
-_OPPOSITE = {
+OPPOSITE = {
     "left": "right", "right": "left", "higher": "lower", "lower": "higher",
-    "away": "towards", "towards": "away", "open": "close", "close": "open", None: None,
+    "away": "towards", "towards": "away", "open": "close", "close": "open",
 }  # fmt: skip
 _BY_TEXT = {correction.text: correction for correction in CORRECTIONS}
 
@@ -85,5 +85,5 @@ def correction_from_text(text: str) -> Correction:
 
 def opposite(correction: Correction) -> Correction:
     """Returns the correction that takes it back."""
-    back = (correction.arm, _OPPOSITE[correction.direction], _OPPOSITE[correction.jaw])
+    back = (correction.arm, OPPOSITE.get(correction.direction), OPPOSITE.get(correction.jaw))
     return next(c for c in CORRECTIONS if (c.arm, c.direction, c.jaw) == back)

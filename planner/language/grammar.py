@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planner.command import Command
+from planner.correction import OPPOSITE
 from planner.language.lexicon import Sense
 from planner.language.phrases import normalised, senses
 from planner.language.slots import (
     DIRECTIONS,
-    OPPOSITE,
     ORDINALS,
     TUBE_KINDS,
     Filled,

@@ -9,10 +9,6 @@ from planner.command import COMMANDS, Command
 Filled = Mapping[str, Set[str]]
 """The values that words give to each slot; two in one contradict each other."""
 
-OPPOSITE = {
-    "left": "right", "right": "left", "higher": "lower", "lower": "higher",
-    "away": "towards", "towards": "away", "open": "close", "close": "open",
-}  # fmt: skip
 DIRECTIONS = frozenset({"left", "right", "higher", "lower", "away", "towards"})
 ORDINALS = frozenset({"1", "2", "3"})
 TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_cut"})

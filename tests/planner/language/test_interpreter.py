@@ -7,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
+from planner.correction import OPPOSITE
 from planner.language import sentence_encoder
 from planner.language.grammar import may_be_filled, parse
 from planner.language.interpreter import Interpreter
-from planner.language.slots import OPPOSITE, candidates
+from planner.language.slots import candidates
 from tests.planner.language.sayings import ARMS, OPPOSITES, mirrored, moves, orders, tasks
 
 INTERPRETER = Interpreter()
