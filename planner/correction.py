@@ -85,5 +85,5 @@ def correction_from_text(text: str) -> Correction:
 
 def opposite(correction: Correction) -> Correction:
     """Returns the correction that takes it back."""
-    back = (correction.arm, OPPOSITE.get(correction.direction), OPPOSITE.get(correction.jaw))
-    return next(c for c in CORRECTIONS if (c.arm, c.direction, c.jaw) == back)
+    way = OPPOSITE[correction.direction or correction.jaw or ""]
+    return next(c for c in CORRECTIONS if c.arm == correction.arm and way in (c.direction, c.jaw))
