@@ -12,7 +12,7 @@ from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.observation import VECTOR_SIZE, fields
-from tissue_sim.tracker_noise import noised
+from tissue_sim.tracker_noise import TISSUE_M, noised
 
 CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32, denoiser_blocks=1)
 
@@ -118,4 +118,4 @@ def test_tracker_noise_is_on_what_is_tracked_and_on_nothing_else():
     for name in ("n_clips", "clip_loaded", "scissors", "severed"):
         assert not seen[name].any()
     assert not seen["tips_endoscope"][..., :3].any()
-    torch.testing.assert_close(seen["sac_m"].std(), torch.tensor(2e-4), rtol=0.05, atol=0)
+    torch.testing.assert_close(seen["sac_m"].std(), torch.tensor(TISSUE_M), rtol=0.05, atol=0)
