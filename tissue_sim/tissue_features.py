@@ -25,7 +25,7 @@ class Sitting(NamedTuple):
     Attributes:
         places_m: (B, `CLIPS_A_TUBE`, 3) of the first of them.
         stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end.
-        there: (B, `CLIPS_A_TUBE`) 1 where there is one, else 0.
+        there: (B, `CLIPS_A_TUBE`) 1 where there is one, else 0: the others mean nothing then.
     """
 
     places_m: Tensor

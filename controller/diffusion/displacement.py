@@ -22,7 +22,10 @@ BACK_STEPS = 4.0  # after so many motions an error is down to 1/e, whichever mot
 
 
 def displaced(seen: Batch, generator: torch.Generator) -> Batch:
-    """Windows in which each tool that is near tissue but free stands some way off, all along."""
+    """Windows in which each tool that is near tissue but free stands some way off, all along.
+
+    The way off is drawn once a window and tool, (B, 2, 3) in the endoscope's frame; `seen` stays.
+    """
     history = seen.history.clone()
     parts = fields(history)  # views
     chance = torch.randn(len(history), 2, 3, generator=generator, device=generator.device)

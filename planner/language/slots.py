@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Set
 
 from planner.command import COMMANDS, Command
+from planner.correction import DIRECTION_ENDOSCOPE
 
 Filled = Mapping[str, Set[str]]
 """The values that words give to each slot; two in one contradict each other."""
 
-DIRECTIONS = frozenset({"left", "right", "higher", "lower", "away", "towards"})
+DIRECTIONS = frozenset(DIRECTION_ENDOSCOPE)
 ORDINALS = frozenset({"1", "2", "3"})
 TUBE_KINDS = frozenset({"clip", "go_back", "cut", "cut_position", "go_back_from_cut"})
 _CERTAIN = ORDINALS | {"left", "right", "clip", "cut"}
