@@ -278,6 +278,27 @@ class Latency:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Viewer:
+    """What an open page costs the loop, and how long a click takes, in a Chromium."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Of the anatomy."""
+    repeats: Annotated[int, at_least(1)] = 3
+    """Runs without and with a page, by turns."""
+    clicks: Annotated[int, at_least(1)] = 40
+    """Buttons pressed, and as many sentences sent."""
+
+    def execute(self) -> int:
+        """Measures and reports; returns 0."""
+        from scenarios.bench_viewer import bench_viewer
+
+        with Console(stderr=True).status("measuring: viewer"):
+            tables = bench_viewer(seed=self.seed, repeats=self.repeats, clicks=self.clicks)
+        _show(tables)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Language:
     """How long free text takes to be read, by the grammar alone and with the sentence encoder."""
 
@@ -309,6 +330,7 @@ class Bench:
         | Annotated[Planner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
         | Annotated[Latency, subcommand("latency")]
+        | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
     ]
 

@@ -26,11 +26,12 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
     ("left", "open"): 8.0,
     ("left", "close"): 8.0,
     ("right", None): 1.0,
-    ("right", "open"): 0.3,
+    ("right", "open"): 8.0,
     ("right", "close"): 8.0,
     ("both", "open"): 8.0,
     ("both", "close"): 8.0,
 }
+RARITY_HOLDING = RARITY | {("right", "open"): 0.3}  # then it alone can often be said
 
 
 class PlannerInterjecting:
@@ -57,7 +58,8 @@ class PlannerInterjecting:
             self._correction = None
         elif now_s >= self._until_s + BETWEEN_S and self._rng.uniform() < CHANCE:
             able = [c for c in CORRECTIONS if is_harmless(c, self._world)]
-            rarity = np.array([RARITY[c.arm, c.jaw] for c in able])
+            rarities = RARITY_HOLDING if _holds(self._world) else RARITY
+            rarity = np.array([rarities[c.arm, c.jaw] for c in able])
             self._correction = able[self._rng.choice(len(able), p=rarity / rarity.sum())]
             self._until_s = now_s + float(self._rng.choice(LASTS_S))
         return replace(said, correction=self._correction)

@@ -2,20 +2,23 @@
 
 import io
 import math
-import re
 
 import numpy as np
 import pytest
 
 from controller.dataset.part import read_part
+from scenarios.bench_viewer import bench_viewer
 from scenarios.recorder import load
+from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
 from scenarios.viewer.page import Page
 from scenarios.viewer.port import choose_port
-from tests.scenarios.viewer.browser import browser, needs_browser, open_tab
 from tests.scenarios.viewer.sessions import SEED, run_to, session, wait_until
 from tissue_sim.arms import RIGHT_ARM
 
-pytestmark = needs_browser
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(missing()), reason=missing() or "there is one"),
+]
 
 HOST = "127.0.0.1"
 STEP_S = 1 / 30
@@ -43,20 +46,9 @@ def tab(chromium, desk):
         yield tab
 
 
-def press(tab, name):
-    """At once, as a person with a fast machine: playwright's own waits for a still picture."""
-    button(tab, name).dispatch_event("click")
-
-
-def button(tab, name):
-    """By its own text: style sheets may show another."""
-    return tab.locator("button", has_text=re.compile(rf"^\s*{re.escape(name)}$"))
-
-
 def say(tab, text):
-    tab.locator("form input").fill(text)
-    tab.wait_for_timeout(200)  # the page sends what is typed at most every 50 ms
-    tab.locator("form input").press("Enter")
+    type_in(tab, text)
+    enter(tab)
 
 
 def picture(tab, path):
@@ -216,3 +208,9 @@ def test_an_exported_page_works_offline(chromium, tmp_path, desk):
     page.write_text(export(Reel(recorded(desk), every=6), lambda time_s: None))
     with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)
+
+
+def test_the_bench_measures_speed_and_waits_in_a_browser():
+    speed, waits = bench_viewer(seed=SEED, repeats=1, clicks=1)
+    assert speed.row_count == 2
+    assert waits.row_count == 2
