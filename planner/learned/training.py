@@ -141,12 +141,9 @@ def loss_of(opinion: Opinion, labels: Labels, fair: Tensor) -> Tensor:
     """SRT-H's: a task weighs the more, the further off it is (arXiv 2505.10251)."""
     off = (opinion.task.argmax(dim=-1) - labels.task).abs()
     task = (F.cross_entropy(opinion.task, labels.task, reduction="none") * (1 + off)).mean()
-    flag = F.binary_cross_entropy_with_logits(opinion.flag, (labels.correction >= 0).float())
+    flag = _chance_loss(opinion.flag, (labels.correction >= 0).float(), fair)
     progress = F.smooth_l1_loss(opinion.progress, labels.progress, beta=0.1)
-    told = fair & ~labels.fails.isnan()
-    fails = F.binary_cross_entropy_with_logits(
-        opinion.fails, labels.fails.nan_to_num(), told.float(), reduction="sum"
-    ) / told.sum().clamp(min=1)
+    fails = _chance_loss(opinion.fails, labels.fails.nan_to_num(), fair & ~labels.fails.isnan())
     wanted = labels.correction.clamp(min=0)
     right = F.cross_entropy(opinion.correction, wanted, reduction="none")
     flagged = labels.correction >= 0
@@ -158,3 +155,9 @@ def loss_of(opinion: Opinion, labels: Labels, fair: Tensor) -> Tensor:
         + FAILS_WEIGHT * fails
     )
     return TASK_SHARE * task + (1.0 - TASK_SHARE) * rest
+
+
+def _chance_loss(logits: Tensor, outcomes: Tensor, counted: Tensor) -> Tensor:
+    """Mean over those that count: of all drawn alike, for a chance to be as large as it is."""
+    loss = F.binary_cross_entropy_with_logits(logits, outcomes, counted.float(), reduction="sum")
+    return loss / counted.sum().clamp(min=1)
