@@ -6,6 +6,7 @@ for a planner that learns: DAgger (Ross et al., arXiv 1011.0686).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -47,28 +48,29 @@ class WitnessOfRollout(Witness):
         return frame | {"task": self._wanted.task.index, "advice": advice, "expert": False}
 
     def _advice(self, step: Step) -> str:
-        """What would have an arm do as the expert would, had it taken over here."""
+        """What would have an arm do as the expert would first, had it taken over here."""
         said = Instruction(task=self._wanted.task)
-        return correction_of(*_next_second(self._world, step.observation, said))
+        coming = _coming_seconds(self._world, step.observation, said)
+        return next(filter(None, (correction_of(*motion) for motion in coming)), "")
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         advised = [frame["advice"] for frame in self._frames]
         return advised, [bool(advice) for advice in advised]
 
 
-def _next_second(world: World, seen: Observation, said: Instruction) -> tuple[Array, Array]:
-    """Of tips (2, 3) and jaws (2,) once the expert begins to move, if all else stood still.
+def _coming_seconds(
+    world: World, seen: Observation, said: Instruction
+) -> Iterator[tuple[Array, Array]]:
+    """Of tips (2, 3) and jaws (2,) within seconds with the expert, as if all else stood still.
 
-    It may pause first: for a second it opens jaws that are open already.
+    From now on, and later and later: it may pause first, as it opens jaws that are open already.
     """
     expert, jaw_rad = ControllerExpert(world), world.target[:, 6]
-    moves_m, jaws_rad = list[Array](), [jaw_rad]
+    tips_m, jaws_rad = [np.zeros((2, 3))], [jaw_rad]
     for ahead_s in np.arange(0, PAUSE_STEPS + WINDOW_STEPS, CHUNK_STEPS) * CONTROL_STEP_S:
         chunk = expert.act(replace(seen, time_s=seen.time_s + ahead_s), said)
-        moves_m.append(np.sum([action.move_endoscope_m for action in chunk], axis=0))
+        tips_m.append(tips_m[-1] + np.sum([a.move_endoscope_m for a in chunk], axis=0))
         jaws_rad.append(chunk[-1].jaw_rad)
-    turns_rad = np.diff(jaws_rad, axis=0)
-    moving = [m.any() or turn.any() for m, turn in zip(moves_m, turns_rad, strict=True)]
-    first = moving.index(True) if any(moving) else 0
-    second = slice(first, first + WINDOW_STEPS // CHUNK_STEPS)
-    return np.sum(moves_m[second], axis=0), np.sum(turns_rad[second], axis=0)
+    second = WINDOW_STEPS // CHUNK_STEPS
+    for before, after in zip(range(len(tips_m)), range(second, len(tips_m)), strict=False):
+        yield tips_m[after] - tips_m[before], jaws_rad[after] - jaws_rad[before]
