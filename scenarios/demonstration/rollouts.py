@@ -15,17 +15,14 @@ import numpy as np
 from controller.action import CONTROL_STEP_S
 from controller.expert import ControllerExpert
 from controller.expert.motion import CHUNK_STEPS
-from controller.expert.skills import JAW_TIME_S
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
-from scenarios.demonstration.witness import Witness
+from scenarios.demonstration.witness import PAUSE_STEPS, Witness
 from scenarios.episode import Step
 from tissue_sim.frames import Array
 from tissue_sim.observation import Observation
 from tissue_sim.world import World
-
-PAUSE_STEPS = round(JAW_TIME_S / CONTROL_STEP_S)
 
 
 class WitnessOfRollout(Witness):

@@ -11,6 +11,7 @@ from controller.action import CONTROL_STEP_S
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
+from controller.expert.skills import JAW_TIME_S
 from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
 from scenarios.demonstration.mix import FAILING
@@ -19,6 +20,7 @@ from scenarios.results import EpisodeResult
 from tissue_sim.observation import Observation
 from tissue_sim.world import World
 
+PAUSE_STEPS = round(JAW_TIME_S / CONTROL_STEP_S)  # the expert opens jaws that are open already
 _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
@@ -100,10 +102,17 @@ class Witness:
         """The correction of each frame, and whether it is wanted."""
         corrections, flags = [], []
         for k, frame in enumerate(self._frames):
-            wanted = correction_of(*self._motion_from(k)) if frame["failed"] else ""
+            wanted = self._motion_in_words(k) if frame["failed"] else ""
             corrections.append(frame["heard"] or wanted)
             flags.append(bool(wanted) or frame["corrected"])
         return corrections, flags
+
+    def _motion_in_words(self, k: int) -> str:
+        """Of the second that follows, or of the first of those within a pause that has any."""
+        starts = range(k, min(k + PAUSE_STEPS, len(self._frames)))
+        return next(
+            filter(None, (correction_of(*self._motion_from(start)) for start in starts)), ""
+        )
 
     def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         here = self._frames[k]["seen"]
