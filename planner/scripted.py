@@ -21,10 +21,14 @@ class PlannerScripted:
     the gallbladder has slipped out of the grasper, to go back and to grab it again.
     """
 
-    hears_of_success = True
+    def __init__(
+        self, world: World, order: Sequence[Task] = TASKS, *, hears_of_success: bool = True
+    ) -> None:
+        """`order` begins with grabbing; after each clip or cut comes going back from it.
 
-    def __init__(self, world: World, order: Sequence[Task] = TASKS) -> None:
-        """`order` begins with grabbing; after each clip or cut comes going back from it."""
+        With `hears_of_success` off it is asked no oftener than a planner that only sees.
+        """
+        self.hears_of_success = hears_of_success
         self._world, self._order = world, tuple(order)
         self.reset()
 

@@ -124,6 +124,8 @@ def begun(demonstration: Demonstration) -> Running:
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
     if demonstration.family in (ORDER, TURNS):
         episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
+    if demonstration.is_rollout and not demonstration.planner:  # no sooner than it will be heard
+        episode.planner = PlannerScripted(episode.world, hears_of_success=False)
     corrected_by_turns = demonstration.family == TURNS and seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
