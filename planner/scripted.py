@@ -34,7 +34,7 @@ class PlannerScripted:
 
     def reset(self) -> None:
         """Start at the first task."""
-        self._index = 0
+        self._index = self._furthest = 0
         self._since_s = 0.0
         self._backing_off = False
 
@@ -46,12 +46,19 @@ class PlannerScripted:
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
         elif task_done(task, self._world):
-            self._index = min(self._index + 1, len(self._order) - 1)
-            self._since_s = now_s
+            self._index, self._since_s = self._next_to_do(), now_s
         elif task.kind in ("clip", "cut"):
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = self._order[self._index + 1 if self._backing_off else self._index]
         return Instruction(task=said, time_s=now_s)
+
+    def _next_to_do(self) -> int:
+        """The task after this one, past those that were said before and are still done."""
+        at = self._index + 1
+        while at < self._furthest and task_done(self._order[at], self._world):
+            at += 1
+        self._furthest = max(self._furthest, at)
+        return min(at, len(self._order) - 1)
 
     def _slipped(self) -> bool:
         """Nothing is held; once a tube is cut there is no spreading them both again."""

@@ -7,12 +7,15 @@ import pytest
 from planner.criteria import task_done
 from planner.instruction import TASKS
 from planner.scripted import PATIENCE_S, PlannerScripted
+from scenarios.catalogue import SCENARIOS
 from scenarios.episode import begin
 from scenarios.episode_config import EpisodeConfig
+from scenarios.perturbation.effects import Effects
+from scenarios.perturbation.perturbation import AtTask
 from tissue_sim.arms import RIGHT_ARM, JointCommand
 from tissue_sim.outcome import right_arm_back
 
-GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP = TASKS[:3]
+GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]
 OUT_INSERTION_M = 0.05
 
 
@@ -100,6 +103,21 @@ def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
     planner.reset()
     at_the_tubes.restore(approach[1])
     assert ask(planner, at_the_tubes) == GRAB
+
+
+def test_after_a_slip_nothing_is_said_that_is_done_still():
+    episode = begin(EpisodeConfig(seed=10_004))
+    (slip,) = SCENARIOS["grasp-slip"].perturbations
+    episode.effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
+    episode.planner = PlannerScripted(episode.world, hears_of_success=False)
+    said = []
+    for step in episode.steps():
+        if not said or step.instruction.task != said[-1]:
+            said += [step.instruction.task]
+        if said.count(SECOND_CLIP) == 2:
+            break
+    back_from_second = TASKS[SECOND_CLIP.index]
+    assert said == [*TASKS[:4], back_from_second, GRAB, SECOND_CLIP]
 
 
 def test_an_instruction_carries_the_time_it_was_given(untouched):
