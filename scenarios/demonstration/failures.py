@@ -9,7 +9,10 @@ from pkgutil import resolve_name
 import numpy as np
 
 from controller.expert.skills import among_tissue
+from controller.expert.targets import clip_pose
+from planner.criteria import structure_of
 from planner.scripted import HELD_PINCH_N
+from planner.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
@@ -19,6 +22,7 @@ from tissue_sim.world import World
 MOST_FAILURES = 3  # in an episode, each in a task of its own
 WEAKEST = 0.5  # of the scenario's own magnitude
 SLIP = "grasp-slip"
+PAST_M = 0.001  # of the tube, half of the weakest overshoot
 SLIPS_WHILE_WHOLE = (2, 4, 6)  # once a tube is cut the gallbladder is not grasped anew
 
 
@@ -50,31 +54,45 @@ class Failing:
 
     def after(self, step: Step, world: World) -> bool:
         """Whether any does that the arms are free to undo."""
-        led = step.asked is None
+        led, task = step.asked is None, step.instruction.task
         self._names |= {applied.name for applied in step.applied}
-        self._names -= {name for name in self._names if not led and is_undone(name, world)}
+        if not led:
+            self._names -= {name for name in self._names if is_undone(name, world, task)}
+        if step.outcome.task_done:  # for all that was in its way
+            self._names &= {SLIP}
         return bool(self._names) and not led
 
 
-def is_undone(name: str, world: World) -> bool:
-    """Whether the failure that perturbation `name` brought about no longer stands."""
-    return UNDONE[name](world)
+def is_undone(name: str, world: World, task: Task) -> bool:
+    """Whether the failure that perturbation `name` brought about in a task no longer stands."""
+    return UNDONE[name](world, task)
 
 
-def _arm_is_out(arm: int) -> Callable[[World], bool]:
-    return lambda world: not among_tissue(arm, world)
+def _arm_is_out(arm: int) -> Callable[[World, Task], bool]:
+    return lambda world, _: not among_tissue(arm, world)
 
 
-def _holds_again(world: World) -> bool:
+def _no_longer_past(world: World, task: Task) -> bool:
+    """The applier is out, or as deep as it is to go."""
+    if not among_tissue(RIGHT_ARM, world):
+        return True
+    if task.tube is None or task.clip is None:
+        return False
+    goal = clip_pose(world, structure_of(task, world), task.clip)
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    return bool((T[:3, 3] - goal[:3, 3]) @ T[:3, 2] < PAST_M)
+
+
+def _holds_again(world: World, task: Task) -> bool:
     return world.conditions.grip == 1.0 and world.record.grasp.pinch_n >= HELD_PINCH_N
 
 
-UNDONE: dict[str, Callable[[World], bool]] = {
+UNDONE: dict[str, Callable[[World, Task], bool]] = {
     "grasp-missed-above": _arm_is_out(LEFT_ARM),
     "grasp-missed-below": _arm_is_out(LEFT_ARM),
     "wrong-tube": _arm_is_out(RIGHT_ARM),
     "both-tubes": _arm_is_out(RIGHT_ARM),
-    "overshoot": _arm_is_out(RIGHT_ARM),
+    "overshoot": _no_longer_past,
     SLIP: _holds_again,
-    "clip-dropped": lambda world: world.record.clip_loaded,
+    "clip-dropped": lambda world, _: world.record.clip_loaded,
 }

@@ -5,12 +5,17 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from controller.expert.skills import among_tissue
+from controller.expert.targets import clip_pose
 from planner.correction import correction_from_text
+from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun
+from scenarios.demonstration.failures import PAST_M, Failing
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.rollouts import WitnessOfRollout
 from scenarios.obedience_trial import PlannerSaying
+from tissue_sim.arms import RIGHT_ARM
 
 SEED = 10_001
 GRAB, FIRST_CLIP = TASKS[:2]
@@ -65,3 +70,20 @@ def test_another_task_said_does_not_change_what_is_due():
     columns, _ = rolled_out(40, saying)
     assert set(columns["instruction"]) == {FIRST_CLIP.text}
     assert set(columns["task"]) == {GRAB.index}
+
+
+def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go():
+    episode = begun(Demonstration(seed=SEED, kind="recovery:overshoot", noise=False))
+    failing, stood, deeper_m = Failing(), [], []
+    for step in islice(episode.steps(), 600):
+        task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
+        stood.append(failing.after(step, episode.world))
+        if stood[-1]:
+            goal = clip_pose(episode.world, structure_of(task, episode.world), task.clip)
+            deeper_m.append((T[:3, 3] - goal[:3, 3]) @ T[:3, 2])
+        elif deeper_m:
+            break
+    assert any(stood)
+    assert not stood[-1]
+    assert min(deeper_m) >= PAST_M
+    assert among_tissue(RIGHT_ARM, episode.world)
