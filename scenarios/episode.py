@@ -390,7 +390,7 @@ class Episode:
     def _note(self, step: Step) -> None:
         """Count the step to its task; done once is done, unless it is taken up again.
 
-        What the planner is at may come to be done under a person's word for something else.
+        What was left undone, and what the planner is at, may come to be done under another word.
         """
         self._credit(
             step.instruction.task,
@@ -398,9 +398,10 @@ class Episode:
             time_s=self.world.config.control_step_s,
             corrections=int(self._begins_correction(step.instruction)),
         )
-        planned = self._override.planned.task
-        if planned != step.instruction.task and task_done(planned, self.world):
-            self._credit(planned, success=True)
+        undone = {TASKS[k - 1] for k, task in self.tasks.items() if not task.success}
+        for task in {self._override.planned.task, *undone} - {step.instruction.task}:
+            if task_done(task, self.world):
+                self._credit(task, success=True)
 
     def _credit(
         self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0

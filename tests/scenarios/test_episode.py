@@ -99,17 +99,16 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
         world.restore(before)
 
 
-@pytest.mark.parametrize("cut_done", [True, False])
-def test_the_last_task_ends_an_episode_only_when_the_others_are_done(procedure, cut_done):
-    """A planner says it too to back off from a last cut that did not come off."""
-    tasks = {task.index: task for task in procedure.result.tasks}
-    tasks[16] = replace(tasks[16], success=cut_done)
+@pytest.mark.parametrize("begun", [True, False])
+def test_the_last_task_ends_an_episode_only_when_the_others_are_done(procedure, begun):
+    """What was not begun is not done, whatever the patient looks like."""
+    tasks = {task.index: task for task in procedure.result.tasks if begun or task.index != 16}
     last = Instruction(task=TASKS[-1])
     before = procedure.world.state()
     try:
         episode = replace(begin_judging(procedure.world, tasks), planner=PlannerSays(last))
         n_steps = len(list(islice(episode.steps(), 10)))
-        assert n_steps == (1 if cut_done else 10)
+        assert n_steps == (1 if begun else 10)
     finally:
         procedure.world.restore(before)
 
@@ -270,6 +269,20 @@ def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked
     assert chunks([*before, *islice(steps, 50)]) == [(1, 10), (2, LONG_CHUNK), (3, 5)]
     assert controller.heard == [TASKS[0].text, *2 * [CORRECTIONS[0].text]]
     assert planner.asked == 2
+
+
+def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word():
+    clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, 2, 4))
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.planner = PlannerSays(*3 * [clip], back, back_again)
+    left_undone = False
+    for step in islice(episode.steps(), round(10.0 / CONTROL_STEP_S)):
+        if step.instruction.task == back_again.task:
+            left_undone |= not episode.tasks[back.task.index].success
+            if step.outcome.task_done:
+                break
+    assert left_undone
+    assert episode.tasks[back.task.index].success
 
 
 def test_an_exchange_drops_the_chunk_and_resets_the_controller():
