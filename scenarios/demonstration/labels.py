@@ -8,6 +8,8 @@ heard. Thresholds are SRT-H's (lab code), the jaws' in the middle of its range.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
@@ -28,6 +30,11 @@ def correction_of(moved_m: Array, opened_rad: Array) -> str:
         opened_rad: (2,) of the jaws; below zero they closed.
     """
     return _direction_text(moved_m) or _jaw_text(opened_rad)
+
+
+def first_correction_of(motions: Iterable[tuple[Array, Array]]) -> str:
+    """Words for the first of the motions that has any; "" when none has."""
+    return next(filter(None, (correction_of(*motion) for motion in motions)), "")
 
 
 def _direction_text(moved_m: Array) -> str:

@@ -17,7 +17,7 @@ from controller.expert import ControllerExpert
 from controller.expert.motion import CHUNK_STEPS
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted
-from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
+from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.demonstration.witness import PAUSE_STEPS, Witness
 from scenarios.episode import Step
 from tissue_sim.frames import Array
@@ -47,8 +47,7 @@ class WitnessOfRollout(Witness):
     def _advice(self, step: Step) -> str:
         """What would have an arm do as the expert would first, had it taken over here."""
         said = Instruction(task=self._wanted.task)
-        coming = _coming_seconds(self._world, step.observation, said)
-        return next(filter(None, (correction_of(*motion) for motion in coming)), "")
+        return first_correction_of(_coming_seconds(self._world, step.observation, said))
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         advised = [frame["advice"] for frame in self._frames]

@@ -13,7 +13,7 @@ from controller.dataset.tables import strings
 from controller.driver import motion_between
 from controller.expert.skills import JAW_TIME_S
 from scenarios.demonstration.failures import Failing
-from scenarios.demonstration.labels import WINDOW_STEPS, correction_of
+from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.demonstration.mix import FAILING
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
@@ -110,9 +110,7 @@ class Witness:
     def _motion_in_words(self, k: int) -> str:
         """Of the second that follows, or of the first of those within a pause that has any."""
         starts = range(k, min(k + PAUSE_STEPS, len(self._frames)))
-        return next(
-            filter(None, (correction_of(*self._motion_from(start)) for start in starts)), ""
-        )
+        return first_correction_of(map(self._motion_from, starts))
 
     def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         here = self._frames[k]["seen"]
