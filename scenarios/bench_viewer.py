@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page as Tab  # pyright: ignore[reportMissingImports]
 
 HOST = "127.0.0.1"
-SETTLE_STEPS, STEPS = 30, 300  # of a procedure; the 10 s that follow the first
+SETTLE_STEPS, STEPS = 300, 300  # of a procedure: while the page takes in the patient, and measured
 STILL_STEPS = 5  # after which arms that are told to hold still are taken to
 WITHIN_S = 5.0  # somebody in front of the page gives up
 CORRECTIONS = ("move right arm higher", "move right arm lower")  # by turns, so as not to get far

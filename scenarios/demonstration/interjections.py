@@ -14,6 +14,7 @@ from planner.base import Planner
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
 from planner.scripted import HELD_PINCH_N
+from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import right_arm_back, tubes_spread
 from tissue_sim.world import World
@@ -23,7 +24,7 @@ LASTS_S = (1, 2)
 BETWEEN_S = 2.0  # from the end of one to the next, at least
 RARITY = {  # how much more often each is said where it can be, as most seldom can: about evened out
     ("left", None): 3.0,
-    ("left", "open"): 8.0,
+    ("left", "open"): 16.0,
     ("left", "close"): 8.0,
     ("right", None): 1.0,
     ("right", "open"): 8.0,
@@ -31,7 +32,8 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
     ("both", "open"): 8.0,
     ("both", "close"): 8.0,
 }
-RARITY_HOLDING = RARITY | {("right", "open"): 0.3}  # then it alone can often be said
+RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}
+SHUT_RAD = 0.2
 
 
 class PlannerInterjecting:
@@ -58,7 +60,7 @@ class PlannerInterjecting:
             self._correction = None
         elif now_s >= self._until_s + BETWEEN_S and self._rng.uniform() < CHANCE:
             able = [c for c in CORRECTIONS if is_harmless(c, self._world)]
-            rarities = RARITY_HOLDING if _holds(self._world) else RARITY
+            rarities = RARITY_WHILE_SHUT if _waits_shut(self._world) else RARITY
             rarity = np.array([rarities[c.arm, c.jaw] for c in able])
             self._correction = able[self._rng.choice(len(able), p=rarity / rarity.sum())]
             self._until_s = now_s + float(self._rng.choice(LASTS_S))
@@ -99,6 +101,11 @@ def _right_arm_may_move(world: World) -> bool:
 def _always(world: World) -> bool:
     del world
     return True
+
+
+def _waits_shut(world: World) -> bool:
+    """The right jaws while the grasper holds: to open is then what can be said most of the time."""
+    return _holds(world) and bool(world.arms.joints[RIGHT_ARM, 6] < SHUT_RAD)
 
 
 def _holds(world: World) -> bool:

@@ -119,6 +119,18 @@ def test_nonsense_is_asked_back_and_nothing_moves_for_it(tab, desk):
     assert story.instruction.source == "planner"
 
 
+def test_what_is_unclear_is_asked_back_and_a_guess_is_a_button(tab, desk):
+    press(tab, "Start")
+    run_to(desk, 0.3)
+    say(tab, "up a bit")
+    guesses = button(tab, "move left arm higher")  # one of them is among the corrections
+    wait_until(lambda: guesses.count() == 2)
+    assert desk.watcher.story().instruction.source == "planner"
+    guesses.last.dispatch_event("click")
+    wait_until(lambda: desk.watcher.story().instruction.source == "human")
+    assert desk.watcher.story().instruction.text == "move left arm higher"
+
+
 def test_a_pause_holds_a_step_is_one_and_it_goes_on(tab, desk):
     press(tab, "Start")
     run_to(desk, 0.5)
