@@ -22,16 +22,21 @@ def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Trial
 
 
 def obedience_table(trials: Sequence[Trial]) -> Table:
-    """Of each correction how often it was obeyed, and how often the wrong tube was gone to."""
+    """Of each correction how often it was obeyed, and how often the wrong tube was gone to.
+
+    And how often the safety filter held what the controller asked for: that counts as not obeyed.
+    """
     told = [told for trial in trials for told in trial.told]
     given, obeyed = Counter(t.text for t in told), Counter(t.text for t in told if t.obeyed)
+    withheld = Counter(t.text for t in told if t.withheld)
     table = Table(title=f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}")
-    for heading in ("said", "times", "obeyed", "share (95 % Wilson interval)"):
+    for heading in ("said", "times", "obeyed", "withheld", "share (95 % Wilson interval)"):
         table.add_column(heading, justify="left" if heading == "said" else "right")
     for correction in CORRECTIONS:
-        _add(table, correction.text, obeyed[correction.text], given[correction.text])
+        text = correction.text
+        _add(table, text, obeyed[text], given[text], str(withheld[text]))
     table.add_section()
-    _add(table, "all corrections", obeyed.total(), given.total())
+    _add(table, "all corrections", obeyed.total(), given.total(), str(withheld.total()))
     tubes = [trial.wrong_tube for trial in trials if trial.wrong_tube is not None]
     _add(table, "to the tube whose turn it is not", sum(tubes), len(tubes))
     return table
@@ -42,9 +47,9 @@ def error_lines(trials: Sequence[Trial]) -> list[str]:
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 
 
-def _add(table: Table, said: str, obeyed: int, times: int) -> None:
+def _add(table: Table, said: str, obeyed: int, times: int, withheld: str = "") -> None:
     share = "never said" if times == 0 else _share(obeyed, times)
-    table.add_row(said, str(times), str(obeyed), share)
+    table.add_row(said, str(times), str(obeyed), withheld, share)
 
 
 def _share(obeyed: int, times: int) -> str:

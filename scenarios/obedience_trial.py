@@ -36,10 +36,16 @@ ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """One correction in one state, and whether it was obeyed."""
+    """One correction in one state, and what came of it.
+
+    Attributes:
+        obeyed: the arm, or the jaws, moved as it says.
+        withheld: they did not, though the controller asked for it: the safety filter held them.
+    """
 
     text: str
     obeyed: bool
+    withheld: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +123,7 @@ def _told_all(episode: Episode, instruction: Instruction) -> Iterator[Told]:
     for correction in CORRECTIONS:
         if is_harmless(correction, episode.world) and _has_room(correction, episode.world):
             said = replace(instruction, correction=correction)
-            yield Told(text=correction.text, obeyed=_obeys(episode, said, correction))
+            yield _told(episode, said, correction)
 
 
 def _has_room(correction: Correction, world: World) -> bool:
@@ -127,15 +133,21 @@ def _has_room(correction: Correction, world: World) -> bool:
     return bool((room[correction.jaw][ROWS[correction.arm]] > THRESHOLD_RAD).all())
 
 
-def _obeys(episode: Episode, said: Instruction, correction: Correction) -> bool:
+def _told(episode: Episode, said: Instruction, correction: Correction) -> Told:
     start = episode.world.observe()
+    asked_m, altered = np.zeros((2, 3)), False
+    asked_rad = start.joints[:, 6]
     with _forked(episode, said) as fork:
         for step in islice(fork.steps(), WITHIN_STEPS):
             seen = step.observation
             moved_m = (seen.tips_endoscope - start.tips_endoscope)[:, :3, 3]
             if is_obeyed(correction, moved_m, seen.joints[:, 6] - start.joints[:, 6]):
-                return True
-    return False
+                return Told(text=correction.text, obeyed=True)
+            if step.asked is not None:
+                asked_m, asked_rad = asked_m + step.asked.move_endoscope_m, step.asked.jaw_rad
+            altered = altered or bool(step.altered)
+    wanted = is_obeyed(correction, asked_m, asked_rad - start.joints[:, 6])
+    return Told(text=correction.text, obeyed=False, withheld=wanted and altered)
 
 
 def _goes_to_the_other_tube(episode: Episode) -> bool:

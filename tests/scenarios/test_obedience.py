@@ -44,6 +44,7 @@ def test_the_expert_does_what_it_is_told_and_who_does_nothing_does_not(trials):
     assert all(told.obeyed for told in trials["expert"].told)
     assert trials["expert"].wrong_tube is True
     assert not any(told.obeyed for told in trials["idle"].told)
+    assert not any(told.withheld for trial in trials.values() for told in trial.told)
     assert len({told.text for told in trials["expert"].told}) >= 13
     assert trials["idle"].wrong_tube is None  # it never gets to a tube
 
@@ -54,13 +55,13 @@ def test_asking_again_gives_the_same(trials):
 
 def test_the_table_counts_what_was_said_and_obeyed():
     text = CORRECTIONS[0].text
-    told = (Told(text=text, obeyed=True), Told(text=text, obeyed=False))
+    told = (Told(text=text, obeyed=True), Told(text=text, obeyed=False, withheld=True))
     table = obedience_table([Trial(seed=3, told=told, wrong_tube=True), Trial(seed=4)])
     rows = list(zip(*(column.cells for column in table.columns), strict=True))
-    assert rows[0][:3] == (text, "2", "1")
-    assert rows[1][1:] == ("0", "0", "never said")
-    assert rows[-2][1:3] == ("2", "1")
-    assert rows[-1][1:3] == ("1", "1")
+    assert rows[0][:4] == (text, "2", "1", "1")
+    assert rows[1][1:] == ("0", "0", "0", "never said")
+    assert rows[-2][1:4] == ("2", "1", "1")
+    assert rows[-1][1:4] == ("1", "1", "")
 
 
 def test_a_trial_that_an_error_ended_is_named():
