@@ -49,6 +49,13 @@ def test_the_expert_does_what_it_is_told_and_who_does_nothing_does_not(trials):
     assert trials["idle"].wrong_tube is None  # it never gets to a tube
 
 
+def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done():
+    trial = Examination(config=EpisodeConfig(seed=10_022, controller="expert"))(10_022)
+    held = [told for told in trial.told if not told.obeyed]
+    assert held
+    assert all(told.withheld for told in held)
+
+
 def test_asking_again_gives_the_same(trials):
     assert Examination(config=EpisodeConfig(controller="expert"))(SEED) == trials["expert"]
 
