@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from html import escape
 
 import viser
@@ -11,6 +12,7 @@ from scenarios.viewer.chronicle import Story
 from scenarios.viewer.desk import Desk
 from scenarios.viewer.panels.style import pad
 
+LATE_S = 0.5  # for which what was typed is waited for
 SHOWN = 120  # characters of what was said
 HOLD, GO_ON = "pause", "resume"  # the commands behind the two buttons
 _NONE = "-"
@@ -43,7 +45,7 @@ class TalkPanel:
 
     def _on_submit(self, _: object) -> None:
         """In a thread of its own, as reading takes its time."""
-        text = self._text.value
+        text = self._typed()
         self._text.value = ""
         reading = self._desk.inbox.say(text)
         self._reply.content = _html(_answer(reading))
@@ -51,6 +53,13 @@ class TalkPanel:
         if unclear:
             self._guesses.options = tuple(guess.text for guess in reading.guesses)
         self._guesses.visible = unclear
+
+    def _typed(self) -> str:
+        """What stands in the line; a page at its limit sends it after Enter."""
+        end_s = time.monotonic() + LATE_S
+        while not self._text.value and time.monotonic() < end_s:
+            time.sleep(0.01)
+        return self._text.value
 
     async def _on_guess(self, _: object) -> None:
         if self._guesses.value != _NONE:

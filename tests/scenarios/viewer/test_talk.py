@@ -1,0 +1,46 @@
+"""Laws of the line for free text, whatever order a page's messages come in."""
+
+import time
+from threading import Thread
+
+import pytest
+import viser
+
+from scenarios.viewer.panels.talk import LATE_S, TalkPanel
+from scenarios.viewer.port import choose_port
+from tests.scenarios.viewer.sessions import session
+
+HOST = "127.0.0.1"
+
+
+@pytest.fixture
+def panel(tmp_path):
+    with session(tmp_path) as desk:
+        server = viser.ViserServer(host=HOST, port=choose_port(HOST), verbose=False)
+        yield TalkPanel(server.gui, desk)
+        server.stop()
+
+
+def line(panel):
+    return panel._text
+
+
+def test_what_arrives_after_enter_is_read_all_the_same(panel):
+    line(panel).value = "something, so that reading is loaded"
+    panel._on_submit(None)
+    typist = Thread(target=_type_later, args=[panel])
+    typist.start()
+    panel._on_submit(None)
+    typist.join()
+    assert "move left arm higher" in panel._reply.content
+    assert line(panel).value == ""
+
+
+def _type_later(panel):
+    time.sleep(0.4 * LATE_S)
+    line(panel).value = "move left arm higher"
+
+
+def test_an_empty_line_is_no_instruction(panel):
+    panel._on_submit(None)
+    assert "nothing was said" in panel._reply.content
