@@ -38,7 +38,8 @@ class Train:
     leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
     """Demonstrations of these kinds, with commas between, to see what they are good for."""
     wordless: bool = False
-    """A controller that hears no instructions: SRT-H's ablation "no hierarchy"."""
+    """A controller that hears no instructions: SRT-H's ablation "no hierarchy". With --base it
+    forgets words."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -59,8 +60,8 @@ class Train:
 
     def execute(self) -> int:
         """Trains and reports; returns 0."""
-        if self.wordless and (self.base or self.learner != "controller"):
-            raise BadInputError("--wordless is for a controller that begins anew, without --base")
+        if self.wordless and self.learner != "controller":
+            raise BadInputError("--wordless is for a controller")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
@@ -81,9 +82,10 @@ class Train:
         from controller.diffusion.demonstrations import demonstrations
 
         config, base = self._scheduled(training.PRESETS[self.preset]), None
-        config = replace(config, policy=replace(config.policy, wordless=self.wordless))
         if self.base:
             config, base = training.fine_tuning(config, self.base)
+        wordless = self.wordless or config.policy.wordless
+        config = replace(config, policy=replace(config.policy, wordless=wordless))
         with _reading(self.data):
             learnt_from = demonstrations(self.data, self.leave_out)
         _show(training.train(learnt_from, config, out, self.device, base), config.steps)

@@ -79,8 +79,10 @@ def test_what_is_left_out_is_not_learnt_from(data):
         Windows(demonstrations([data], ("nominal",)), PolicyConfig())
 
 
-def test_a_wordless_policy_hears_nothing_that_is_said(data, tmp_path):
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_a_wordless_policy_hears_nothing_that_is_said(goes_on, checkpoint, data, tmp_path):
     words = ["--preset", "smoke", "--steps", "20", "--data", str(data), "--out", str(tmp_path)]
+    words += ["--base", str(checkpoint)] * goes_on
     assert main(["train", "controller", "--wordless", *words]) == 0
     config = load_checkpoint(tmp_path / "policy.safetensors").config
     assert config.wordless
@@ -88,11 +90,8 @@ def test_a_wordless_policy_hears_nothing_that_is_said(data, tmp_path):
     assert heard == {config.heard("clipping first clip left tube")}
 
 
-@pytest.mark.parametrize("words", [["planner"], ["controller", "--base", "policy.safetensors"]])
-def test_wordless_is_a_controller_from_the_beginning(capfd, words):
-    assert "--wordless is for a controller that begins anew" in complaint(
-        capfd, "train", *words, "--wordless"
-    )
+def test_a_planner_is_never_wordless(capfd):
+    assert "--wordless is for a controller" in complaint(capfd, "train", "planner", "--wordless")
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):
