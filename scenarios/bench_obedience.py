@@ -24,7 +24,7 @@ def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Trial
 def obedience_table(trials: Sequence[Trial]) -> Table:
     """Of each correction how often it was obeyed, and how often the wrong tube was gone to.
 
-    And how often the safety filter held what the controller asked for: that counts as not obeyed.
+    And how often it was asked for and withheld, as `Told` has it: that counts as not obeyed.
     """
     told = [told for trial in trials for told in trial.told]
     given, obeyed = Counter(t.text for t in told), Counter(t.text for t in told if t.obeyed)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page as Tab  # pyright: ignore[reportMissingImports]
 
 HOST = "127.0.0.1"
-SETTLE_STEPS, STEPS = 300, 300  # of a procedure: while the page takes in the patient, and measured
+SETTLE_STEPS, STEPS = 300, 300  # of a procedure, 10 s each: the page draws a patient, then updates
 STILL_STEPS = 5  # after which arms that are told to hold still are taken to
 WITHIN_S = 5.0  # somebody in front of the page gives up
 CORRECTIONS = ("move right arm higher", "move right arm lower")  # by turns, so as not to get far
@@ -44,6 +44,8 @@ CORRECTIONS = ("move right arm higher", "move right arm lower")  # by turns, so 
 
 def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]:
     """Speed without and with a page, by turns, and the waits for buttons and sentences.
+
+    What it costs to draw a patient, once and for half a second, is not in the speed.
 
     Raises:
         BadInputError: there is no browser to try it in.

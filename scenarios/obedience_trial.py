@@ -40,7 +40,8 @@ class Told:
 
     Attributes:
         obeyed: the arm, or the jaws, moved as it says.
-        withheld: they did not, though the controller asked for it: the safety filter held them.
+        withheld: they did not, though the motions that the controller asked for add up to it, and
+            the safety filter altered some command meanwhile.
     """
 
     text: str

@@ -32,8 +32,8 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
     ("both", "open"): 8.0,
     ("both", "close"): 8.0,
 }
-RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}
-SHUT_RAD = 0.2
+RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then it alone can often be said
+WAITING_MOST_RAD = 0.2  # right jaws at work stand open wider; assumed
 
 
 class PlannerInterjecting:
@@ -104,8 +104,8 @@ def _always(world: World) -> bool:
 
 
 def _waits_shut(world: World) -> bool:
-    """The right jaws while the grasper holds: to open is then what can be said most of the time."""
-    return _holds(world) and bool(world.arms.joints[RIGHT_ARM, 6] < SHUT_RAD)
+    """Whether the grasper holds and the right jaws, shut or nearly, are not at work."""
+    return _holds(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MOST_RAD)
 
 
 def _holds(world: World) -> bool:
