@@ -27,9 +27,9 @@ LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
-NEARER_M = 0.0004  # so much less than the high margin will do on a short tube; assumed
+NEARER_M = 0.0006  # so much less than the high margin will do on a short tube; assumed
 SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0006  # between the clips beside the cut
+CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0008  # between the clips beside the cut
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
@@ -123,9 +123,10 @@ def clear_approach(
 ) -> Approach:
     """The first approach by which the open tool, as things lie now, takes in this tube alone.
 
-    Only those within reach count, if any is. If the gallbladder is in the way of all, it is the
-    one that leaves it the most room. Further attempts (1, 2, ...) take others, by turns from the
-    list's end, which differ most: the tool itself may have pushed something in.
+    Only those within reach count, if any is. Further attempts (1, 2, ...) take others, by turns
+    from the list's end, which differ most: the tool itself may have pushed something in. If the
+    gallbladder is in the way of all, it is the one that leaves it the most room, then the one that
+    does so from another side.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
@@ -133,9 +134,18 @@ def clear_approach(
     single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
     room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
     roomy = [a for a in single if room_m[a] > SAC_ROOM_M]
-    best = roomy or sorted(single, key=room_m.__getitem__, reverse=True) or [USUAL]
-    turn = attempt // 2 % len(best)
-    return best[-1 - turn] if attempt % 2 else best[turn]
+    if not roomy:
+        best = _roomiest(room_m) or [USUAL]
+        return best[attempt % len(best)]
+    turn = attempt // 2 % len(roomy)
+    return roomy[-1 - turn] if attempt % 2 else roomy[turn]
+
+
+def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:
+    """The approach with the most room from each side; the one with the most of all comes first."""
+    falling = sorted(room_m, key=room_m.__getitem__, reverse=True)
+    sides = dict.fromkeys(approach.turn_rad for approach in falling)
+    return [next(a for a in falling if a.turn_rad == side) for side in sides]
 
 
 def in_reach(world: World, T_world_tool: Array, tool: str) -> bool:
@@ -194,12 +204,11 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
     nearer = (1.0 - aside) * float(np.clip(SCARCE_M - spare, 0.0, NEARER_M))
-    third, spare = third + nearer, spare + nearer
     below, between, above = SHARES
     return (
-        first + below * spare,
-        first + (below + between) * spare + SPACING_M,
-        third - (above + 0.3 * aside) * spare,
+        first + below * (spare + nearer),
+        first + (below + between) * (spare + nearer) + SPACING_M,
+        third + nearer - (above + 0.3 * aside) * spare,
     )
 
 

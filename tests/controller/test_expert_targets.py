@@ -126,6 +126,31 @@ def test_the_jaws_keep_beside_a_tube_that_lies_close_to_the_gallbladder(
     assert sac_room_m(world, pose(world, approach=chosen), APPLIER, opening_rad) > SAC_ROOM_M
 
 
+def test_where_the_gallbladder_is_in_the_way_of_all_each_attempt_comes_from_another_side(
+    world: World,
+) -> None:
+    def pose(world: World, approach: Approach) -> np.ndarray:
+        return clip_pose(world, "duct", 1, approach)
+
+    around = np.random.default_rng(0).normal(scale=0.004, size=(*world.organ.sac_rings.shape, 3))
+    world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
+    opening_rad = applier_opening_rad(world.tubes, "duct")
+    first, second, third = (
+        clear_approach(world, "duct", pose, APPLIER, opening_rad, k) for k in range(3)
+    )
+    room_m = [
+        sac_room_m(world, pose(world, approach), APPLIER, opening_rad) for approach in APPROACHES
+    ]
+    assert max(room_m) < SAC_ROOM_M
+    assert room_m[APPROACHES.index(first)] == max(room_m)
+    others_m = [
+        room for a, room in zip(APPROACHES, room_m, strict=True) if a.turn_rad == second.turn_rad
+    ]
+    assert second.turn_rad != first.turn_rad
+    assert room_m[APPROACHES.index(second)] == max(others_m)
+    assert third != second
+
+
 @pytest.mark.parametrize("approach", APPROACHES)
 @pytest.mark.parametrize("tube", TUBES)
 def test_every_approach_leaves_room_for_clips_and_cuffs(
