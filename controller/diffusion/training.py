@@ -13,15 +13,17 @@ from torch import Tensor
 
 from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.displacement import displaced
+from controller.diffusion.displacement import displaced, half_shut
 from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Demonstration, Windows
+from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, optimise
 from tissue_sim.tracker_noise import noised
 
 CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows
+JAWS_ASKED = frozenset(c.text for c in CORRECTIONS if c.jaw)
 LEAST_LEVEL = 0.02  # of noise: below it there is nothing to learn
 FINE_TUNING_SHARE = 0.3  # of the learning rate
 
@@ -92,6 +94,7 @@ def train(
     heard = [d.heard_by(config.policy) for d in demonstrations]
     windows = Windows(heard, config.policy, device)
     words = embed_all(windows.texts).to(device)
+    asked = torch.tensor([text in JAWS_ASKED for text in windows.texts], device=device)
     policy = Policy(config.policy).to(device)
     if base is None:
         some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
@@ -100,7 +103,7 @@ def train(
         policy.load_state_dict(base.state_dict())
     yield from optimise(
         policy,
-        partial(_loss, windows=windows, words=words, chance=chance, config=config),
+        partial(_loss, windows=windows, words=words, asked=asked, chance=chance, config=config),
         chance,
         config,
         out,
@@ -110,14 +113,20 @@ def train(
 
 
 def _loss(
-    policy: Policy, windows: Windows, words: Tensor, chance: torch.Generator, config: TrainingConfig
+    policy: Policy,
+    windows: Windows,
+    words: Tensor,
+    asked: Tensor,
+    chance: torch.Generator,
+    config: TrainingConfig,
 ) -> Tensor:
     """Of random windows, noises, levels of noise and delays."""
     device, shape = chance.device, (config.batch, config.noises)
     which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
     most = config.policy.max_delay + 1
     delay = torch.randint(most, (config.batch,), generator=chance, device=device)
-    batch = displaced(windows.batch(which, delay), chance)
+    batch = windows.batch(which, delay)
+    batch = displaced(half_shut(batch, asked[batch.text], chance), chance)
     level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))

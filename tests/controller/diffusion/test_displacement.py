@@ -3,16 +3,22 @@
 import pytest
 import torch
 
+from controller.action import CONTROL_STEP_S
+from controller.diffusion.chunk_frame import JAWS
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import (
     BACK_STEPS,
+    CLEAR_M,
     DISPLACED_M,
     FREE_N,
+    NARROWED,
     NEAR_M,
     OPEN_RAD,
     displaced,
+    half_shut,
 )
 from controller.diffusion.windows import Batch, Windows
+from controller.expert.motion import JAW_SPEED_RAD_S
 from tests.controller.diffusion.demonstrated import demonstration
 from tissue_sim.observation import fields
 
@@ -84,3 +90,78 @@ def test_nothing_else_is_changed_and_what_is_seen_remains_as_it_was(seen, moved)
     again = displaced(seen, torch.Generator().manual_seed(0))
     assert torch.equal(again.history, moved.history)
     assert torch.equal(again.chunk, moved.chunk)
+
+
+WIDE_RAD = 0.8
+SLOW_RAD = CONTROL_STEP_S * JAW_SPEED_RAD_S
+
+
+@pytest.fixture(scope="module")
+def clear(seen: Batch) -> Batch:
+    """Both tools stand wide open; the left one alone is clear of tissue."""
+    history, chunk, past = seen.history.clone(), seen.chunk.clone(), seen.past.clone()
+    parts = fields(history)
+    parts["joints"][..., 6], parts["forces_n"][:] = WIDE_RAD, 0.0
+    parts["tips_endoscope"][:, :, LEFT, :, 3] = parts["left_tube_m"][:, :, 0]
+    parts["tips_endoscope"][:, :, LEFT, 2, 3] += 0.1 + CLEAR_M
+    chunk[..., JAWS] = past[..., JAWS] = WIDE_RAD
+    jaw_rad = torch.full_like(seen.jaw_rad, WIDE_RAD)
+    return seen._replace(history=history, chunk=chunk, past=past, jaw_rad=jaw_rad)
+
+
+@pytest.fixture(scope="module")
+def narrowed(clear: Batch) -> Batch:
+    return half_shut(clear, none_of(clear), torch.Generator().manual_seed(0))
+
+
+def none_of(batch: Batch) -> torch.Tensor:
+    return torch.zeros(len(batch.history), dtype=torch.bool)
+
+
+def test_some_tools_clear_of_tissue_have_had_their_jaws_half_shut_all_along(clear, narrowed):
+    jaw_rad = narrowed.jaw_rad[:, LEFT]
+    changed = jaw_rad < WIDE_RAD
+    assert changed.float().mean() == pytest.approx(NARROWED, abs=0.15)
+    assert jaw_rad.min() >= OPEN_RAD
+    assert jaw_rad[changed].std() > 0.1
+    measured = fields(narrowed.history)["joints"][:, :, LEFT, 6]
+    torch.testing.assert_close(measured, jaw_rad[:, None].expand_as(measured))
+    before = narrowed.past[..., JAWS][..., LEFT]
+    torch.testing.assert_close(before, jaw_rad[:, None].expand_as(before))
+
+
+def test_half_shut_jaws_open_as_fast_as_the_expert_opens_them_and_no_wider(clear, narrowed):
+    jaws_rad = narrowed.chunk[..., JAWS][..., LEFT]
+    rows = torch.arange(1, jaws_rad.shape[1] + 1)
+    way_rad = narrowed.jaw_rad[:, LEFT, None] + SLOW_RAD * rows
+    torch.testing.assert_close(jaws_rad, way_rad.clamp(max=WIDE_RAD))
+    assert (jaws_rad[:, -1] == WIDE_RAD).all()
+
+
+def test_jaws_that_close_are_not_opened_further(clear):
+    shut = clear._replace(chunk=clear.chunk.clone())
+    shut.chunk[..., JAWS] = 0.0
+    out = half_shut(shut, none_of(shut), torch.Generator().manual_seed(0))
+    assert torch.equal(out.chunk, shut.chunk)
+
+
+def test_jaws_at_tissue_or_closed_or_asked_about_stay_as_they_are(clear, narrowed):
+    assert torch.equal(narrowed.jaw_rad[:, RIGHT], clear.jaw_rad[:, RIGHT])
+    assert torch.equal(narrowed.chunk[..., 10:], clear.chunk[..., 10:])
+    asked = half_shut(clear, ~none_of(clear), torch.Generator().manual_seed(0))
+    for before, after in zip(clear, asked, strict=True):
+        assert torch.equal(before, after)
+    history = clear.history.clone()
+    fields(history)["joints"][:, -1, LEFT, 6] = 0.9 * OPEN_RAD
+    shut = clear._replace(history=history)
+    assert torch.equal(
+        half_shut(shut, none_of(shut), torch.Generator().manual_seed(0)).jaw_rad, shut.jaw_rad
+    )
+
+
+def test_nothing_but_the_jaws_is_changed(clear, narrowed):
+    before, after = clear.history.clone(), narrowed.history.clone()
+    for history in (before, after):
+        fields(history)["joints"][..., 6] = 0.0
+    assert torch.equal(before, after)
+    assert torch.equal(moves_m(clear), moves_m(narrowed))
