@@ -112,11 +112,9 @@ def vertex_normals(x: Floats, faces: Indices) -> Floats:
     across = _unit(np.cross(ahead[:, 0], ahead[:, 1]))
     cosine = -(ahead * np.roll(ahead, 1, axis=1)).sum(axis=2)
     angle = np.arccos(np.clip(cosine, -1.0, 1.0)).ravel()
-    which = np.repeat(np.arange(len(faces)), 3)
-    spread = csr_matrix(
-        (angle, (faces.ravel(), which)), shape=(len(x), len(faces)), dtype=np.float32
-    )
-    return _unit(spread @ across)
+    shares = angle[:, None] * np.repeat(across, 3, axis=0)
+    sums = [np.bincount(faces.ravel(), share, minlength=len(x)) for share in shares.T]
+    return _unit(np.stack(sums, axis=1).astype(np.float32))
 
 
 def _rounded(weights: csr_matrix, x: Floats, normals: Floats) -> tuple[Floats, Floats]:

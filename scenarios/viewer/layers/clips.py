@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import srgb, wxyz
+from scenarios.viewer.layers.layer import SEEN_TURN, show, srgb, wxyz
 from tissue_sim.clip_shape import LOOK, leg
 
 
@@ -29,5 +29,5 @@ class ClipLayer:
     def update(self, frame: Frame) -> None:
         """Put the legs where they are."""
         T = frame.T_world_leg
-        self._legs.batched_positions = T[:, :3, 3].astype(np.float32)
-        self._legs.batched_wxyzs = wxyz(T[:, :3, :3]).astype(np.float32)
+        show(self._legs, "batched_positions", T[:, :3, 3])
+        show(self._legs, "batched_wxyzs", wxyz(T[:, :3, :3]), SEEN_TURN)

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import Rgb
+from scenarios.viewer.layers.layer import Rgb, show
 
 COLOUR: Rgb = (255, 214, 10)
 M_PER_N = 0.006
@@ -32,4 +32,4 @@ class ForceLayer:
         felt = np.linalg.norm(frame.forces_n, axis=1) >= LEAST_N
         start = frame.T_world_tool[felt, :3, 3]
         arrows = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)
-        self._arrows.points = arrows.astype(np.float32)
+        show(self._arrows, "points", arrows)

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import glb, wxyz
+from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, wxyz
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.instrument_meshes import finished, link_parts
@@ -37,7 +37,7 @@ class InstrumentLayer:
 
     def update(self, frame: Frame) -> None:
         """Put every link of the mounted tools where it is."""
-        T = _T_world_links(frame).astype(np.float32)
+        T = _T_world_links(frame)
         positions, turns = T[..., :3, 3], wxyz(T[..., :3, :3])
         for tool, links in self._links.items():
             arm = ARM_OF[tool]
@@ -46,8 +46,8 @@ class InstrumentLayer:
                 if links[link].visible != mounted:
                     links[link].visible = mounted
                 if mounted:
-                    links[link].batched_positions = positions[arm, k : k + 1]
-                    links[link].batched_wxyzs = turns[arm, k : k + 1]
+                    show(links[link], "batched_positions", positions[arm, k : k + 1])
+                    show(links[link], "batched_wxyzs", turns[arm, k : k + 1], SEEN_TURN)
 
 
 def _glbs(instrument: Instrument) -> dict[str, bytes]:

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import Rgb
+from scenarios.viewer.layers.layer import Rgb, show
 from tissue_sim.shapes import pipe
 from tissue_sim.surroundings import COMMON_DUCT_RADIUS_M
 from tissue_sim.textures import TILE_M
@@ -40,4 +40,4 @@ class KeepOutLayer:
 
     def update(self, frame: Frame) -> None:
         """Where the body is."""
-        self._body.position = frame.body_m
+        show(self._body, "position", frame.body_m)

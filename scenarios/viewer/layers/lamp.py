@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import Rgb
+from scenarios.viewer.layers.layer import Rgb, show
 from tissue_sim.frames import pose
 from tissue_sim.illumination import LAMP_BESIDE_M
 
@@ -26,4 +26,5 @@ class LampLayer:
 
     def update(self, frame: Frame) -> None:
         """Hold the lamp where the endoscope is."""
-        self._lamp.position = (frame.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M))[:3, 3]
+        lamp = frame.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
+        show(self._lamp, "position", lamp[:3, 3])

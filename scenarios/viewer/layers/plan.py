@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import Rgb
+from scenarios.viewer.layers.layer import Rgb, show
 
 COLOURS: tuple[Rgb, Rgb] = ((38, 198, 218), (255, 145, 0))  # left and right arm's
 
@@ -26,4 +26,4 @@ class PlanLayer:
     def update(self, frame: Frame) -> None:
         """From where the tips are to where the chunk ends."""
         for ribbon, way in zip(self._ribbons, frame.ahead_m, strict=True):
-            ribbon.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
+            show(ribbon, "points", np.stack([way[:-1], way[1:]], axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import srgb
+from scenarios.viewer.layers.layer import show, srgb
 from tissue_sim.drawn_strands import LOOK, STRAND_RADIUS_M
 
 
@@ -24,4 +24,4 @@ class StrandLayer:
 
     def update(self, frame: Frame) -> None:
         """Put the threads where they are."""
-        self._threads.points = frame.strands_m.astype(np.float32)
+        show(self._threads, "points", frame.strands_m)

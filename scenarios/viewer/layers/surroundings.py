@@ -12,7 +12,7 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import glb
+from scenarios.viewer.layers.layer import glb, show
 from tissue_sim.drawing import Surface
 from tissue_sim.drawn_surroundings import surroundings
 from tissue_sim.frames import Array
@@ -32,7 +32,7 @@ class SurroundingsLayer:
 
     def update(self, frame: Frame) -> None:
         """Where the body is."""
-        self._body.position = frame.body_m
+        show(self._body, "position", frame.body_m)
 
 
 class CavityLayer:

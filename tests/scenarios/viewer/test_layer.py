@@ -1,10 +1,15 @@
 """Laws of what all layers share: quaternions turn as rotations do, colours as sRGB does."""
 
+from contextlib import redirect_stdout
+from io import StringIO
+
 import numpy as np
 import pytest
+import viser
 from viser.transforms import SO3
 
-from scenarios.viewer.layers.layer import srgb, wxyz
+from scenarios.viewer.layers.layer import SEEN_M, show, srgb, wxyz
+from scenarios.viewer.port import choose_port
 from tissue_sim.frames import exponential
 
 
@@ -24,3 +29,22 @@ def test_colours_end_where_they_should_and_grow():
     dark, middle, bright = srgb((0.1, 0.5, 0.9))
     assert 0 < dark < middle < bright < 255
     assert middle > 128  # half of the light looks brighter than half
+
+
+def test_what_nobody_would_see_is_not_sent_and_does_not_add_up():
+    with redirect_stdout(StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=choose_port("127.0.0.1"), verbose=False)
+    try:
+        threads = server.scene.add_line_segments("/threads", np.zeros((1, 2, 3)), (0, 0, 0))
+        seen = set()
+        for n in range(1, 11):
+            points = np.full((1, 2, 3), 0.4 * n * SEEN_M)
+            show(threads, "points", points)
+            assert np.abs(threads.points - points).max() <= 1.01 * SEEN_M
+            seen.add(float(threads.points[0, 0, 0]))
+        assert 3 <= len(seen) <= 5
+        show(threads, "points", np.zeros((0, 2, 3)))
+        assert len(threads.points) == 0
+    finally:
+        with redirect_stdout(StringIO()):
+            server.stop()
