@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from controller.dataset.part import read_part
-from scenarios.bench_viewer import bench_viewer
 from scenarios.recorder import load
 from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
 from scenarios.viewer.page import Page
@@ -220,9 +219,3 @@ def test_an_exported_page_works_offline(chromium, tmp_path, desk):
     page.write_text(export(Reel(recorded(desk), every=6), lambda time_s: None))
     with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)
-
-
-def test_the_bench_measures_speed_and_waits_in_a_browser():
-    speed, waits = bench_viewer(seed=SEED, repeats=1, clicks=1)
-    assert speed.row_count == 2
-    assert waits.row_count == 2
