@@ -213,7 +213,7 @@ def test_an_exported_page_works_offline(chromium, tmp_path, desk):
 
     desk.pace.speed = math.inf
     desk.pace.go_on()
-    run_to(desk, 2.0)
+    run_to(desk, 8.0)  # it is played over and over, and fades in each time
     desk.pace.restart(desk.config)
     page = tmp_path / "page.html"
     page.write_text(export(Reel(recorded(desk), every=6), lambda time_s: None))
