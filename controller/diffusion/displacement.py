@@ -20,9 +20,8 @@ from tissue_sim.observation import fields
 
 DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it missed by 0.2-0.4 mm
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools open wider and pressed less touch nothing
-NEAR_M = 0.015  # of tissue that is seen; farther off the expert itself is disturbed
+NEAR_M = 0.015  # of tissue that is seen; farther off the expert is disturbed, and closes no jaws
 BACK_STEPS = 4.0  # after so many motions an error is down to 1/e, whichever motion it is seen at
-CLEAR_M = 0.008  # farther from tissue than this no jaws are closed on anything
 NARROWED = 0.3  # share of the windows with a clear tool in which its jaws are half shut; assumed
 
 
@@ -34,7 +33,7 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     history = seen.history.clone()
     parts = fields(history)  # views
     chance = torch.randn(len(history), 2, 3, generator=generator, device=generator.device)
-    off_m = DISPLACED_M * chance.to(history) * (_near(parts, NEAR_M) & _free(parts))[..., None]
+    off_m = DISPLACED_M * chance.to(history) * (_near(parts) & _free(parts))[..., None]
     parts["tips_endoscope"][..., 3] += off_m[:, None]
     rows = torch.arange(1, seen.chunk.shape[1] + 1, device=seen.chunk.device)
     back = 1.0 - torch.exp(-rows / BACK_STEPS)
@@ -54,7 +53,7 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     history, (B, steps) = seen.history.clone(), seen.chunk.shape[:2]
     parts = fields(history)  # views
     few = torch.rand(B, 2, generator=generator, device=generator.device) < NARROWED
-    few = few.to(history.device) & ~asked[:, None] & _free(parts) & ~_near(parts, CLEAR_M)
+    few = few.to(history.device) & ~asked[:, None] & _free(parts) & ~_near(parts)
     share = torch.rand(B, 2, generator=generator, device=generator.device).to(history) * few
     off_rad = share * (OPEN_RAD - seen.jaw_rad).clamp(max=0.0)
     parts["joints"][..., 6] += off_rad[:, None]
@@ -67,11 +66,11 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     return seen._replace(history=history, jaw_rad=jaw_rad, past=past, chunk=chunk)
 
 
-def _near(parts: dict[str, Tensor], reach_m: float) -> Tensor:
+def _near(parts: dict[str, Tensor]) -> Tensor:
     """(B, 2) which tools have tissue before them now."""
     points = torch.cat([parts[name][:, 0] for name in ("left_tube_m", "right_tube_m", "sac_m")], 1)
     tips = parts["tips_endoscope"][:, 0, :, None, :, 3]
-    return ((tips - points[:, None]).norm(dim=-1) < reach_m).any(dim=-1)
+    return ((tips - points[:, None]).norm(dim=-1) < NEAR_M).any(dim=-1)
 
 
 def _free(parts: dict[str, Tensor]) -> Tensor:

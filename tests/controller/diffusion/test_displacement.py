@@ -8,7 +8,6 @@ from controller.diffusion.chunk_frame import JAWS
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import (
     BACK_STEPS,
-    CLEAR_M,
     DISPLACED_M,
     FREE_N,
     NARROWED,
@@ -103,7 +102,7 @@ def clear(seen: Batch) -> Batch:
     parts = fields(history)
     parts["joints"][..., 6], parts["forces_n"][:] = WIDE_RAD, 0.0
     parts["tips_endoscope"][:, :, LEFT, :, 3] = parts["left_tube_m"][:, :, 0]
-    parts["tips_endoscope"][:, :, LEFT, 2, 3] += 0.1 + CLEAR_M
+    parts["tips_endoscope"][:, :, LEFT, 2, 3] += 0.1 + NEAR_M
     chunk[..., JAWS] = past[..., JAWS] = WIDE_RAD
     jaw_rad = torch.full_like(seen.jaw_rad, WIDE_RAD)
     return seen._replace(history=history, chunk=chunk, past=past, jaw_rad=jaw_rad)
