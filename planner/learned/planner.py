@@ -20,6 +20,7 @@ from planner.learning.checkpoint import chosen
 from tissue_sim.observation import Observation
 
 FLAG_ABOVE = 0.5
+SURE = 0.7  # a task is taken up at once from this chance on; assumed
 ASKED_EVERY_S = 1.0
 
 
@@ -34,7 +35,11 @@ class _Moment(NamedTuple):
 
 
 class PlannerLearned:
-    """Says what the network makes of the last moments at which it was asked."""
+    """Says what the network makes of the last moments at which it was asked.
+
+    Another task is taken up when the network is sure of it, or still prefers it a second later: to
+    be late costs that second, but an arm that is sent on too early leaves its task undone.
+    """
 
     hears_of_success = False
 
@@ -46,6 +51,7 @@ class PlannerLearned:
         """Forget the episode so far."""
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
+        self._preferred = N_TASKS
 
     def plan(self, observation: Observation) -> Instruction:
         """The task that should be under way, with a correction where one is wanted."""
@@ -54,13 +60,13 @@ class PlannerLearned:
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
         chances = opinion.task[0].softmax(dim=-1)
-        self._take_up(int(chances.argmax()))
+        self._take_up(chances)
         wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
             task=TASKS[self._task],
             correction=CORRECTIONS[self._correction] if wanted else None,
-            confidence=chances.max().item(),
+            confidence=chances[self._task].item(),
             time_s=observation.time_s,
             assessment=Assessment(
                 progress=opinion.progress.item(),
@@ -77,8 +83,11 @@ class PlannerLearned:
         moment = _Moment(now_s, observation.vector(), self._task, self._correction, self._since_s)
         self._moments.append(moment)
 
-    def _take_up(self, task: int) -> None:
-        if task != self._task:
+    def _take_up(self, chances: torch.Tensor) -> None:
+        task = int(chances.argmax())
+        sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
+        self._preferred = task
+        if sure and task != self._task:
             self._task, self._since_s = task, 0.0
 
     def _stacked(self) -> Moments:

@@ -9,7 +9,7 @@ import torch
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
-from planner.learned.planner import PlannerLearned
+from planner.learned.planner import SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
 from planner.task import TASKS
 from tests.planner.learned.rolled_out import rollout
@@ -41,7 +41,9 @@ def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -
     return [planner.plan(Seen(states[row], start_s + row / STEPS_A_SECOND)) for row in ROWS]
 
 
-def test_it_goes_by_what_its_training_gives_for_the_same_episode(network):
+@pytest.mark.parametrize("sharpness", [1.0, 1e4])
+def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(network, sharpness):
+    network = sharpened(network, sharpness)
     states = rollout(1).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
     n = np.arange(len(states)) // STEPS_A_SECOND
@@ -58,9 +60,28 @@ def test_it_goes_by_what_its_training_gives_for_the_same_episode(network):
     data = Rollouts([as_run], CONFIG.history)
     at = torch.tensor(ROWS)
     opinion = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
-    assert [TASKS[k] for k in opinion.task.argmax(dim=-1)] == [s.task for s in said]
-    chances = network.failure_chance(opinion)
-    np.testing.assert_allclose([s.assessment.failure_chance for s in said], chances, atol=1e-5)
+    chances, preferred = opinion.task.softmax(dim=-1), opinion.task.argmax(dim=-1).tolist()
+    held_back = 0
+    for k in range(1, len(said)):
+        sure = chances[k].max() >= SURE or preferred[k] == preferred[k - 1]
+        assert said[k].task == (TASKS[preferred[k]] if sure else said[k - 1].task)
+        assert said[k].confidence == pytest.approx(
+            chances[k, said[k].task.index - 1].item(), abs=1e-5
+        )
+        held_back += said[k].task != TASKS[preferred[k]]
+    assert said[0].task == TASKS[preferred[0]]
+    assert bool(held_back) == (sharpness == 1.0)
+    failure = network.failure_chance(opinion)
+    np.testing.assert_allclose([s.assessment.failure_chance for s in said], failure, atol=1e-5)
+
+
+def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
+    """A network that prefers the same tasks, the more surely."""
+    other = PlannerNetwork(CONFIG).eval()
+    other.load_state_dict(network.state_dict())
+    for parameter in other.leave[1].parameters():
+        parameter.data[: len(TASKS)] *= by
+    return other.requires_grad_(False)
 
 
 def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
