@@ -53,14 +53,14 @@ class Failing:
         self._names: set[str] = set()
 
     def after(self, step: Step, world: World) -> bool:
-        """Whether any does that the arms are free to undo."""
+        """Whether any does, once the step is made."""
         led, task = step.asked is None, step.instruction.task
         self._names |= {applied.name for applied in step.applied}
         if not led:
             self._names -= {name for name in self._names if is_undone(name, world, task)}
         if step.outcome.task_done:  # for all that was in its way
             self._names &= {SLIP}
-        return bool(self._names) and not led
+        return bool(self._names)
 
 
 def is_undone(name: str, world: World, task: Task) -> bool:

@@ -32,22 +32,23 @@ class WitnessOfRollout(Witness):
         """The oracle begins as well."""
         super().on_reset(world)
         self._oracle = PlannerScripted(world)
-        self._wanted = self._oracle.plan(self._seen)
+        self._wanted, self._advised = self._oracle.plan(self._seen), ""
 
     def on_step(self, step: Step) -> None:
         """What should have been said at the step, and what should be now."""
         super().on_step(step)
         self._wanted = self._oracle.plan(step.observation)
+        self._advised = self._advice() if self._stands else ""
 
     def _frame(self, step: Step) -> dict[str, Any]:
         frame = super()._frame(step)
-        advice = self._advice(step) if frame["failed"] else ""
+        advice = self._advised if frame["failed"] else ""
         return frame | {"task": self._wanted.task.index, "advice": advice, "expert": False}
 
-    def _advice(self, step: Step) -> str:
+    def _advice(self) -> str:
         """What would have an arm do as the expert would first, had it taken over here."""
         said = Instruction(task=self._wanted.task)
-        return first_correction_of(_coming_seconds(self._world, step.observation, said))
+        return first_correction_of(_coming_seconds(self._world, self._seen, said))
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         advised = [frame["advice"] for frame in self._frames]

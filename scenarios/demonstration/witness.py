@@ -37,7 +37,7 @@ class Witness:
         self._expert_acts = expert_acts
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
-        self._failing = Failing()
+        self._failing, self._stands = Failing(), False  # a failure, in what is seen now
         self._segment = 0
 
     def on_reset(self, world: World) -> None:
@@ -51,6 +51,7 @@ class Witness:
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
+            self._stands = self._recovers and self._failing.after(step, self._world)
         self._seen, self._commanded = step.observation, step.command.joints
 
     def on_end(self, result: EpisodeResult) -> None:
@@ -81,7 +82,6 @@ class Witness:
 
     def _frame(self, step: Step) -> dict[str, Any]:
         correction, by_hand = step.instruction.correction, step.hand is not None
-        failed = self._recovers and self._failing.after(step, self._world)
         if step.disturbed and step.asked is not None and not by_hand:
             action = step.asked
         else:
@@ -94,7 +94,7 @@ class Witness:
             "task": step.instruction.task.index,
             "expert": by_hand or (not step.disturbed and self._expert_acts()),
             "corrected": bool(correction) and step.instruction.source == "human",
-            "failed": failed,
+            "failed": self._stands and step.asked is not None,
             "segment": self._segment,
         }
 

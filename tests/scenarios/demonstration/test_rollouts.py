@@ -77,7 +77,7 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
     failing, stood, deeper_m = Failing(), [], []
     for step in islice(episode.steps(), 600):
         task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
-        stood.append(failing.after(step, episode.world))
+        stood.append(failing.after(step, episode.world) and step.asked is not None)
         if stood[-1]:
             goal = clip_pose(episode.world, structure_of(task, episode.world), task.clip)
             deeper_m.append((T[:3, 3] - goal[:3, 3]) @ T[:3, 2])
@@ -87,3 +87,20 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
     assert not stood[-1]
     assert min(deeper_m) >= PAST_M
     assert among_tissue(RIGHT_ARM, episode.world)
+
+
+def test_a_failure_is_flagged_from_the_first_frame_that_shows_it_and_no_sooner():
+    kind = "recovery:grasp-slip"
+    episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
+    witness = WitnessOfRollout(kind, lambda: True)
+    witness.on_reset(episode.world)
+    slipped = []
+    for step in episode.steps():
+        witness.on_step(step)
+        slipped += [bool(step.applied)] * (not step.exchange)
+        if any(slipped[:-5]):
+            break
+    flag = witness.columns(SEED, kind)["flag"]
+    first = slipped.index(True)
+    assert not flag[: first + 1].any()  # seen before the motion in which it slips
+    assert flag[first + 1 :].all()
