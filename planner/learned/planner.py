@@ -21,6 +21,8 @@ from tissue_sim.observation import Observation
 
 FLAG_ABOVE = 0.5
 SURE = 0.7  # a task is taken up at once from this chance on; assumed
+PATIENCE_S = 12.0  # the scripted planner's; what is said longer does not come off by itself
+STALE = 0.5  # its chance counts less by this from then on; assumed
 ASKED_EVERY_S = 1.0
 
 
@@ -38,7 +40,8 @@ class PlannerLearned:
     """Says what the network makes of the last moments at which it was asked.
 
     Another task is taken up when the network is sure of it, or still prefers it a second later: to
-    be late costs that second, but an arm that is sent on too early leaves its task undone.
+    be late costs that second, but an arm that is sent on too early leaves its task undone. What
+    has been said for long without coming off is the sooner left for another.
     """
 
     hears_of_success = False
@@ -84,7 +87,10 @@ class PlannerLearned:
         self._moments.append(moment)
 
     def _take_up(self, chances: torch.Tensor) -> None:
-        task = int(chances.argmax())
+        weights = chances.clone()
+        if self._since_s > PATIENCE_S:
+            weights[self._task] *= STALE
+        task = int(weights.argmax())
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task
         if sure and task != self._task:

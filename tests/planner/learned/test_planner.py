@@ -9,7 +9,7 @@ import torch
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
-from planner.learned.planner import SURE, PlannerLearned
+from planner.learned.planner import PATIENCE_S, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
 from planner.task import TASKS
 from tests.planner.learned.rolled_out import rollout
@@ -82,6 +82,20 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
     for parameter in other.leave[1].parameters():
         parameter.data[: len(TASKS)] *= by
     return other.requires_grad_(False)
+
+
+def test_what_does_not_come_off_is_left_for_what_is_nearly_as_likely(network):
+    torn = PlannerNetwork(CONFIG).eval()
+    torn.load_state_dict(network.state_dict())
+    torn.leave[1].weight.data[: len(TASKS)] = 0.0
+    torn.leave[1].bias.data[: len(TASKS)] = -50.0
+    torn.leave[1].bias.data[5:7] = torch.tensor([0.6, 0.4]).log()
+    planner, state = PlannerLearned(torn.requires_grad_(False)), rollout().states[0]
+    said = [planner.plan(Seen(state, float(s))).task for s in range(int(PATIENCE_S) + 8)]
+    left_s = said.index(TASKS[6])
+    assert PATIENCE_S < left_s <= PATIENCE_S + 2.0
+    assert set(said[:left_s]) == {TASKS[5]}
+    assert said[-1] == TASKS[5]
 
 
 def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
