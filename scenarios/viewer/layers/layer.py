@@ -32,7 +32,7 @@ class Layer(Protocol):
 def show(node: viser.SceneNodeHandle, name: str, value: NDArray, least: float = SEEN_M) -> None:
     """Set an array of a node, unless it is shown already but for what nobody would see.
 
-    Assigning takes viser some 50 us, whether it sends or not; this takes 5.
+    Assigning takes viser 30 us, and a message; this takes 4 us where nothing is to be seen.
     """
     value, shown = value.astype(np.float32), getattr(node, name)
     if shown.shape != value.shape or (np.abs(shown - value) > least).any():
