@@ -22,7 +22,7 @@ DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it 
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools open wider and pressed less touch nothing
 NEAR_M = 0.015  # of tissue that is seen; farther off the expert is disturbed, and closes no jaws
 BACK_STEPS = 4.0  # after so many motions an error is down to 1/e, whichever motion it is seen at
-NARROWED = 0.3  # share of the windows with a clear tool in which its jaws are half shut; assumed
+NARROWED = 0.3  # share of the free tools far from tissue whose jaws are half shut; assumed
 
 
 def displaced(seen: Batch, generator: torch.Generator) -> Batch:
@@ -43,7 +43,7 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
 
 
 def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
-    """Windows in which some tools clear of tissue have their jaws half shut, and open them.
+    """Windows in which some free tools far from tissue have their jaws half shut, and open them.
 
     How far is drawn once a window and tool, from as they are to `OPEN_RAD`; `seen` stays.
 

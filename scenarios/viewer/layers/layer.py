@@ -15,7 +15,7 @@ from tissue_sim.textures import Colour
 
 Rgb = tuple[int, int, int]
 SEEN_M = 5e-5  # less than a pixel of a page that fills a screen
-SEEN_TURN = 5e-4  # of a quaternion's parts: a tenth of a degree
+SEEN_TURN = 5e-4  # of a quaternion's parts: 0.06 degrees
 
 
 class Layer(Protocol):
