@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from planner.criteria import task_done
 from planner.instruction import TASKS, Instruction, Task
 from tissue_sim.observation import Observation
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.outcome import gallbladder_held, right_arm_back
 from tissue_sim.world import World
 
-HELD_PINCH_N = 0.5  # below it the grasper touches and does not hold, assumed
 PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further back
 
 
@@ -62,5 +61,4 @@ class PlannerScripted:
 
     def _slipped(self) -> bool:
         """Nothing is held; once a tube is cut there is no spreading them both again."""
-        record = self._world.record
-        return record.grasp.pinch_n < HELD_PINCH_N and not record.cuts
+        return not gallbladder_held(self._world) and not self._world.record.cuts

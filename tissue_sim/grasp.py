@@ -71,9 +71,17 @@ def pinch_n(
     tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
 ) -> float:
     """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
+    return min(map(abs, inward_n(tissue, vertices, fingers, T_world_tool, b)))
+
+
+def inward_n(
+    tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
+) -> tuple[float, float]:
+    """Normal force of each of two jaws on some vertices, towards the other jaw.
+
+    Below zero where a jaw presses outwards, as on tissue that it was opened in.
+    """
     touching = tissue.host("contact_shape")[b, vertices]
-    held = [touching == finger for finger in fingers]
-    if not all(on_finger.any() for on_finger in held):
-        return 0.0
-    along = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
-    return float(min(abs(along[on_finger].sum()) for on_finger in held))
+    across = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
+    upper, lower = (float(across[touching == finger].sum()) for finger in fingers)
+    return -upper, lower

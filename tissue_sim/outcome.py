@@ -11,6 +11,7 @@ from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.clip import CLIP_WIDTH_M, Clip, closure
 from tissue_sim.cut import Cut
 from tissue_sim.frames import Array
+from tissue_sim.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n
 from tissue_sim.organ import TUBES
 from tissue_sim.thresholds import (
     CLIP_LEAST_GAP_M,
@@ -20,6 +21,7 @@ from tissue_sim.thresholds import (
     GRASP_HOLD_S,
     GRASP_LEAST_TRACTION_N,
     GRASP_MOST_JAW_RAD,
+    HELD_PINCH_N,
     LUMEN_CLOSED,
     RETRACTED_M,
     SPREAD_LEAST_M,
@@ -32,12 +34,20 @@ CLIPS_A_TUBE = 3
 
 
 def gallbladder_grasped(world: World) -> bool:
-    """The infundibulum held for a second in closed jaws, taut, without slip, the tubes spread."""
+    """The infundibulum held for a second, taut, without slip, the tubes spread."""
     grasp = world.record.grasp
-    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD)
-    held = bool(grasp.vertices) and world.record.time_s - grasp.since_s >= GRASP_HOLD_S
+    steady = world.record.time_s - grasp.since_s >= GRASP_HOLD_S
     taut = grasp.traction_n >= GRASP_LEAST_TRACTION_N
-    return closed and held and taut and tubes_spread(world.tubes)
+    return gallbladder_held(world) and steady and taut and tubes_spread(world.tubes)
+
+
+def gallbladder_held(world: World) -> bool:
+    """The infundibulum between closed jaws that press on it from both sides."""
+    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD)
+    infundibulum = world.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
+    tool = world.arms.T_world_tool()[LEFT_ARM]
+    pressed_n = min(inward_n(world.tissue, infundibulum, LEFT_FINGERS, tool))
+    return closed and pressed_n >= HELD_PINCH_N
 
 
 def tubes_spread(tubes: Tubes) -> bool:

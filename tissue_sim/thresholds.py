@@ -15,6 +15,7 @@ TEST_PULL_N = 1.0  # every clip holds this at the end
 # Grasp.
 GRASP_HOLD_S = 1.0
 GRASP_MOST_JAW_RAD = 0.6  # assumed: wider open, tissue is wedged between the jaws, not grasped
+HELD_PINCH_N = 0.5  # below it the grasper touches and does not hold, assumed
 GRASP_LEAST_TRACTION_N = 0.15  # assumed: lifts the tubes off slack
 GRASP_MOST_SLIP_M = 0.0015  # assumed
 SPREAD_LEAST_M = 0.004  # between the tubes' walls at mid-length, assumed

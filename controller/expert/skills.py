@@ -25,11 +25,14 @@ from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.grasp import LEFT_FINGERS, inward_n
 from tissue_sim.outcome import right_arm_back
-from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N
+from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N, HELD_PINCH_N
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
+LET_GO_RAD = 0.4  # wider than what is held when firm; assumed
+SLIM_RAD = 0.2  # assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
@@ -91,10 +94,26 @@ def lacks_clip(task: Task, world: World) -> bool:
 def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
-    """An arm among tissue opens and draws back first: it may have caught the wrong thing."""
+    """An arm among tissue lets go and draws back first: it may have caught the wrong thing."""
     if not among_tissue(arm, world):
         return phases
-    return (*_go_back(arm, max(opening, float(world.target[arm, 6]))), *phases)
+    jaw_rad = float(world.target[arm, 6])
+    out_rad = _grasper_out_rad(world) if arm == LEFT_ARM else max(opening, jaw_rad)
+    return (*_go_back(arm, out_rad), *phases)
+
+
+def _grasper_out_rad(world: World) -> float:
+    """Jaws that hold open, jaws that press tissue apart close, and others stay as they are.
+
+    The grasper lies deep in folds of the gallbladder, and behind these open jaws are a barb.
+    """
+    tissue, jaw_rad = world.tissue, float(world.target[LEFT_ARM, 6])
+    everything = np.arange(tissue.n_vertex(), dtype=np.int32)
+    tool = world.arms.T_world_tool()[LEFT_ARM]
+    pressed_n = min(inward_n(tissue, everything, LEFT_FINGERS, tool))
+    if pressed_n >= HELD_PINCH_N:
+        return jaw_rad + LET_GO_RAD
+    return min(jaw_rad, SLIM_RAD) if pressed_n <= -HELD_PINCH_N else jaw_rad
 
 
 def among_tissue(arm: int, world: World) -> bool:

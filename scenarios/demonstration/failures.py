@@ -11,12 +11,12 @@ import numpy as np
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
 from planner.criteria import structure_of
-from planner.scripted import HELD_PINCH_N
 from planner.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.outcome import gallbladder_held
 from tissue_sim.world import World
 
 MOST_FAILURES = 3  # in an episode, each in a task of its own
@@ -60,7 +60,7 @@ class Failing:
             self._names -= {name for name in self._names if is_undone(name, world, task)}
         if step.outcome.task_done:  # for all that was in its way
             self._names &= {SLIP}
-        return bool(self._names)
+        return any(name != SLIP or not gallbladder_held(world) for name in self._names)
 
 
 def is_undone(name: str, world: World, task: Task) -> bool:
@@ -83,8 +83,10 @@ def _no_longer_past(world: World, task: Task) -> bool:
     return bool((T[:3, 3] - goal[:3, 3]) @ T[:3, 2] < PAST_M)
 
 
-def _holds_again(world: World, task: Task) -> bool:
-    return world.conditions.grip == 1.0 and world.record.grasp.pinch_n >= HELD_PINCH_N
+def _is_out_or_holds(world: World, task: Task) -> bool:
+    """Out of the tissue, the gallbladder is grasped as it was the first time."""
+    holds = world.conditions.grip == 1.0 and gallbladder_held(world)
+    return holds or not among_tissue(LEFT_ARM, world)
 
 
 UNDONE: dict[str, Callable[[World, Task], bool]] = {
@@ -93,6 +95,6 @@ UNDONE: dict[str, Callable[[World, Task], bool]] = {
     "wrong-tube": _arm_is_out(RIGHT_ARM),
     "both-tubes": _arm_is_out(RIGHT_ARM),
     "overshoot": _no_longer_past,
-    SLIP: _holds_again,
+    SLIP: _is_out_or_holds,
     "clip-dropped": lambda world, _: world.record.clip_loaded,
 }

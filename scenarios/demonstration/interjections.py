@@ -13,10 +13,9 @@ from controller.expert.skills import PULL_MOST_N
 from planner.base import Planner
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
-from planner.scripted import HELD_PINCH_N
 from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.observation import Observation
-from tissue_sim.outcome import right_arm_back, tubes_spread
+from tissue_sim.outcome import gallbladder_held, right_arm_back, tubes_spread
 from tissue_sim.world import World
 
 CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second
@@ -75,16 +74,16 @@ def is_harmless(correction: Correction, world: World) -> bool:
 
 def _grasper_may_open(world: World) -> bool:
     """What it holds it lets go, and must be able to take up again."""
-    return not _holds(world) or not world.record.clips
+    return not gallbladder_held(world) or not world.record.clips
 
 
 def _grasper_may_close(world: World) -> bool:
-    return not _holds(world)
+    return not gallbladder_held(world)
 
 
 def _grasper_may_move(world: World) -> bool:
     """While it holds, only from where it should be: random motions would add up to a walk away."""
-    if not _holds(world):
+    if not gallbladder_held(world):
         return True
     return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MOST_N
 
@@ -105,11 +104,7 @@ def _always(world: World) -> bool:
 
 def _waits_shut(world: World) -> bool:
     """Whether the grasper holds and the right jaws, shut or nearly, are not at work."""
-    return _holds(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MOST_RAD)
-
-
-def _holds(world: World) -> bool:
-    return world.record.grasp.pinch_n >= HELD_PINCH_N
+    return gallbladder_held(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MOST_RAD)
 
 
 _ALLOWED = {
