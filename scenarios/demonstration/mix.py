@@ -33,6 +33,7 @@ MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
     "turns": (TURNS,),
     "turns-recovery": (TURNS + FAILING,),
     "rollouts": (ROLLOUT, ROLLOUT + FAILING),
+    "rollouts-recovery": (ROLLOUT + FAILING,),
     "all": (NOMINAL, RECOVERY + FAILING, NOMINAL, CORRECTION),
 }
 LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING) in OF_THE_LEARNED)

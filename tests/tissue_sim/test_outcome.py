@@ -12,7 +12,7 @@ from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import LEFT_ARM
 from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch, lose
 from tissue_sim.cut import BLADE_LENGTH_M, sever
-from tissue_sim.grasp import Grasp
+from tissue_sim.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.leak import leaks
 from tissue_sim.organ import TUBES
 from tissue_sim.outcome import (
@@ -237,6 +237,15 @@ def test_an_unclipped_stump_does_not_hold(world: World) -> None:
     assert not stumps_hold(world)
 
 
+def press(world: World, inward_n: float) -> None:
+    """Both of the grasper's jaws on one vertex each of the infundibulum."""
+    upper, lower = world.organ.sac_rings[0, :2]
+    across = world.arms.T_world_tool()[LEFT_ARM, :3, 1]
+    for vertex, finger, along in zip((upper, lower), LEFT_FINGERS, (-across, across), strict=True):
+        world.tissue.host("contact_shape")[0, vertex] = finger
+        world.tissue.host("contact_force")[0, vertex] = inward_n * along
+
+
 def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: World) -> None:
     """All conditions hold but one at a time."""
     x, fixed = world.tissue.positions(), world.tissue.host("fixed")[0, : world.tissue.n_vertex()]
@@ -244,6 +253,7 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
         vertices=(1, 2), place_tool_m=((0, 0, 0),) * 2, since_s=0.0, traction_n=0.5, pinch_n=2
     )
     world.record = replace(world.record, time_s=1.5, grasp=good)
+    press(world, 2.0)
     assert not gallbladder_grasped(world)  # the tubes are slack
     for tube in TUBES:  # draw each along its chord until it is straight, and further apart
         rings = world.tubes.below[tube][: world.organ.neck_ring[tube] + 1]
@@ -256,7 +266,6 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
     assert fixed.any()
     assert gallbladder_grasped(world)
     for bad in (
-        {"grasp": replace(good, vertices=(), place_tool_m=())},
         {"grasp": replace(good, traction_n=0.1)},
         {"grasp": replace(good, since_s=0.6)},
         {"time_s": 0.9},
@@ -265,6 +274,11 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
         world.record = replace(kept, **bad)
         assert not gallbladder_grasped(world)
         world.record = kept
+    for wrong_n in (0.4, -2.0):  # hardly, and from within a fold
+        press(world, wrong_n)
+        assert not gallbladder_grasped(world)
+    press(world, 2.0)
+    assert gallbladder_grasped(world)
     joints = world.arms.joints
     joints[LEFT_ARM, 6] = GRASP_MOST_JAW_RAD + 0.1
     world.arms.set_joints(joints)

@@ -15,7 +15,8 @@ from scenarios.demonstration.failures import PAST_M, Failing
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.rollouts import WitnessOfRollout
 from scenarios.obedience_trial import PlannerSaying
-from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.outcome import gallbladder_held
 
 SEED = 10_001
 GRAB, FIRST_CLIP = TASKS[:2]
@@ -89,18 +90,21 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
     assert among_tissue(RIGHT_ARM, episode.world)
 
 
-def test_a_failure_is_flagged_from_the_first_frame_that_shows_it_and_no_sooner():
+def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue():
     kind = "recovery:grasp-slip"
     episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
     witness = WitnessOfRollout(kind, lambda: True)
     witness.on_reset(episode.world)
-    slipped = []
+    held, among = [], []  # in what is seen after each frame
     for step in episode.steps():
         witness.on_step(step)
-        slipped += [bool(step.applied)] * (not step.exchange)
-        if any(slipped[:-5]):
+        if not step.exchange:
+            held.append(gallbladder_held(episode.world))
+            among.append(among_tissue(LEFT_ARM, episode.world))
+        if True in held and not among[-1]:
             break
     flag = witness.columns(SEED, kind)["flag"]
-    first = slipped.index(True)
-    assert not flag[: first + 1].any()  # seen before the motion in which it slips
-    assert flag[first + 1 :].all()
+    lost = len(held) - held[::-1].index(True)  # the first frame after which it is not held
+    assert not flag[: lost + 1].any()
+    assert flag[lost + 1 :].all()
+    assert among[lost]

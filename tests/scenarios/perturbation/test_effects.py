@@ -20,6 +20,7 @@ from tests.scenarios.perturbation.episodes import disturbed, perturbation
 from tissue_sim.anatomy import RANGES, anatomy_from_seed
 from tissue_sim.field import UP
 from tissue_sim.frames import inverse_pose, rotation_vector
+from tissue_sim.outcome import gallbladder_held
 
 CONTROL_STEP_S = 1 / 30
 WAVES = "tests.scenarios.perturbation.waving_controller:ControllerWaves"
