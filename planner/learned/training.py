@@ -26,6 +26,7 @@ KEEP_OUT_EVERY = 6
 CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn from all steps alike
 MISLED, UNTOLD = 0.1, 0.1  # of a batch: told another task than was said, or nothing
 TASK_SHARE = 0.6  # of the loss; SRT-H's
+LEAST_WEIGHT = 1e-6
 FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0.5
 
 
@@ -95,31 +96,34 @@ def _loss(
 ) -> Tensor:
     """Of random moments: what is rare oftener, words as old as they may be, some of them wrong."""
     n, (least, most) = config.batch, ASKED_EVERY
-    at, fair = _drawn_steps(data, n, chance)
+    at, weight = drawn_steps(data, n, chance)
     every = torch.randint(least, most, (n,), generator=chance)
     lag = 1 + (torch.rand(n, generator=chance) * every).long()
     moments = _misled(data.moments(at, every, lag), chance)
     frames = noised(moments.frames, chance)
     with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
         opinion = network(moments._replace(frames=frames))
-    return loss_of(Opinion(*(part.float() for part in opinion)), data.labels(at), fair)
+    return loss_of(Opinion(*(part.float() for part in opinion)), data.labels(at), weight)
 
 
-def _drawn_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Steps (n,), and which of them were drawn from all alike, as chances must be learnt from."""
-    n_changes = round(CHANGES * n) if len(data.changes) else 0
-    n_flagged = round(FLAGGED * n) if len(data.flagged) else 0
-    every_step = torch.arange(len(data))
-    parts = [
-        pool[torch.randint(len(pool), (size,), generator=chance)]
-        for pool, size in (
-            (data.changes, n_changes),
-            (data.flagged, n_flagged),
-            (every_step, n - n_changes - n_flagged),
-        )
-        if size
-    ]
-    return torch.cat(parts), torch.arange(n) >= n_changes + n_flagged
+def drawn_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Steps (n,), what is rare oftener, and of each how much it counts as if all were drawn alike.
+
+    Chances are learnt as large as they are, and what is rare is seen often: importance sampling.
+    """
+    shares = [(data.changes, CHANGES), (data.flagged, FLAGGED)]
+    shares = [(pool, share) for pool, share in shares if len(pool)]
+    alike = 1.0 - sum(share for _, share in shares)
+    parts = [pool[_drawn(len(pool), round(share * n), chance)] for pool, share in shares]
+    at = torch.cat([*parts, _drawn(len(data), n - sum(map(len, parts)), chance)])
+    times = torch.full((n,), alike)  # as often as if all were drawn alike
+    for pool, share in shares:
+        times += share * len(data) / len(pool) * torch.isin(at, pool)
+    return at, 1.0 / times
+
+
+def _drawn(among: int, n: int, chance: torch.Generator) -> Tensor:
+    return torch.randint(among, (n,), generator=chance)
 
 
 def _misled(moments: Moments, chance: torch.Generator) -> Moments:
@@ -137,13 +141,17 @@ def _misled(moments: Moments, chance: torch.Generator) -> Moments:
     )
 
 
-def loss_of(opinion: Opinion, labels: Labels, fair: Tensor) -> Tensor:
-    """SRT-H's: a task weighs the more, the further off it is (arXiv 2505.10251)."""
+def loss_of(opinion: Opinion, labels: Labels, weight: Tensor) -> Tensor:
+    """SRT-H's: a task weighs the more, the further off it is (arXiv 2505.10251).
+
+    Weights (B,) make up for what was drawn oftener, where a chance is learnt.
+    """
     off = (opinion.task.argmax(dim=-1) - labels.task).abs()
     task = (F.cross_entropy(opinion.task, labels.task, reduction="none") * (1 + off)).mean()
-    flag = _chance_loss(opinion.flag, (labels.correction >= 0).float(), fair)
+    flag = _chance_loss(opinion.flag, (labels.correction >= 0).float(), weight)
     progress = F.smooth_l1_loss(opinion.progress, labels.progress, beta=0.1)
-    fails = _chance_loss(opinion.fails, labels.fails.nan_to_num(), fair & ~labels.fails.isnan())
+    told = weight * ~labels.fails.isnan()
+    fails = _chance_loss(opinion.fails, labels.fails.nan_to_num(), told)
     wanted = labels.correction.clamp(min=0)
     right = F.cross_entropy(opinion.correction, wanted, reduction="none")
     flagged = labels.correction >= 0
@@ -157,7 +165,6 @@ def loss_of(opinion: Opinion, labels: Labels, fair: Tensor) -> Tensor:
     return TASK_SHARE * task + (1.0 - TASK_SHARE) * rest
 
 
-def _chance_loss(logits: Tensor, outcomes: Tensor, counted: Tensor) -> Tensor:
-    """Mean over those that count: of all drawn alike, for a chance to be as large as it is."""
-    loss = F.binary_cross_entropy_with_logits(logits, outcomes, counted.float(), reduction="sum")
-    return loss / counted.sum().clamp(min=1)
+def _chance_loss(logits: Tensor, outcomes: Tensor, weight: Tensor) -> Tensor:
+    loss = F.binary_cross_entropy_with_logits(logits, outcomes, weight, reduction="sum")
+    return loss / weight.sum().clamp(min=LEAST_WEIGHT)

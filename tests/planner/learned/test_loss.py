@@ -1,18 +1,22 @@
 """Laws of what a planner is trained by."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import torch
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Opinion
-from planner.learned.rollout import NOT_SAID, Labels
-from planner.learned.training import loss_of
+from planner.learned.rollout import NOT_SAID, Labels, Rollouts
+from planner.learned.training import drawn_steps, loss_of
+from tests.planner.learned.rolled_out import rollout
 
-FAIR = torch.tensor([True, True, False, False])
+WEIGHT = torch.tensor([1.0, 1.0, 0.0, 0.0])
 
 
 def loss(correction, fails, *, flag=0.3, sure=0.1):
-    n = len(FAIR)
+    n = len(WEIGHT)
     opinion = Opinion(
         task=torch.zeros(n, N_TASKS),
         flag=torch.full((n,), flag),
@@ -26,14 +30,14 @@ def loss(correction, fails, *, flag=0.3, sure=0.1):
         progress=torch.full((n,), 0.5),
         fails=torch.tensor(fails),
     )
-    return loss_of(opinion, labels, FAIR).item()
+    return loss_of(opinion, labels, WEIGHT).item()
 
 
 WANTED = [3, NOT_SAID, 3, NOT_SAID]
 FAILS = [1.0, 0.0, 1.0, 0.0]
 
 
-def test_chances_are_learnt_from_steps_drawn_alike_and_from_no_others():
+def test_a_chance_is_learnt_from_steps_as_much_as_they_weigh():
     assert loss(WANTED, [1.0, 0.0, 0.0, 1.0]) == pytest.approx(loss(WANTED, FAILS))
     assert loss([3, NOT_SAID, NOT_SAID, 3], FAILS) == pytest.approx(loss(WANTED, FAILS))
     assert loss(WANTED, [0.0, 0.0, 1.0, 0.0]) != pytest.approx(loss(WANTED, FAILS))
@@ -44,3 +48,25 @@ def test_what_an_episode_does_not_tell_does_not_count():
     untold = [1.0, float("nan"), 1.0, 0.0]
     assert loss(WANTED, untold, sure=9.0) < loss(WANTED, FAILS, sure=9.0)
     assert loss(WANTED, untold) == pytest.approx(loss(WANTED, [1.0, float("nan"), 0.0, 1.0]))
+
+
+def test_what_is_drawn_oftener_weighs_so_much_less():
+    data = Rollouts([rollout(seed) for seed in range(3)], 4)
+    at, weight = drawn_steps(data, 40_000, torch.Generator().manual_seed(0))
+    flagged = (data.labels(at).correction != NOT_SAID).float()
+    changed = torch.isin(at, data.changes).float()
+    assert weight.mean() == pytest.approx(1.0, abs=0.02)
+    for seen, share in (
+        (flagged, len(data.flagged) / len(data)),
+        (changed, len(data.changes) / len(data)),
+    ):
+        assert seen.mean() > 1.2 * share
+        assert (weight * seen).mean() == pytest.approx(share, abs=0.02)
+
+
+def test_without_anything_rare_all_weigh_alike():
+    calm = rollout(tasks=1)
+    data = Rollouts([replace(calm, correction=np.full_like(calm.task, NOT_SAID))], 4)
+    at, weight = drawn_steps(data, 50, torch.Generator().manual_seed(0))
+    assert len(at) == len(weight) == 50
+    assert weight.unique().tolist() == [1.0]
