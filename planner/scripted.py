@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.criteria import task_done
+from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from tissue_sim.observation import Observation
 from tissue_sim.outcome import gallbladder_held, right_arm_back
@@ -38,13 +38,13 @@ class PlannerScripted:
         self._backing_off = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """The first task, in order, that is not done yet; the last one stays when all are."""
+        """The first task, in order, that is not over yet; the last one stays when all are."""
         task, now_s = self._order[self._index], observation.time_s
         if self._backing_off:
             if right_arm_back(self._world):
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
-        elif task_done(task, self._world):
+        elif self._is_over(task):
             self._index, self._since_s = self._next_to_do(), now_s
         elif task.kind in ("clip", "cut"):
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
@@ -54,10 +54,19 @@ class PlannerScripted:
     def _next_to_do(self) -> int:
         """The task after this one, past those that were said before and are still done."""
         at = self._index + 1
-        while at < self._furthest and task_done(self._order[at], self._world):
+        while at < self._furthest and self._is_over(self._order[at]):
             at += 1
         self._furthest = max(self._furthest, at)
         return min(at, len(self._order) - 1)
+
+    def _is_over(self, task: Task) -> bool:
+        """Done, or past mending: a tube in two parts is not cut again, however badly it was."""
+        return task_done(task, self._world) or (task.kind == "cut" and self._is_severed(task))
+
+    def _is_severed(self, task: Task) -> bool:
+        tube = structure_of(task, self._world)
+        cut = any(cut.tube == tube for cut in self._world.record.cuts)
+        return cut and self._world.tubes.in_two_parts(tube)
 
     def _slipped(self) -> bool:
         """Nothing is held; once a tube is cut there is no spreading them both again."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from planner.criteria import task_done
+from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS
 from planner.scripted import PATIENCE_S, PlannerScripted
 from scenarios.catalogue import SCENARIOS
@@ -13,7 +13,9 @@ from scenarios.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.cut import BLADE_LENGTH_M, sever
 from tissue_sim.outcome import right_arm_back
+from tissue_sim.verification.bodies import astride
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]
 OUT_INSERTION_M = 0.05
@@ -124,3 +126,18 @@ def test_an_instruction_carries_the_time_it_was_given(untouched):
     seen = replace(untouched.observe(), time_s=7.5)
     said = PlannerScripted(untouched).plan(seen)
     assert (said.time_s, said.source, said.correction) == (7.5, "planner", None)
+
+
+def test_a_tube_in_two_parts_is_not_cut_again_though_it_had_no_clips(at_the_tubes):
+    cut, back = TASKS[7:9]
+    planner = PlannerScripted(at_the_tubes, (cut, back))
+    assert ask(planner, at_the_tubes) == cut
+    tube = structure_of(cut, at_the_tubes)
+    middle_m = 0.5 * at_the_tubes.tubes.length_m[tube]
+    T = astride(at_the_tubes.tubes, tube, middle_m, beyond_m=BLADE_LENGTH_M / 2)
+    made = sever(at_the_tubes.tubes, T, time_s=at_the_tubes.record.time_s)
+    at_the_tubes.record = replace(at_the_tubes.record, cuts=tuple(made))
+    assert at_the_tubes.tubes.in_two_parts(tube)
+    assert not task_done(cut, at_the_tubes)
+    assert ask(planner, at_the_tubes) == back
+    assert ask(planner, at_the_tubes, 2 * PATIENCE_S) == back
