@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 
 import torch
@@ -18,14 +17,13 @@ from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Demonstration, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
-from planner.learning.optimise import Schedule, TrainingStep, optimise
+from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
 from tissue_sim.tracker_noise import noised
 
 CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows
 JAWS_ASKED = frozenset(c.text for c in CORRECTIONS if c.jaw)
 LEAST_LEVEL = 0.02  # of noise: below it there is nothing to learn
-FINE_TUNING_SHARE = 0.3  # of the learning rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,13 +32,11 @@ class TrainingConfig(Schedule):
 
     Attributes:
         noises: noisy chunks a window, as conditions cost more (Mini-Diffuser, arXiv 2505.09430).
-        base: digest of the checkpoint that is gone on from; "" to begin anew.
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
     steps: int = 45_000
     noises: int = 2
-    base: str = ""
 
 
 PRESETS = {
@@ -65,13 +61,7 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
         CheckpointError: as of `load_checkpoint`.
     """
     policy = load_checkpoint(base)
-    config = replace(
-        config,
-        policy=policy.config,
-        learning_rate=FINE_TUNING_SHARE * config.learning_rate,
-        base=sha256(base.read_bytes()).hexdigest(),
-    )
-    return config, policy
+    return replace(going_on_from(base, config), policy=policy.config), policy
 
 
 def train(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, Opinion, PlannerNetwork
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
-from planner.learning.optimise import Schedule, TrainingStep, optimise
+from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
 from tissue_sim.tracker_noise import noised
 
 CHECKPOINT_FILE = "planner.safetensors"
@@ -52,12 +52,26 @@ PRESETS = {
 }
 
 
+def fine_tuning(config: PlannerTraining, base: Path) -> tuple[PlannerTraining, PlannerNetwork]:
+    """How a checkpoint is gone on from, and its network.
+
+    Raises:
+        CheckpointError: as of `load_checkpoint`.
+    """
+    network = load_checkpoint(base)
+    return replace(going_on_from(base, config), planner=network.config), network
+
+
 def train(
-    rollouts: Sequence[Rollout], config: PlannerTraining, out: Path
+    rollouts: Sequence[Rollout],
+    config: PlannerTraining,
+    out: Path,
+    base: PlannerNetwork | None = None,
 ) -> Iterator[TrainingStep]:
     """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
 
-    When it ends, the checkpoint is calibrated on rollouts kept out.
+    Begun anew, it goes on from `base` if there is one, whose normalisation is kept. When it ends,
+    the checkpoint is calibrated on rollouts kept out.
 
     Raises:
         ValueError: there is nothing to learn from, or `out` holds the training of another
@@ -68,8 +82,11 @@ def train(
     learnt_from, kept_out = parted(rollouts)
     data = Rollouts(learnt_from, config.planner.history)
     network = PlannerNetwork(config.planner)
-    some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
-    network.normalise_by(data.steps.states[some])
+    if base is None:
+        some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
+        network.normalise_by(data.steps.states[some])
+    else:
+        network.load_state_dict(base.state_dict())
     yield from optimise(
         network,
         partial(_loss, data=data, chance=chance, config=config),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -13,7 +14,9 @@ from torch import Tensor, nn
 
 STATE_FILE, LOG_FOLDER = "training.pt", "tensorboard"
 GRADIENT_MOST = 1.0
+FINE_TUNING_SHARE = 0.3  # of the learning rate
 Model = TypeVar("Model", bound=nn.Module)
+ScheduleT = TypeVar("ScheduleT", bound="Schedule")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +30,7 @@ class Schedule:
         average: decay of the weights' moving average, which is what is saved.
         save_every: steps.
         bfloat16: the model multiplies matrices in it, which some processors do faster.
+        base: digest of the checkpoint that is gone on from; "" to begin anew.
     """
 
     steps: int
@@ -38,6 +42,16 @@ class Schedule:
     save_every: int = 1000
     seed: int = 0
     bfloat16: bool = False
+    base: str = ""
+
+
+def going_on_from(base: Path, schedule: ScheduleT) -> ScheduleT:
+    """Gentler, as what has been learnt is to be kept."""
+    return replace(
+        schedule,
+        learning_rate=FINE_TUNING_SHARE * schedule.learning_rate,
+        base=sha256(base.read_bytes()).hexdigest(),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

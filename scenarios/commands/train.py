@@ -43,7 +43,7 @@ class Train:
     preset: Annotated[str, one_of(PRESETS)] = "full"
     """How much: "smoke" only shows that it learns."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a controller to go on from, more gently; left out, training begins anew."""
+    """Checkpoint to go on from, more gently; left out, training begins anew."""
     steps: Annotated[int | None, at_least(1)] = None
     """Of the optimiser; left out, the preset's."""
     seed: Annotated[int, at_least(0)] = 0
@@ -95,10 +95,12 @@ class Train:
         from controller.dataset.rollouts import rollouts
         from planner.learned import training
 
-        config = self._scheduled(training.PRESETS[self.preset])
+        config, base = self._scheduled(training.PRESETS[self.preset]), None
+        if self.base:
+            config, base = training.fine_tuning(config, self.base)
         with _reading(self.data):
             learnt_from = rollouts(self.data, self.leave_out)
-        _show(training.train(learnt_from, config, out), config.steps)
+        _show(training.train(learnt_from, config, out, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
     def _scheduled(self, preset: ScheduleT) -> ScheduleT:

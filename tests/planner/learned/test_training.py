@@ -1,0 +1,38 @@
+"""Laws of a planner's training: it learns, and goes on from what was learnt."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from planner.learned.checkpoint import load_checkpoint
+from planner.learned.training import CHECKPOINT_FILE, PRESETS, fine_tuning, train
+from tests.planner.learned.rolled_out import rollout
+
+SMOKE = PRESETS["smoke"]
+FEW = 5
+
+
+@pytest.fixture(scope="module")
+def learnt(tmp_path_factory):
+    out = tmp_path_factory.mktemp("learnt")
+    losses = [step.loss for step in train([rollout(0)], SMOKE, out)]
+    return out / CHECKPOINT_FILE, losses
+
+
+def test_it_learns(learnt):
+    _, losses = learnt
+    assert sum(losses[-FEW:]) < 0.85 * sum(losses[:FEW])
+
+
+def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(learnt, tmp_path):
+    checkpoint, losses = learnt
+    config, base = fine_tuning(replace(SMOKE, steps=20), checkpoint)
+    assert config.planner == SMOKE.planner
+    assert config.learning_rate < SMOKE.learning_rate
+    going_on = [step.loss for step in train([rollout(1)], config, tmp_path, base)]
+    assert sum(going_on[:FEW]) < 0.9 * sum(losses[:FEW])
+    before, after = load_checkpoint(checkpoint), load_checkpoint(tmp_path / CHECKPOINT_FILE)
+    assert torch.equal(before.mean, after.mean)
+    assert torch.equal(before.deviation, after.deviation)
+    assert not torch.equal(before.place, after.place)
