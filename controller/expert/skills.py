@@ -32,7 +32,7 @@ from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
 LET_GO_RAD = 0.4  # wider than what is held when firm; assumed
-SLIM_RAD = 0.2  # assumed
+SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -19,9 +19,8 @@ from scenarios.demonstration.mix import KINDS
 from scenarios.errors import BadInputError
 
 if TYPE_CHECKING:  # heavy to import
-    from planner.learning.optimise import Schedule, TrainingStep
+    from planner.learning.optimise import ScheduleT, TrainingStep
 
-ScheduleT = TypeVar("ScheduleT", bound="Schedule")
 LEARNERS = ("controller", "planner")
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
