@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from tissue_sim.observation import Observation
-from tissue_sim.outcome import gallbladder_held, right_arm_back
+from tissue_sim.outcome import gallbladder_held, right_arm_back, tube_severed
 from tissue_sim.world import World
 
 PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further back
@@ -61,12 +61,8 @@ class PlannerScripted:
 
     def _is_over(self, task: Task) -> bool:
         """Done, or past mending: a tube in two parts is not cut again, however badly it was."""
-        return task_done(task, self._world) or (task.kind == "cut" and self._is_severed(task))
-
-    def _is_severed(self, task: Task) -> bool:
-        tube = structure_of(task, self._world)
-        cut = any(cut.tube == tube for cut in self._world.record.cuts)
-        return cut and self._world.tubes.in_two_parts(tube)
+        severed = task.kind == "cut" and tube_severed(self._world, structure_of(task, self._world))
+        return severed or task_done(task, self._world)
 
     def _slipped(self) -> bool:
         """Nothing is held; once a tube is cut there is no spreading them both again."""

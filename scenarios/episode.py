@@ -51,7 +51,8 @@ from tissue_sim.arms import JointCommand
 from tissue_sim.frames import Array
 from tissue_sim.injury import Injury
 from tissue_sim.observation import Observation
-from tissue_sim.outcome import right_arm_back, stumps_hold
+from tissue_sim.organ import TUBES
+from tissue_sim.outcome import right_arm_back, stumps_hold, tube_severed
 from tissue_sim.retention import pull_all_clips
 from tissue_sim.variants import variant
 from tissue_sim.world import World
@@ -390,7 +391,8 @@ class Episode:
     def _note(self, step: Step) -> None:
         """Count the step to its task; done once is done, unless it is taken up again.
 
-        What was left undone, and what the planner is at, may come to be done under another word.
+        What was left undone or never said, and what the planner is at, may come to be done under
+        another word.
         """
         self._credit(
             step.instruction.task,
@@ -398,9 +400,11 @@ class Episode:
             time_s=self.world.config.control_step_s,
             corrections=int(self._begins_correction(step.instruction)),
         )
-        undone = {TASKS[k - 1] for k, task in self.tasks.items() if not task.success}
-        for task in {self._override.planned.task, *undone} - {step.instruction.task}:
-            if task_done(task, self.world):
+        planned = self._override.planned.task
+        done = {TASKS[k - 1] for k, task in self.tasks.items() if task.success}
+        begun = {*TASKS[: planned.index], *(TASKS[k - 1] for k in self.tasks)}
+        for task in (begun - done) | {planned}:
+            if task != step.instruction.task and task_done(task, self.world):
                 self._credit(task, success=True)
 
     def _credit(
@@ -421,10 +425,16 @@ class Episode:
         return self._heeded not in (None, before)
 
     def _is_over(self, step: Step) -> bool:
-        """The last task alone is not the end: it is also how one backs off from the last cut."""
+        """Done, or out of time, or in the last task, which is done, with nothing left to cut.
+
+        The last task alone is not the end: it is also how one backs off from the last cut.
+        """
         task = step.instruction.task
-        out_of_time = self.tasks[task.index].time_s > self.config.task_cap_s
-        return out_of_time or (task == TASKS[-1] and self.is_done)
+        if self.tasks[task.index].time_s > self.config.task_cap_s:
+            return True
+        if task != TASKS[-1] or not step.outcome.task_done:
+            return False
+        return self.is_done or all(tube_severed(self.world, tube) for tube in TUBES)
 
     @property
     def is_done(self) -> bool:

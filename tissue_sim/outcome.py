@@ -105,6 +105,11 @@ def tube_cut(world: World, tube: str) -> bool:
     return _cuffs_m(cuts[0], low, high) >= CUFF_LEAST_M
 
 
+def tube_severed(world: World, tube: str) -> bool:
+    """Cut into two parts, well or badly."""
+    return any(c.tube == tube for c in world.record.cuts) and world.tubes.in_two_parts(tube)
+
+
 def stumps_hold(world: World) -> bool:
     """Every clip that was on a tube still holds where it was set, and nothing leaks.
 

@@ -24,10 +24,12 @@ from scenarios.episode_config import EpisodeConfig
 from scenarios.recorder import load
 from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
+from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM, JointCommand
 from tissue_sim.clip import lose
 from tissue_sim.injury import Injury
 from tissue_sim.nurse import EXCHANGE_S
+from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
 SEED = 10_004
@@ -99,18 +101,42 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
         world.restore(before)
 
 
-@pytest.mark.parametrize("begun", [True, False])
-def test_the_last_task_ends_an_episode_only_when_the_others_are_done(procedure, begun):
-    """What was not begun is not done, whatever the patient looks like."""
-    tasks = {task.index: task for task in procedure.result.tasks if begun or task.index != 16}
-    last = Instruction(task=TASKS[-1])
+@pytest.mark.parametrize("said", [True, False])
+def test_what_is_done_counts_whether_it_was_said_or_not(procedure, said):
+    tasks = {task.index: task for task in procedure.result.tasks if said or task.index != 16}
+    episode = saying_the_last(procedure.world, tasks)
     before = procedure.world.state()
     try:
-        episode = replace(begin_judging(procedure.world, tasks), planner=PlannerSays(last))
-        n_steps = len(list(islice(episode.steps(), 10)))
-        assert n_steps == (1 if begun else 10)
+        assert len(list(islice(episode.steps(), 10))) == 1
+        assert episode.is_done
     finally:
         procedure.world.restore(before)
+
+
+def test_an_episode_ends_when_nothing_is_left_to_cut_well_or_badly(procedure):
+    tasks = {task.index: task for task in procedure.result.tasks}
+    tasks[6] = replace(tasks[6], success=False)  # one clip of three is gone
+    before = procedure.world.state()
+    try:
+        world = procedure.world
+        world.record = replace(world.record, clips=world.record.clips[1:])
+        episode = saying_the_last(world, tasks)
+        assert len(list(islice(episode.steps(), 10))) == 1
+        assert not episode.is_done
+    finally:
+        procedure.world.restore(before)
+
+
+def test_the_last_task_alone_is_not_the_end():
+    untouched = World()
+    untouched.reset(anatomy_from_seed(SEED))
+    episode = saying_the_last(untouched, {})
+    assert len(list(islice(episode.steps(), 10))) == 10
+    assert not episode.is_done
+
+
+def saying_the_last(world, tasks):
+    return replace(begin_judging(world, tasks), planner=PlannerSays(Instruction(task=TASKS[-1])))
 
 
 def begin_judging(world, tasks):
