@@ -15,6 +15,6 @@ class PlannerConfig:
     """
 
     history: int = 8
-    width: int = 192
+    width: int = 256
     layers: int = 3
     heads: int = 4
