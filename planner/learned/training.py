@@ -43,7 +43,7 @@ PRESETS = {
     "full": PlannerTraining(),
     "smoke": PlannerTraining(
         planner=PlannerConfig(width=32, layers=1),
-        steps=60,
+        steps=100,
         batch=64,
         warm_up=10,
         average=0.9,

@@ -1,4 +1,4 @@
-"""Laws of a planner's training: it learns, and goes on from what was learnt."""
+"""A planner's training goes on from what was learnt."""
 
 from dataclasses import replace
 
@@ -18,11 +18,6 @@ def learnt(tmp_path_factory):
     out = tmp_path_factory.mktemp("learnt")
     losses = [step.loss for step in train([rollout(0)], SMOKE, out)]
     return out / CHECKPOINT_FILE, losses
-
-
-def test_it_learns(learnt):
-    _, losses = learnt
-    assert sum(losses[-FEW:]) < 0.85 * sum(losses[:FEW])
 
 
 def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(learnt, tmp_path):
