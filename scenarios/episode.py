@@ -402,8 +402,8 @@ class Episode:
         )
         planned = self._override.planned.task
         done = {TASKS[k - 1] for k, task in self.tasks.items() if task.success}
-        begun = {*TASKS[: planned.index], *(TASKS[k - 1] for k in self.tasks)}
-        for task in (begun - done) | {planned}:
+        due = {*TASKS[: planned.index], *(TASKS[k - 1] for k in self.tasks)}
+        for task in (due - done) | {planned}:
             if task != step.instruction.task and task_done(task, self.world):
                 self._credit(task, success=True)
 

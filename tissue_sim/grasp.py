@@ -77,7 +77,7 @@ def pinch_n(
 def inward_n(
     tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
 ) -> tuple[float, float]:
-    """Normal force of each of two jaws on some vertices, towards the other jaw.
+    """Normal force (N) of the upper (+y of the tool) and the lower jaw, towards each other.
 
     Below zero where a jaw presses outwards, as on tissue that it was opened in.
     """
