@@ -50,6 +50,18 @@ def gallbladder_held(world: World) -> bool:
     return closed and pressed_n >= HELD_PINCH_N
 
 
+def grasper_pressed_n(world: World) -> float:
+    """Normal force (N) of the grasper's jaws on any tissue, inwards, the smaller of the two."""
+    everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
+    tool = world.arms.T_world_tool()[LEFT_ARM]
+    return min(inward_n(world.tissue, everything, LEFT_FINGERS, tool))
+
+
+def grasper_hooked(world: World) -> bool:
+    """A jaw presses tissue outwards, so that it hooks behind a fold when it is drawn back."""
+    return grasper_pressed_n(world) <= -HELD_PINCH_N
+
+
 def tubes_spread(tubes: Tubes) -> bool:
     """Both tubes drawn straight, with room between their walls."""
     return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_LEAST) and (

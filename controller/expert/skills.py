@@ -25,8 +25,7 @@ from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.grasp import LEFT_FINGERS, inward_n
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.outcome import grasper_hooked, grasper_pressed_n, right_arm_back
 from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N, HELD_PINCH_N
 from tissue_sim.world import World
 
@@ -107,13 +106,10 @@ def _grasper_out_rad(world: World) -> float:
 
     The grasper lies deep in folds of the gallbladder, and behind these open jaws are a barb.
     """
-    tissue, jaw_rad = world.tissue, float(world.target[LEFT_ARM, 6])
-    everything = np.arange(tissue.n_vertex(), dtype=np.int32)
-    tool = world.arms.T_world_tool()[LEFT_ARM]
-    pressed_n = min(inward_n(tissue, everything, LEFT_FINGERS, tool))
-    if pressed_n >= HELD_PINCH_N:
+    jaw_rad = float(world.target[LEFT_ARM, 6])
+    if grasper_pressed_n(world) >= HELD_PINCH_N:
         return jaw_rad + LET_GO_RAD
-    return min(jaw_rad, SLIM_RAD) if pressed_n <= -HELD_PINCH_N else jaw_rad
+    return min(jaw_rad, SLIM_RAD) if grasper_hooked(world) else jaw_rad
 
 
 def among_tissue(arm: int, world: World) -> bool:

@@ -90,7 +90,7 @@ def run(demonstration: Demonstration) -> Demonstrated:
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
     make = WitnessOfRollout if demonstration.is_rollout else Witness
-    witness = make(kind, lambda: expert_acts(episode.controller))
+    witness = make(lambda: expert_acts(episode.controller))
     result = play(episode, [witness], time.perf_counter())
     header = Header(
         seed=seed,

@@ -1,4 +1,4 @@
-"""Failures set up on purpose, and whether one is undone."""
+"""Failures set up on purpose or come about by themselves, and whether one is undone."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from scenarios.catalogue import SCENARIOS
 from scenarios.episode import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.outcome import gallbladder_held
+from tissue_sim.outcome import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.world import World
 
 MOST_FAILURES = 3  # in an episode, each in a task of its own
 WEAKEST = 0.5  # of the scenario's own magnitude
-SLIP = "grasp-slip"
+SLIP, HOOK = "grasp-slip", "grasp-hooked"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
 SLIPS_WHILE_WHOLE = (2, 4, 6)  # once a tube is cut the gallbladder is not grasped anew
 
@@ -51,16 +51,25 @@ class Failing:
 
     def __init__(self) -> None:
         self._names: set[str] = set()
+        self._grasped = False  # and not lost since
 
     def after(self, step: Step, world: World) -> bool:
         """Whether any does, once the step is made."""
         led, task = step.asked is None, step.instruction.task
         self._names |= {applied.name for applied in step.applied}
-        if not led:
-            self._names -= {name for name in self._names if is_undone(name, world, task)}
         if step.outcome.task_done:  # for all that was in its way
             self._names &= {SLIP}
+        if not led:
+            self._names |= self._befallen(world)
+            self._names -= {name for name in self._names if is_undone(name, world, task)}
         return any(name != SLIP or not gallbladder_held(world) for name in self._names)
+
+    def _befallen(self, world: World) -> set[str]:
+        """What nobody set up: the gallbladder was grasped and is lost, or the grasper is hooked."""
+        self._grasped |= gallbladder_grasped(world)
+        lost = self._grasped and not gallbladder_held(world) and not world.record.cuts
+        self._grasped &= not lost
+        return {name for name, so in ((SLIP, lost), (HOOK, grasper_hooked(world))) if so}
 
 
 def is_undone(name: str, world: World, task: Task) -> bool:
@@ -96,5 +105,6 @@ UNDONE: dict[str, Callable[[World, Task], bool]] = {
     "both-tubes": _arm_is_out(RIGHT_ARM),
     "overshoot": _no_longer_past,
     SLIP: _is_out_or_holds,
+    HOOK: _is_out_or_holds,
     "clip-dropped": lambda world, _: world.record.clip_loaded,
 }

@@ -40,7 +40,7 @@ class Interventions:
     def on_reset(self, world: World) -> None:
         """A new episode, nobody has intervened."""
         self._anatomy, self.intervened = world.anatomy, False
-        self._witness = Witness(KIND, lambda: self._expert)
+        self._witness = Witness(lambda: self._expert)
         self._witness.on_reset(world)
 
     def on_step(self, step: Step) -> None:

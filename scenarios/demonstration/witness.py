@@ -14,7 +14,6 @@ from controller.driver import motion_between
 from controller.expert.skills import JAW_TIME_S
 from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
-from scenarios.demonstration.mix import FAILING
 from scenarios.episode import Step, rig_in
 from scenarios.results import EpisodeResult
 from tissue_sim.observation import Observation
@@ -31,9 +30,8 @@ class Witness:
         result: of the episode, once it has ended.
     """
 
-    def __init__(self, kind: str, expert_acts: Callable[[], bool]) -> None:
+    def __init__(self, expert_acts: Callable[[], bool]) -> None:
         """`expert_acts`: whether the motions handed out last are the expert's."""
-        self._recovers = FAILING in kind
         self._expert_acts = expert_acts
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
@@ -51,7 +49,7 @@ class Witness:
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
-            self._stands = self._recovers and self._failing.after(step, self._world)
+            self._stands = self._failing.after(step, self._world)
         self._seen, self._commanded = step.observation, step.command.joints
 
     def on_end(self, result: EpisodeResult) -> None:

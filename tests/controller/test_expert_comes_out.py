@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from controller.expert.skills import among_tissue
-from planner.correction import correction_from_text
-from planner.instruction import TASKS, Instruction
+from planner.command import COMMANDS
+from planner.instruction import TASKS
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.mix import Demonstration
-from scenarios.obedience_trial import PlannerSaying
 from tissue_sim.arms import LEFT_ARM
 from tissue_sim.outcome import gallbladder_held
 
@@ -26,11 +25,10 @@ def test_after_a_slip_and_a_word_it_comes_out(said):
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))
-    word = Instruction(task=GRAB, correction=correction_from_text(said))
-    episode.planner = PlannerSaying(instruction=word)
+    episode.inbox.press(COMMANDS[said])
     list(islice(steps, WORDS_LAST))
     assert among_tissue(LEFT_ARM, world)
-    episode.planner = PlannerSaying(instruction=Instruction(task=GRAB))
+    episode.inbox.press(COMMANDS[GRAB.text])
     pulled_n = []
     for step in islice(steps, OUT_BY):
         pulled_n.append(np.linalg.norm(step.observation.forces_n[LEFT_ARM]))

@@ -23,7 +23,7 @@ class Shown:
 
     def __init__(self, kind, frames, noise=True):
         self.episode = begun(Demonstration(seed=SEED, kind=kind, noise=noise))
-        self.witness = Witness(kind, lambda: expert_acts(self.episode.controller))
+        self.witness = Witness(lambda: expert_acts(self.episode.controller))
         self.witness.on_reset(self.episode.world)
         self.first = self.episode.observation
         self.steps = []

@@ -1,12 +1,13 @@
 """Laws of a rollout's labels: they say what should have been said, whatever was."""
 
-from itertools import islice
+from itertools import islice, takewhile
 
 import numpy as np
 import pytest
 
 from controller.expert.skills import among_tissue
 from controller.expert.targets import clip_pose
+from planner.command import COMMANDS
 from planner.correction import correction_from_text
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
@@ -16,10 +17,11 @@ from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.rollouts import WitnessOfRollout
 from scenarios.obedience_trial import PlannerSaying
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.outcome import gallbladder_held
+from tissue_sim.outcome import gallbladder_grasped, gallbladder_held, grasper_hooked
 
-SEED = 10_001
+SEED, HOOKING = 10_001, 10_003
 GRAB, FIRST_CLIP = TASKS[:2]
+OPENED_BY, OUT_BY = 60, 240  # steps
 
 
 def rolled_out(frames, planner=None):
@@ -27,7 +29,7 @@ def rolled_out(frames, planner=None):
     kind = "recovery:grasp-missed-below"
     episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
     episode.planner = planner or episode.planner
-    witness = WitnessOfRollout(kind, lambda: True)
+    witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
     led = []
     for step in islice(episode.steps(), frames):
@@ -93,7 +95,7 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
 def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue():
     kind = "recovery:grasp-slip"
     episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
-    witness = WitnessOfRollout(kind, lambda: True)
+    witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
     held, among = [], []  # in what is seen after each frame
     for step in episode.steps():
@@ -108,3 +110,28 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
     assert not flag[: lost + 1].any()
     assert flag[lost + 1 :].all()
     assert among[lost]
+
+
+def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
+    episode = begun(Demonstration(seed=SEED, kind="nominal", noise=False))
+    world, steps, failing = episode.world, episode.steps(), Failing()
+    grasping = takewhile(lambda _: not gallbladder_grasped(world), steps)
+    assert not any(failing.after(step, world) for step in grasping)
+    episode.inbox.press(COMMANDS["open left gripper"])
+    assert any(failing.after(step, world) for step in islice(steps, OPENED_BY))
+    assert not gallbladder_held(world)
+    episode.inbox.press(COMMANDS[GRAB.text])
+    assert not all(failing.after(step, world) for step in islice(steps, OUT_BY))
+    assert not among_tissue(LEFT_ARM, world)
+
+
+def test_a_grasper_that_hooks_is_flagged_whatever_was_before():
+    episode = begun(Demonstration(seed=HOOKING, kind="recovery:grasp-slip", noise=False))
+    world, steps = episode.world, episode.steps()
+    next(step for step in steps if gallbladder_held(world))
+    next(step for step in steps if not gallbladder_held(world))
+    episode.inbox.press(COMMANDS["open left gripper"])
+    opened = islice(steps, OPENED_BY)
+    flags = [(Failing().after(step, world), grasper_hooked(world)) for step in opened]
+    assert set(flags) == {(False, False), (True, True)}
+    assert among_tissue(LEFT_ARM, world)
