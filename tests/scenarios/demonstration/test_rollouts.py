@@ -12,7 +12,7 @@ from planner.correction import correction_from_text
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun
-from scenarios.demonstration.failures import PAST_M, Failing
+from scenarios.demonstration.failures import PAST_M, SLIPS_WHILE_WHOLE, Failing
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.rollouts import WitnessOfRollout
 from scenarios.obedience_trial import PlannerSaying
@@ -110,6 +110,22 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
     assert not flag[: lost + 1].any()
     assert flag[lost + 1 :].all()
     assert among[lost]
+
+
+def test_a_slip_is_flagged_also_where_it_begins_while_a_clip_is_loaded():
+    episode = begun(Demonstration(seed=SEED, kind="recovery:grasp-slip", noise=False))
+    witness = WitnessOfRollout(lambda: True)
+    witness.on_reset(episode.world)
+    slipped_in = []  # whether at an exchange
+    for step in episode.steps():
+        witness.on_step(step)
+        slipped_in += [step.exchange for _ in step.applied]
+        last = len(slipped_in) == len(SLIPS_WHILE_WHOLE) and not step.exchange
+        if last and not among_tissue(LEFT_ARM, episode.world):
+            break
+    flag = witness.columns(SEED, "recovery:grasp-slip")["flag"]
+    assert True in slipped_in
+    assert np.count_nonzero(flag[1:] & ~flag[:-1]) == len(SLIPS_WHILE_WHOLE)
 
 
 def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
