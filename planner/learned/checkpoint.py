@@ -14,7 +14,7 @@ from tissue_sim.world import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("planner.safetensors")
 FITS = {
-    "schema": 2,
+    "schema": 3,
     "world version": WORLD_VERSION,
     "observation size": VECTOR_SIZE,
     "instructions": len(TASKS) + len(CORRECTIONS),

@@ -7,11 +7,15 @@ from torch import Tensor
 
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
+from tissue_sim.arms import RIGHT_ARM
 from tissue_sim.observation import fields
+from tissue_sim.thresholds import RETRACTED_M, TAUT_LEAST
 from tissue_sim.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
 ON_TUBE_M = 0.003
+SLACK = 0.02  # of a tube's chord over its length, short of what a grasp is to make of it
+NEAR_M = 0.005  # of a tip, short of having gone back
 LONG_S, VERY_LONG_S = 3.0, 12.0  # for a task
 
 
@@ -19,11 +23,14 @@ def seen_features(frames: Tensor) -> Tensor:
     """Features (B, n), each of order one, of frames (B, `VECTOR_SIZE`)."""
     now = fields(frames)
     tips, forces_n = now["tips_endoscope"], now["forces_n"]
+    left, right = now["left_tube_m"], now["right_tube_m"]
     parts = [
         tips[..., 3] / FAR_M, tips[..., :3], now["joints"][..., 6],
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N),
         now["n_clips"], now["clip_loaded"], now["scissors"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),
+        straightness(left), straightness(right),
+        retreat(tips[:, RIGHT_ARM, :, 3], torch.cat([left, right], dim=1)),
     ]  # fmt: skip
     return torch.cat([part.flatten(1) for part in parts], dim=1)
 
@@ -42,3 +49,16 @@ def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
         nearest, along = away.min(dim=-1)
         parts += [torch.tanh(nearest / ON_TUBE_M), along / (away.shape[-1] - 1.0)]
     return parts
+
+
+def straightness(tube_m: Tensor) -> Tensor:
+    """(B, 1) of tubes (B, n, 3): how far a grasp has drawn their ends apart, zero where enough."""
+    length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
+    chord_m = (tube_m[:, -1:] - tube_m[:, :1]).norm(dim=-1)
+    return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_LEAST) / SLACK)
+
+
+def retreat(tip_m: Tensor, tubes_m: Tensor) -> Tensor:
+    """(B, 1) of tips (B, 3) from points of tubes (B, n, 3): zero where an arm has gone back."""
+    away_m = (tubes_m - tip_m[:, None]).norm(dim=-1).amin(dim=1, keepdim=True)
+    return torch.tanh((away_m - RETRACTED_M) / NEAR_M)

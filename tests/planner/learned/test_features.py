@@ -1,0 +1,50 @@
+"""Laws of what a planner is told besides points: it says how far a task's criterion is from met."""
+
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.learned.features import retreat, straightness
+from tissue_sim.thresholds import RETRACTED_M, TAUT_LEAST
+
+POINTS = 8
+ALONG = torch.linspace(0.0, 1.0, POINTS)
+
+
+def bent(sag, length_m=0.02):
+    """(1, 8, 3) a tube that sags by a share of its chord."""
+    across = 4.0 * sag * ALONG * (1.0 - ALONG)
+    return length_m * torch.stack([ALONG, across, torch.zeros(POINTS)], dim=1)[None]
+
+
+def chord_over_length(tube_m):
+    parts_m = (tube_m[0, 1:] - tube_m[0, :-1]).norm(dim=-1)
+    return ((tube_m[0, -1] - tube_m[0, 0]).norm() / parts_m.sum()).item()
+
+
+@given(st.floats(0.0, 0.5), st.floats(0.0, 0.5))
+def test_the_more_a_tube_sags_the_less_straight_it_is(a, b):
+    less, more = sorted((a, b))
+    assert straightness(bent(less)) >= straightness(bent(more))
+
+
+@given(st.floats(0.0, 0.5))
+def test_a_tube_is_straight_enough_where_a_grasp_is_to_make_it_so(sag):
+    tube_m = bent(sag)
+    margin = chord_over_length(tube_m) - TAUT_LEAST
+    assert torch.sign(straightness(tube_m)).item() * margin >= 0.0
+
+
+@given(st.floats(0.01, 0.04), st.floats(-3.0, 3.0), st.floats(-0.1, 0.1))
+def test_neither_length_nor_place_nor_turn_makes_a_tube_straighter(length_m, angle, off_m):
+    turn = torch.matrix_exp(angle * torch.tensor([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
+    moved = bent(0.1, length_m) @ turn + off_m
+    torch.testing.assert_close(straightness(moved), straightness(bent(0.1)), atol=1e-3, rtol=0)
+
+
+@pytest.mark.parametrize("away", [0.5, 1.0, 1.5])
+def test_an_arm_has_gone_back_where_its_tip_is_that_far_from_the_nearest_tube(away):
+    tubes_m = torch.cat([bent(0.0), bent(0.0) + torch.tensor([0.0, 0.0, 0.1])], dim=1)
+    back = retreat(torch.tensor([[0.0, -away * RETRACTED_M, 0.0]]), tubes_m)
+    assert back.item() == pytest.approx(torch.tanh(torch.tensor(3.0 * (away - 1.0))).item())
