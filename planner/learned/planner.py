@@ -22,7 +22,7 @@ from tissue_sim.observation import Observation
 FLAG_ABOVE = 0.5
 SURE = 0.7  # a task is taken up at once from this chance on; assumed
 PATIENCE_S = 12.0  # the scripted planner's; what is said longer does not come off by itself
-STALE_S = 3.0  # from then on it counts half, and half again whenever this has passed; assumed
+STALE_S = 3.0  # from then on it counts half, going back half again each such time; assumed
 ASKED_EVERY_S = 1.0
 
 
@@ -41,8 +41,8 @@ class PlannerLearned:
 
     Another task is taken up when the network is sure of it, or still prefers it a second later: to
     be late costs that second, but an arm that is sent on too early leaves its task undone. What
-    has been said for long without coming off is left for another, the sooner the longer: a tip that
-    stops just short of where going back ends would have both wait for ever.
+    has been said for long without coming off is the sooner left for another, and going back ever
+    sooner: with a tip that stops just short of where that ends, both would wait until time is up.
     """
 
     hears_of_success = False
@@ -90,7 +90,8 @@ class PlannerLearned:
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S
         if overdue_s > 0.0:
-            weights[self._task] *= 0.5 ** (1.0 + overdue_s / STALE_S)
+            goes_back = TASKS[self._task].kind in ("go_back", "go_back_from_cut")
+            weights[self._task] *= 0.5 ** (1.0 + goes_back * overdue_s / STALE_S)
         task = int(weights.argmax())
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task

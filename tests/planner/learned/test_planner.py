@@ -12,11 +12,12 @@ from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learned.planner import PATIENCE_S, STALE_S, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
-from planner.task import TASKS
+from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tissue_sim.observation import VECTOR_SIZE
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
+GOING_BACK, CUT = TASKS[6], TASKS[7]
 ROWS = range(0, 10 * STEPS_A_SECOND, STEPS_A_SECOND)
 
 
@@ -86,20 +87,38 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
 
 
 @pytest.mark.parametrize("chance", [0.6, 0.9, 0.99])
-def test_what_does_not_come_off_is_left_the_later_the_surer_it_is(network, chance):
-    torn = PlannerNetwork(CONFIG).eval()
-    torn.load_state_dict(network.state_dict())
-    torn.leave[1].weight.data[: len(TASKS)] = 0.0
-    torn.leave[1].bias.data[: len(TASKS)] = -50.0
-    torn.leave[1].bias.data[5:7] = torch.tensor([chance, 1.0 - chance]).log()
-    planner, state = PlannerLearned(torn.requires_grad_(False)), rollout().states[0]
-    halvings = max(math.log2(chance / (1.0 - chance)), 1.0)
-    due_s = PATIENCE_S + STALE_S * (halvings - 1.0)
-    said = [planner.plan(Seen(state, float(s))).task for s in range(int(due_s) + 8)]
-    left_s = said.index(TASKS[6])
+def test_going_back_that_does_not_come_off_is_left_the_later_the_surer_it_is(network, chance):
+    due_s = PATIENCE_S + STALE_S * (max(math.log2(chance / (1.0 - chance)), 1.0) - 1.0)
+    said = said_for(due_s + 8.0, torn(network, GOING_BACK, CUT, chance))
+    left_s = said.index(CUT)
     assert due_s < left_s <= due_s + 3.0  # it means it when it is asked again
-    assert set(said[:left_s]) == {TASKS[5]}
-    assert said[-1] == TASKS[5]
+    assert set(said[:left_s]) == {GOING_BACK}
+    assert said[-1] == GOING_BACK
+
+
+@pytest.mark.parametrize(("chance", "stays"), [(0.6, False), (0.9, True)])
+def test_a_cut_that_does_not_come_off_is_left_for_what_is_nearly_as_likely_only(
+    network, chance, stays
+):
+    said = said_for(60.0, torn(network, CUT, GOING_BACK, chance))
+    assert (set(said) == {CUT}) == stays
+    assert set(said[: int(PATIENCE_S)]) == {CUT}
+
+
+def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
+    planner, state = PlannerLearned(network), rollout().states[0]
+    return [planner.plan(Seen(state, float(s))).task for s in range(int(time_s))]
+
+
+def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> PlannerNetwork:
+    """A network that gives one task this chance whatever it sees, and another the rest."""
+    made = PlannerNetwork(CONFIG).eval()
+    made.load_state_dict(network.state_dict())
+    made.leave[1].weight.data[: len(TASKS)] = 0.0
+    made.leave[1].bias.data[: len(TASKS)] = -50.0
+    for task, share in ((one, chance), (other, 1.0 - chance)):
+        made.leave[1].bias.data[TASKS.index(task)] = math.log(share)
+    return made.requires_grad_(False)
 
 
 def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
