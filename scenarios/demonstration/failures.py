@@ -23,7 +23,6 @@ MOST_FAILURES = 3  # in an episode, each in a task of its own
 WEAKEST = 0.5  # of the scenario's own magnitude
 SLIP, HOOK = "grasp-slip", "grasp-hooked"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
-SLIPS_WHILE_WHOLE = (2, 4, 6)  # once a tube is cut the gallbladder is not grasped anew
 
 
 def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...]:
@@ -36,7 +35,7 @@ def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...
 
 
 def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
-    tasks = SLIPS_WHILE_WHOLE if p.name == SLIP else resolve_name(p.effect).tasks
+    tasks = resolve_name(p.effect).tasks
     return sorted(rng.choice(tasks, size=min(MOST_FAILURES, len(tasks)), replace=False).tolist())
 
 
@@ -67,7 +66,7 @@ class Failing:
     def _befallen(self, world: World) -> set[str]:
         """What nobody set up: the gallbladder was grasped and is lost, or the grasper is hooked."""
         self._grasped |= gallbladder_grasped(world)
-        lost = self._grasped and not gallbladder_held(world) and not world.record.cuts
+        lost = self._grasped and not gallbladder_held(world)
         self._grasped &= not lost
         return {name for name, so in ((SLIP, lost), (HOOK, grasper_hooked(world))) if so}
 
@@ -93,9 +92,12 @@ def _no_longer_past(world: World, task: Task) -> bool:
 
 
 def _is_out_or_holds(world: World, task: Task) -> bool:
-    """Out of the tissue, the gallbladder is grasped as it was the first time."""
+    """Out of the tissue, the gallbladder is grasped as it was the first time.
+
+    Once a tube is cut it is not grasped anew.
+    """
     holds = world.conditions.grip == 1.0 and gallbladder_held(world)
-    return holds or not among_tissue(LEFT_ARM, world)
+    return holds or bool(world.record.cuts) or not among_tissue(LEFT_ARM, world)
 
 
 UNDONE: dict[str, Callable[[World, Task], bool]] = {

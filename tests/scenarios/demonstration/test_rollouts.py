@@ -12,14 +12,14 @@ from planner.correction import correction_from_text
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun
-from scenarios.demonstration.failures import PAST_M, SLIPS_WHILE_WHOLE, Failing
+from scenarios.demonstration.failures import PAST_M, Failing
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.rollouts import WitnessOfRollout
 from scenarios.obedience_trial import PlannerSaying
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.outcome import gallbladder_grasped, gallbladder_held, grasper_hooked
 
-SEED, HOOKING = 10_001, 10_003
+SEED, SLIPPING = 10_001, 10_003
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
 
@@ -112,20 +112,18 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
     assert among[lost]
 
 
-def test_a_slip_is_flagged_also_where_it_begins_while_a_clip_is_loaded():
-    episode = begun(Demonstration(seed=SEED, kind="recovery:grasp-slip", noise=False))
+def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_loaded():
+    episode = begun(Demonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
-    slipped_in = []  # whether at an exchange
+    slips = []  # whether each came in an exchange, and once a tube was cut
     for step in episode.steps():
         witness.on_step(step)
-        slipped_in += [step.exchange for _ in step.applied]
-        last = len(slipped_in) == len(SLIPS_WHILE_WHOLE) and not step.exchange
-        if last and not among_tissue(LEFT_ARM, episode.world):
-            break
-    flag = witness.columns(SEED, "recovery:grasp-slip")["flag"]
-    assert True in slipped_in
-    assert np.count_nonzero(flag[1:] & ~flag[:-1]) == len(SLIPS_WHILE_WHOLE)
+        slips += [(step.exchange, bool(episode.world.record.cuts)) for _ in step.applied]
+    flag = witness.columns(SLIPPING, "recovery:grasp-slip")["flag"]
+    assert {True, False} == {cut for _, cut in slips}
+    assert any(exchange for exchange, cut in slips if not cut)
+    assert np.count_nonzero(flag[1:] & ~flag[:-1]) == sum(not cut for _, cut in slips)
 
 
 def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
@@ -142,7 +140,7 @@ def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
 
 
 def test_a_grasper_that_hooks_is_flagged_whatever_was_before():
-    episode = begun(Demonstration(seed=HOOKING, kind="recovery:grasp-slip", noise=False))
+    episode = begun(Demonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))
