@@ -55,7 +55,7 @@ class Failing:
     def after(self, step: Step, world: World) -> bool:
         """Whether any does, once the step is made."""
         led, task = step.asked is None, step.instruction.task
-        self._names |= {applied.name for applied in step.applied}
+        self._names |= {applied.name for applied in step.applied} & UNDONE.keys()
         if step.outcome.task_done:  # for all that was in its way
             self._names &= {SLIP}
         if not led:
