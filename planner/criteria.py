@@ -11,7 +11,7 @@ def task_done(task: Task, world: World) -> bool:
     """Whether the world's state meets the task's success criterion now."""
     if task.kind == "grab":
         return gallbladder_grasped(world)
-    if task.kind in ("go_back", "go_back_from_cut"):
+    if task.goes_back:
         return right_arm_back(world)
     structure = structure_of(task, world)
     if task.kind == "cut":

@@ -28,6 +28,11 @@ class Task:
     clip: int | None
     right_tool: RightTool
 
+    @property
+    def goes_back(self) -> bool:
+        """Whether the right arm is only to go back, from a clip or from the cut."""
+        return self.kind in ("go_back", "go_back_from_cut")
+
 
 def _tasks_of(tube: Tube, first_index: int) -> list[Task]:
     steps: list[tuple[str, TaskKind, int | None, RightTool]] = []

@@ -14,6 +14,8 @@ from safetensors.torch import load_file
 from torch import Tensor
 from torch.nn import functional as F
 
+from planner.one_thread import one_thread
+
 LAYERS, HEADS, LAYER_NORM_EPS = 6, 12, 1e-12
 MOST_TOKENS = 256
 
@@ -22,7 +24,7 @@ MOST_TOKENS = 256
 def embed(text: str) -> Tensor:
     """The embedding (384,), of unit length."""
     ids = torch.tensor(_tokenizer().encode(text).ids)
-    with torch.inference_mode():
+    with torch.inference_mode(), one_thread():
         return F.normalize(_token_vectors(ids, _weights()).mean(dim=0), dim=0).clone()
 
 

@@ -17,6 +17,7 @@ from planner.learned.checkpoint import SHIPPED, load_checkpoint
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
+from planner.one_thread import one_thread
 from tissue_sim.observation import Observation
 
 FLAG_ABOVE = 0.5
@@ -60,7 +61,7 @@ class PlannerLearned:
     def plan(self, observation: Observation) -> Instruction:
         """The task that should be under way, with a correction where one is wanted."""
         self._remember(observation)
-        with torch.inference_mode():
+        with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
         chances = opinion.task[0].softmax(dim=-1)
@@ -90,8 +91,8 @@ class PlannerLearned:
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S
         if overdue_s > 0.0:
-            goes_back = TASKS[self._task].kind in ("go_back", "go_back_from_cut")
-            weights[self._task] *= 0.5 ** (1.0 + goes_back * overdue_s / STALE_S)
+            again = overdue_s / STALE_S if TASKS[self._task].goes_back else 0.0
+            weights[self._task] *= 0.5 ** (1.0 + again)
         task = int(weights.argmax())
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task

@@ -91,11 +91,8 @@ def _no_longer_past(world: World, task: Task) -> bool:
     return bool((T[:3, 3] - goal[:3, 3]) @ T[:3, 2] < PAST_M)
 
 
-def _is_out_or_holds(world: World, task: Task) -> bool:
-    """Out of the tissue, the gallbladder is grasped as it was the first time.
-
-    Once a tube is cut it is not grasped anew.
-    """
+def _grasp_needs_no_undoing(world: World, task: Task) -> bool:
+    """The grasper holds, is out to grasp as at first, or a tube is cut and it never will again."""
     holds = world.conditions.grip == 1.0 and gallbladder_held(world)
     return holds or bool(world.record.cuts) or not among_tissue(LEFT_ARM, world)
 
@@ -106,7 +103,7 @@ UNDONE: dict[str, Callable[[World, Task], bool]] = {
     "wrong-tube": _arm_is_out(RIGHT_ARM),
     "both-tubes": _arm_is_out(RIGHT_ARM),
     "overshoot": _no_longer_past,
-    SLIP: _is_out_or_holds,
-    HOOK: _is_out_or_holds,
+    SLIP: _grasp_needs_no_undoing,
+    HOOK: _grasp_needs_no_undoing,
     "clip-dropped": lambda world, _: world.record.clip_loaded,
 }

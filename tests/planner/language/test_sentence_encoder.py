@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from planner.instruction import CORRECTIONS, TASKS
 from planner.language.sentence_encoder import embed, embed_all
@@ -20,6 +21,23 @@ def test_every_instruction_has_a_place_of_its_own_on_the_unit_sphere():
 def test_a_rewording_is_nearer_than_another_task():
     said, same, other = embed_all(("grabbing gallbladder", "grasp the gall bladder", TASKS[8].text))
     assert said @ same > said @ other
+
+
+def test_words_mean_the_same_to_the_bit_however_many_threads_there_are():
+    before = torch.get_num_threads()
+    try:
+        vectors = [embedded_anew(OTHERS, threads) for threads in (1, 2, 3, 4)]
+    finally:
+        torch.set_num_threads(before)
+    assert all(torch.equal(vectors[0], v) for v in vectors)
+
+
+def embedded_anew(texts: tuple[str, ...], threads: int) -> torch.Tensor:
+    torch.set_num_threads(threads)
+    embed.cache_clear()
+    vectors = embed_all(texts)
+    assert torch.get_num_threads() == threads
+    return vectors
 
 
 @pytest.mark.slow
