@@ -60,7 +60,8 @@ class Collect:
     tubes in any order; turns that the expert takes with a learned controller, recovering or not; or
     what that does alone, labelled with what should have been said, whether it passes or fails."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the learned controller that takes turns with the expert or acts alone."""
+    """Of the learned controller that takes turns with the expert or acts alone; left out, the one
+    that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of the learned planner that says what to do in rollouts; left out, the scripted one does."""
     noise: bool = True
@@ -96,13 +97,10 @@ class Collect:
         return ERROR if any(outcome.error for outcome in outcomes) else 0
 
     def _require_possible(self) -> None:
-        if (self.mix in LEARNED_MIXES) != (self.checkpoint is not None):
-            raise BadInputError(
-                f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}, which need it; no other"
-                " takes it"
-            )
-        if self.checkpoint:
+        if self.mix in LEARNED_MIXES:
             require_checkpoint("diffusion", self.checkpoint)
+        elif self.checkpoint:
+            raise BadInputError(f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}")
         if self.planner_checkpoint:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is for --mix rollouts")

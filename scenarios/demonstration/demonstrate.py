@@ -10,7 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.atomic_write import write_atomic
-from scenarios.demonstration.mix import CORRECTION, ORDER, TURNS, Demonstration
+from scenarios.demonstration.mix import (
+    CORRECTION,
+    OF_THE_LEARNED,
+    ORDER,
+    TURNS,
+    Demonstration,
+)
 from scenarios.errors import describe_error
 from scenarios.results import EpisodeResult
 
@@ -108,6 +114,7 @@ def begun(demonstration: Demonstration) -> Running:
     """Whoever demonstrates ready, and what will go wrong arranged."""
     import numpy as np
 
+    from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
     from scenarios.demonstration.failures import failures
     from scenarios.demonstration.interjections import PlannerInterjecting
@@ -122,10 +129,10 @@ def begun(demonstration: Demonstration) -> Running:
     episode = begin(_config(demonstration))
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     episode.effects = Effects((*failures(scenario, rng), *noise), seed)
-    if demonstration.family in (ORDER, TURNS):
-        episode.planner = PlannerScripted(episode.world, shuffled_order(rng))
-    if demonstration.is_rollout and not demonstration.planner:  # no sooner than it will be heard
-        episode.planner = PlannerScripted(episode.world, hears_of_success=False)
+    if not demonstration.planner:  # no sooner does a learned controller hear of the next task
+        prompt = demonstration.family not in OF_THE_LEARNED
+        order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else TASKS
+        episode.planner = PlannerScripted(episode.world, order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
         episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)

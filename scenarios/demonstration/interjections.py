@@ -38,12 +38,11 @@ WAITING_MOST_RAD = 0.2  # right jaws at work stand open wider; assumed
 class PlannerInterjecting:
     """Says what another planner says, with random corrections between."""
 
-    hears_of_success = True
-
     def __init__(
         self, planner: Planner[Observation], world: World, rng: np.random.Generator
     ) -> None:
         self._planner, self._world, self._rng = planner, world, rng
+        self.hears_of_success = planner.hears_of_success
         self.reset()
 
     def reset(self) -> None:

@@ -49,7 +49,7 @@ class Demonstration:
             "rollout:" and a perturbation's name.
         noise: whether bursts of noise disturb the motion.
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
-            where none does.
+            is the one that comes with Calot.
         planner: checkpoint of the learned planner that says what to do; "" where the scripted does.
     """
 
