@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.layers.layer import Rgb, srgb
+from scenarios.viewer.layers.layer import SEEN_M, Rgb, show, srgb
 from tissue_sim.drawn_tissue import looks
 from tissue_sim.skin import build_skin, surface_faces
 from tissue_sim.textures import DYE, Look
@@ -15,7 +15,10 @@ SPLITS = 2  # about 3,300 triangles, round enough on a screen
 
 
 class TissueLayer:
-    """The tissue's skin: its triangles are sent when something is cut, else its points alone."""
+    """The tissue's skin: its triangles are sent when something is cut, else its points alone.
+
+    Most of the time it lies as good as still: then nothing is worked out, nor sent.
+    """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         self._scene, self._root, self._patient = scene, f"{root}/tissue", patient
@@ -28,14 +31,20 @@ class TissueLayer:
         """Draw the tissue where it is."""
         if frame.tets is not self._tets:
             self._rebuild(frame)
-        surfaces = self._skin.surfaces(frame.positions_m)
-        for name, mesh in self._meshes.items():
-            mesh.vertices = surfaces[name][0]
+        if (np.abs(frame.positions_m - self._shown_m) > SEEN_M).any():
+            self._move(frame)
         if frame.dyed != self._dyed:
             self._colour(frame.dyed)
 
+    def _move(self, frame: Frame) -> None:
+        self._shown_m = frame.positions_m
+        surfaces = self._skin.surfaces(frame.positions_m)
+        for name, mesh in self._meshes.items():
+            show(mesh, "vertices", surfaces[name][0])
+
     def _rebuild(self, frame: Frame) -> None:
         """Another topology: all triangles anew."""
+        self._shown_m = np.full_like(frame.positions_m, np.inf)
         self._tets, self._dyed = frame.tets, None
         self._skin = build_skin(
             frame.tets,

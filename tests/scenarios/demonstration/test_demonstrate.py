@@ -99,6 +99,16 @@ def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
         assert (moved[axis] > 0) == (c.direction in ("left", "higher", "away"))
 
 
+def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learned_planner(nominal):
+    turns = islice(begun(Demonstration(seed=SEED, kind="turns")).steps(), 300)
+    assert past_the_second(step.instruction for step in turns) == {0.0}
+    assert past_the_second(step.instruction for step in nominal.steps) > {0.0}
+
+
+def past_the_second(said):
+    return {round(instruction.time_s % 1.0, 3) % 1.0 for instruction in said}
+
+
 def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
     class Silent:
         def reset(self):

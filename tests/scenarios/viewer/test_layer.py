@@ -1,6 +1,7 @@
-"""Laws of what all layers share: quaternions turn as rotations do, colours as sRGB does."""
+"""Laws of the layers: quaternions turn as rotations do, what is seen is drawn, no more is sent."""
 
 from contextlib import redirect_stdout
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -8,9 +9,13 @@ import pytest
 import viser
 from viser.transforms import SO3
 
+from scenarios.viewer.frame import frame_of, patient_of
 from scenarios.viewer.layers.layer import SEEN_M, show, srgb, wxyz
+from scenarios.viewer.layers.tissue import TissueLayer
 from scenarios.viewer.port import choose_port
+from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.frames import exponential
+from tissue_sim.world import World
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -31,20 +36,39 @@ def test_colours_end_where_they_should_and_grow():
     assert middle > 128  # half of the light looks brighter than half
 
 
-def test_what_nobody_would_see_is_not_sent_and_does_not_add_up():
+@pytest.fixture
+def server():
     with redirect_stdout(StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=choose_port("127.0.0.1"), verbose=False)
-    try:
-        threads = server.scene.add_line_segments("/threads", np.zeros((1, 2, 3)), (0, 0, 0))
-        seen = set()
-        for n in range(1, 11):
-            points = np.full((1, 2, 3), 0.4 * n * SEEN_M)
-            show(threads, "points", points)
-            assert np.abs(threads.points - points).max() <= 1.01 * SEEN_M
-            seen.add(float(threads.points[0, 0, 0]))
-        assert 3 <= len(seen) <= 5
-        show(threads, "points", np.zeros((0, 2, 3)))
-        assert len(threads.points) == 0
-    finally:
-        with redirect_stdout(StringIO()):
-            server.stop()
+    yield server
+    with redirect_stdout(StringIO()):
+        server.stop()
+
+
+def test_what_nobody_would_see_is_not_sent_and_does_not_add_up(server):
+    threads = server.scene.add_line_segments("/threads", np.zeros((1, 2, 3)), (0, 0, 0))
+    seen = set()
+    for n in range(1, 11):
+        points = np.full((1, 2, 3), 0.4 * n * SEEN_M)
+        show(threads, "points", points)
+        assert np.abs(threads.points - points).max() <= 1.01 * SEEN_M
+        seen.add(float(threads.points[0, 0, 0]))
+    assert 3 <= len(seen) <= 5
+    show(threads, "points", np.zeros((0, 2, 3)))
+    assert len(threads.points) == 0
+
+
+def test_neither_do_motions_of_the_tissue_that_nobody_would_see(server):
+    world = World()
+    world.reset(anatomy_from_seed(0))
+    patient = patient_of(world)
+    layer, start = TissueLayer(server.scene, "/field", patient), frame_of(world, patient)
+    drawn = []
+    for n in range(11):
+        frame = replace(start, positions_m=start.positions_m + np.float32(0.4 * n * SEEN_M))
+        layer.update(frame)
+        drawn.append(server.scene.get_handle_by_name("/field/tissue/duct").vertices.copy())
+    moved_m = np.array([points - drawn[0] for points in drawn])
+    meant_m = 0.4 * SEEN_M * np.arange(11)[:, None, None]
+    assert np.abs(moved_m - meant_m).max() <= 1.01 * SEEN_M
+    assert 3 <= len(np.unique(moved_m[:, 0, 0])) - 1 <= 5
