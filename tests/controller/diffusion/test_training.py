@@ -21,8 +21,13 @@ def test_a_checkpoint_is_its_policy_with_its_normalisation(tmp_path):
     save_checkpoint(tmp_path / "policy.safetensors", policy)
     loaded = load_checkpoint(tmp_path / "policy.safetensors")
     assert loaded.config == policy.config
-    for name, value in policy.state_dict().items():
+    for name, value in policy.named_buffers():
         assert torch.equal(loaded.state_dict()[name], value), name
+    for name, value in policy.named_parameters():
+        kept = loaded.state_dict()[name]
+        torch.testing.assert_close(kept, value.detach(), rtol=2.0**-11, atol=2.0**-25)
+    save_checkpoint(tmp_path / "again.safetensors", loaded)
+    assert torch.equal(load_checkpoint(tmp_path / "again.safetensors").state_dict()[name], kept)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x08" + bytes(100)])
