@@ -100,7 +100,7 @@ def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
 
 
 def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learned_planner(nominal):
-    turns = islice(begun(Demonstration(seed=SEED, kind="turns")).steps(), 300)
+    turns = islice(begun(Demonstration(seed=SEED + 1, kind="turns")).steps(), 450)
     assert past_the_second(step.instruction for step in turns) == {0.0}
     assert past_the_second(step.instruction for step in nominal.steps) > {0.0}
 
