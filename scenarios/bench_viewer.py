@@ -27,7 +27,8 @@ from scenarios.errors import BadInputError
 from scenarios.viewer.chromium import browser, enter, missing, open_tab, press, type_in
 from scenarios.viewer.desk import Desk
 from scenarios.viewer.pace import Pace
-from scenarios.viewer.page import FRAME_S, Page
+from scenarios.viewer.page import FRAME_S
+from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from scenarios.viewer.watcher import Watcher
 
@@ -54,8 +55,8 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
         raise BadInputError(missing())
     with browser() as chromium, TemporaryDirectory() as out:
         desk = _desk(EpisodeConfig(seed=seed), Path(out))
-        with Page(desk, host=HOST, port=choose_port(HOST)) as page:
-            address = f"http://{HOST}:{page.server.get_port()}"
+        with PageProcess(desk, host=HOST, port=choose_port(HOST)) as page:
+            address = f"http://{HOST}:{page.port}"
             _speed(desk)  # the first has libraries to load
             speeds = [_speeds(desk, chromium, address) for _ in range(repeats)]
             waits = _waits(desk, chromium, address, clicks)

@@ -50,6 +50,11 @@ def interpreter() -> Interpreter:
     return Interpreter()
 
 
+def read(text: str) -> Reading:
+    """How a text is taken; of a very long one, its beginning."""
+    return interpreter().read(text[:LONGEST])
+
+
 class Inbox:
     """A queue of readings. Texts are read in the thread that submits them, not in the loop.
 
@@ -65,13 +70,17 @@ class Inbox:
 
     def say(self, text: str) -> Reading:
         """Submit free text; returns how it is read, be it understood or asked back."""
-        reading = _read(text)
-        self._said.put(reading)
+        reading = read(text)
+        self.put(reading)
         return reading
+
+    def put(self, reading: Reading) -> None:
+        """Submit what was read already."""
+        self._said.put(reading)
 
     def press(self, command: Command) -> None:
         """Submit a command outright, as a button does."""
-        self._said.put(
+        self.put(
             Reading(
                 text=command.text,
                 command=command,
@@ -93,7 +102,7 @@ class Inbox:
     def arrange(self, script: Sequence[Timed]) -> None:
         """Have these come at their times; they replace what was arranged before."""
         ordered = sorted(script, key=lambda timed: timed.time_s)
-        self._arranged = deque((timed.time_s, _read(timed.text)) for timed in ordered)
+        self._arranged = deque((timed.time_s, read(timed.text)) for timed in ordered)
 
     def take(self, time_s: float) -> list[Reading]:
         """What is due at a moment of simulated time, then what was said since; each once."""
@@ -101,10 +110,6 @@ class Inbox:
         while self._arranged and self._arranged[0][0] <= time_s + 1e-9:
             taken.append(self._arranged.popleft()[1])
         return taken + _drained(self._said)
-
-
-def _read(text: str) -> Reading:
-    return interpreter().read(text[:LONGEST])
 
 
 def _drained(queue: SimpleQueue[T]) -> list[T]:

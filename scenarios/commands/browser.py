@@ -36,6 +36,7 @@ def page_of(desk: Desk, host: str, port: int | None) -> AbstractContextManager[N
         BadInputError: it cannot be served there.
     """
     from scenarios.viewer.open_page import serve
-    from scenarios.viewer.page import Page
+    from scenarios.viewer.page_process import PageProcess
 
-    return serve(lambda free: Page(desk, host=host, port=free), host, port, Console(stderr=True))
+    console = Console(stderr=True)
+    return serve(lambda free: PageProcess(desk, host=host, port=free), host, port, console)

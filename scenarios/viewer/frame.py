@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +22,20 @@ from tissue_sim.organ import Organ
 from tissue_sim.sweep import Indices
 from tissue_sim.world import World
 
+_NUMBERS = count()
+
 
 @dataclass(frozen=True, kw_only=True)
 class Patient:
     """What stays the same from a patient's first step to the last, world frame.
 
     Attributes:
+        number: no two patients of a process have the same.
         T_world_endoscope: (4, 4) before anything shifted it.
         keep_outs: what the safety filter keeps the instruments out of.
     """
 
+    number: int
     anatomy: Anatomy
     organ: Organ
     T_world_endoscope: Array
@@ -42,7 +47,7 @@ class Frame:
     """One moment, world frame.
 
     Attributes:
-        patient: who lies there.
+        patient: number of who lies there.
         time_s: simulated.
         positions_m: (n, 3) of the tissue's vertices.
         tets: (n_tet, 4) elements that are left.
@@ -61,7 +66,7 @@ class Frame:
         T_world_endoscope: (4, 4).
     """
 
-    patient: Patient
+    patient: int
     time_s: float
     positions_m: NDArray[np.float32]
     tets: Indices
@@ -83,6 +88,7 @@ class Frame:
 def patient_of(world: World) -> Patient:
     """The one who lies there."""
     return Patient(
+        number=next(_NUMBERS),
         anatomy=world.anatomy,
         organ=world.organ,
         T_world_endoscope=world.T_world_endoscope.copy(),
@@ -107,11 +113,15 @@ def frame_of(
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)
     tets = world.tissue.tets()[alive]
-    if before is not None and before.patient is patient and np.array_equal(tets, before.tets):
+    if (
+        before is not None
+        and before.patient == patient.number
+        and np.array_equal(tets, before.tets)
+    ):
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
     return Frame(
-        patient=patient,
+        patient=patient.number,
         time_s=world.record.time_s,
         positions_m=world.tissue.positions().astype(np.float32),
         tets=tets,

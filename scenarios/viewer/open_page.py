@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-import viser
 from rich.console import Console
 
 from scenarios.viewer.port import FIRST_PORT, choose_port
@@ -15,8 +14,8 @@ from scenarios.viewer.port import FIRST_PORT, choose_port
 class Served(Protocol):
     """A page with its server, up while its `with` block lasts."""
 
-    server: viser.ViserServer
-
+    @property
+    def port(self) -> int: ...
     def __enter__(self) -> Served: ...
     def __exit__(self, *exception: object) -> None: ...
 
@@ -31,8 +30,7 @@ def serve(
         BadInputError: it cannot be served there.
     """
     with make(choose_port(host, port)) as page:
-        place = page.server.get_port()  # someone may have been faster
-        if port is None and place != FIRST_PORT:
-            console.print(f"port {FIRST_PORT} is taken: it is {place} instead", highlight=False)
-        console.print(f"open http://{host}:{place} in a browser; Ctrl-C ends", highlight=False)
+        if port is None and page.port != FIRST_PORT:  # someone may have been faster
+            console.print(f"port {FIRST_PORT} is taken: it is {page.port} instead", highlight=False)
+        console.print(f"open http://{host}:{page.port} in a browser; Ctrl-C ends", highlight=False)
         yield

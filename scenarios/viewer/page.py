@@ -11,7 +11,7 @@ from typing import Self
 import viser
 
 from scenarios.inbox import interpreter
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk
 from scenarios.viewer.frame import Frame
 from scenarios.viewer.panels.camera import CameraPanel
 from scenarios.viewer.panels.corrections import CELLS, CorrectionPanel
@@ -39,14 +39,14 @@ LEFT_PX, RIGHT_PX = 290, 320
 class Page:
     """Serves while its `with` block lasts; nothing is drawn while no tab is open."""
 
-    def __init__(self, desk: Desk, *, host: str, port: int) -> None:
-        self._desk = desk
+    def __init__(self, ask: Asks, *, host: str, port: int) -> None:
+        self._ask = ask
         with redirect_stdout(StringIO()):  # viser's own greeting
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         theme(self.server.gui, dark=True)
         self._scene = Scene(self.server.scene)
         self._panels = self._make_panels()
-        self._frame: Frame | None = None
+        self._patient: int | None = None  # whose scene it is
         self._stop = Event()
         self._drawing = Thread(target=self._draw, name="calot-page", daemon=True)
 
@@ -66,61 +66,71 @@ class Page:
         with redirect_stdout(StringIO()):
             self.server.stop()
 
+    @property
+    def port(self) -> int:
+        """Where it is served."""
+        return self.server.get_port()
+
     def _make_panels(self) -> list[Panel]:
-        gui, desk = self.server.gui, self._desk
+        gui, ask = self.server.gui, self._ask
         add_style(gui, CELLS)
         panels: list[Panel] = [
-            TransportPanel(gui, desk),
-            CorrectionPanel(gui, desk),
-            TalkPanel(gui, desk),
-            TrainingDataPanel(gui, desk),
-            TakeOverPanel(gui, self.server.scene, desk),
-            DisturbPanel(gui, desk),
-            LookPanel(gui, self._scene, desk),
-            NewPatientPanel(gui, desk),
+            TransportPanel(gui, ask),
+            CorrectionPanel(gui, ask),
+            TalkPanel(gui, ask),
+            TrainingDataPanel(gui, ask),
+            TakeOverPanel(gui, self.server.scene, ask),
+            DisturbPanel(gui, ask),
+            LookPanel(gui, self._scene, ask),
+            NewPatientPanel(gui, ask),
         ]
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT_PX)
         left = gui.add_panel()
         with left.add_tab("Procedure", viser.Icon.LIST_CHECK):
-            panels.append(ProcedurePanel(gui, desk))
-            panels.append(CameraPanel(gui, desk))
+            panels.append(ProcedurePanel(gui, ask))
+            panels.append(CameraPanel(gui, ask))
         left.dock_left()
         left.set_width(LEFT_PX)
         below = gui.add_panel()
         with below.add_tab("Log", viser.Icon.HISTORY):
-            panels.append(LogPanel(gui, desk))
+            panels.append(LogPanel(gui, ask))
         with below.add_tab("Legend", viser.Icon.PALETTE):
-            panels.append(LegendPanel(gui, desk))
+            panels.append(LegendPanel(gui, ask))
         with below.add_tab("Timing", viser.Icon.CLOCK):
-            panels.append(TimingPanel(gui, desk))
+            panels.append(TimingPanel(gui, ask))
         below.dock_below(left)
-        add_keys(gui, desk)
+        add_keys(gui, ask)
         return panels
 
     def _draw(self) -> None:
         n = 0
         while not self._stop.wait(FRAME_S):
-            if not self.server.get_clients() and self._frame is not None:
+            if not self.server.get_clients() and self._patient is not None:
                 continue
-            panels_due = n % PANELS_EVERY == 0
-            n += 1
-            self._desk.watcher.ask(picture=panels_due)
-            self._show(self._desk.watcher.frame)
-            if panels_due:
+            self._show(self._ask(Desk.frame))
+            if n % PANELS_EVERY == 0:
                 self._update_panels()
+            n += 1
 
     def _show(self, frame: Frame | None) -> None:
-        if frame is None or frame is self._frame:
+        if frame is None:
             return
-        another = self._frame is None or frame.patient is not self._frame.patient
         with self.server.atomic():
-            self._scene.draw(frame)
-        if another:
+            if frame.patient != self._patient:
+                self._enter(frame)
+            if frame.patient == self._patient:
+                self._scene.draw(frame)
+
+    def _enter(self, frame: Frame) -> None:
+        """Makes a patient's scene, unless somebody else lies there already."""
+        patient = self._ask(Desk.patient)
+        if patient is not None and patient.number == frame.patient:
+            self._patient = patient.number
+            self._scene.enter(patient)
             look_through(self.server.initial_camera, frame.T_world_endoscope)
-        self._frame = frame
 
     def _update_panels(self) -> None:
-        story = self._desk.watcher.story()
+        state = self._ask(Desk.state)
         for panel in self._panels:
-            panel.update(story)
+            panel.update(state)

@@ -23,6 +23,7 @@ class Reel:
     """Grows as the recording runs through the world once more.
 
     Attributes:
+        patient: who lies there.
         frames: so far, evenly spaced in simulated time.
         marks: what was instructed, said, hurt and disturbed, in order.
         end_s: simulated time of the last step.
@@ -42,8 +43,8 @@ class Reel:
         self.marks = marks_of(recording)
         self.end_s = float(self._time_s[-1]) if len(self._time_s) else 0.0
         self.differs_s: float | None = None
-        self._patient = patient_of(self._rerun.world)
-        self.frames: list[Frame] = [frame_of(self._rerun.world, self._patient)]
+        self.patient = patient_of(self._rerun.world)
+        self.frames: list[Frame] = [frame_of(self._rerun.world, self.patient)]
 
     def run(self) -> Iterator[Frame]:
         """Fills the reel; yields each frame, the first one included, as it is there."""
@@ -53,7 +54,7 @@ class Reel:
                 self.differs_s = float(self._time_s[k - 1])
             if k % self._every == 0 or k == self._rerun.n_steps:
                 before = self.frames[-1]
-                self.frames.append(frame_of(self._rerun.world, self._patient, before=before))
+                self.frames.append(frame_of(self._rerun.world, self.patient, before=before))
                 yield self.frames[-1]
 
     def at(self, time_s: float) -> Frame:

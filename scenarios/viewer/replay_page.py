@@ -59,6 +59,11 @@ class ReplayPage:
         with redirect_stdout(StringIO()):
             self.server.stop()
 
+    @property
+    def port(self) -> int:
+        """Where it is served."""
+        return self.server.get_port()
+
     def _make_panel(self) -> None:
         gui = self.server.gui
         add_style(gui)
@@ -142,6 +147,7 @@ def stage(server: viser.ViserServer, reels: Sequence[Reel]) -> list[Scene]:
         scene = Scene(server.scene, f"/field {k + 1}", (k * APART_M, 0.0, 0.0))
         alone = len(reels) == 1
         scene.shown = SHOWN_FIRST if alone else SHOWN_FIRST - {"abdominal wall"}
+        scene.enter(reel.patient)
         scene.draw(reel.frames[0])
         scenes.append(scene)
     T_world_eye = reels[0].frames[0].T_world_endoscope.copy()

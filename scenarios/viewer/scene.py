@@ -53,7 +53,6 @@ class Scene:
         place_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         self._scene, self._root, self._place_m = scene, root, place_m
-        self._patient: Patient | None = None
         self._layers: list[Layer] = []
         self._options: dict[str, viser.FrameHandle] = {}
         self._shown = SHOWN_FIRST
@@ -69,16 +68,9 @@ class Scene:
         for name, node in self._options.items():
             node.visible = name in names
 
-    def draw(self, frame: Frame) -> None:
-        """Show this moment; of another patient, everything anew."""
-        if frame.patient is not self._patient:
-            self._enter(frame.patient)
-        for layer in self._layers:
-            layer.update(frame)
-
-    def _enter(self, patient: Patient) -> None:
+    def enter(self, patient: Patient) -> None:
+        """Make everything anew, for another patient."""
         scene, root = self._scene, self._root
-        self._patient = patient
         scene.add_frame(root, show_axes=False, position=self._place_m)
         self._options = {
             name: scene.add_frame(f"{root}/{name}", show_axes=False, visible=name in self._shown)
@@ -88,6 +80,11 @@ class Scene:
             *(layer(scene, root, patient) for layer in LAYERS),
             *(layer(scene, f"{root}/{name}", patient) for name, layer in OPTIONAL.items()),
         ]
+
+    def draw(self, frame: Frame) -> None:
+        """Show this moment of the patient who was entered last."""
+        for layer in self._layers:
+            layer.update(frame)
 
 
 def look_through(

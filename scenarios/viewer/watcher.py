@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from controller.action import CONTROL_STEP_S
 from scenarios.results import EpisodeResult
 from scenarios.viewer.chronicle import Chronicle, Story
-from scenarios.viewer.frame import Frame, frame_of, patient_of
+from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
 
 if TYPE_CHECKING:
@@ -24,12 +24,14 @@ class Watcher:
 
     Attributes:
         needs_images: the world is to have cameras.
+        patient: who lies there; None before the first.
         frame: the newest; None before the first.
         picture: (height, width, 3) what the endoscope saw last, where the world has cameras.
     """
 
     def __init__(self, pace: Pace, *, camera: bool = False) -> None:
         self.needs_images = camera
+        self.patient: Patient | None = None
         self.frame: Frame | None = None
         self.picture: NDArray[np.uint8] | None = None
         self._pace = pace
@@ -56,7 +58,7 @@ class Watcher:
         self._world, self._step = world, None
         with self._lock:
             self._chronicle = Chronicle()
-        self._patient = patient_of(world)
+        self.patient = patient_of(world)
         self._copy()
         self._pace.wait(0.0, self._serve)
 
@@ -86,7 +88,7 @@ class Watcher:
             self.picture = None if self._world is None else self._world.endoscope_rgb()
 
     def _copy(self) -> None:
-        if self._world is None:  # an episode that could not even begin
+        if self._world is None or self.patient is None:  # an episode that could not even begin
             return
         ahead = () if self._step is None else self._step.ahead
-        self.frame = frame_of(self._world, self._patient, ahead, self.frame)
+        self.frame = frame_of(self._world, self.patient, ahead, self.frame)

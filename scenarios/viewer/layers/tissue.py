@@ -29,7 +29,7 @@ class TissueLayer:
 
     def update(self, frame: Frame) -> None:
         """Draw the tissue where it is."""
-        if frame.tets is not self._tets:
+        if not np.array_equal(frame.tets, self._tets):
             self._rebuild(frame)
         if (np.abs(frame.positions_m - self._shown_m) > SEEN_M).any():
             self._move(frame)

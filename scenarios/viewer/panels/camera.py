@@ -5,20 +5,18 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 
 
 class CameraPanel:
     """The picture, a few times a second."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._watcher = desk.watcher
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._image = gui.add_image(
-            np.zeros((3, 4, 3), np.uint8), label="endoscope", visible=desk.watcher.needs_images
+            np.zeros((3, 4, 3), np.uint8), label="endoscope", visible=ask(Desk.state).camera
         )
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show the newest."""
-        if self._watcher.picture is not None:
-            self._image.image = self._watcher.picture
+        if state.picture is not None:
+            self._image.image = state.picture

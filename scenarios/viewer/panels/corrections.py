@@ -5,8 +5,7 @@ from __future__ import annotations
 import viser
 
 from planner.correction import CORRECTIONS, Correction
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, cells, pad
 
 _PLACES = {  # what an arm is asked: where the button stands, and its short text
@@ -29,8 +28,8 @@ _PADS = (
 class CorrectionPanel:
     """A pad for each arm, and the jaws of both."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._ask = ask
         for arm, title, colour in _PADS:
             with gui.add_folder(title):
                 pad(gui, "arm short")
@@ -46,9 +45,9 @@ class CorrectionPanel:
 
         @button.on_click
         async def _(_: object) -> None:
-            self._desk.press(correction.text)
+            self._ask(Desk.press, correction.text)
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """The same all the time."""
 
 

@@ -5,24 +5,23 @@ from __future__ import annotations
 import viser
 
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 
 
 class DisturbPanel:
     """A button for each disturbance."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         with gui.add_folder("Make something go wrong", expand_by_default=False):
             for name in BY_HAND:
-                self._add(gui, desk, name)
+                self._add(gui, ask, name)
 
-    def _add(self, gui: viser.GuiApi, desk: Desk, name: str) -> None:
+    def _add(self, gui: viser.GuiApi, ask: Asks, name: str) -> None:
         button = gui.add_button(name.capitalize(), color="grape")
 
         @button.on_click
         async def _(_: object) -> None:
-            desk.disturb(name)
+            ask(Desk.disturb, name)
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """The same all the time."""

@@ -7,31 +7,24 @@ from dataclasses import dataclass
 
 import viser
 
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk
 from scenarios.viewer.panels.talk import GO_ON, HOLD
 
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A key and what it does: says a command, or acts on the desk."""
+    """A key and what it does: says a command, or does a deed at the desk."""
 
     hotkey: str
     label: str
     command: str | None = None
-    act: Callable[[Desk], None] | None = None
+    deed: Callable[[Desk], None] | None = None
     shift: bool = False
 
     @property
     def shown(self) -> str:
         """As people read it."""
         return f"Shift+{self.hotkey}" if self.shift else self.hotkey
-
-
-def _start_or_pause(desk: Desk) -> None:
-    if desk.pace.paused:
-        desk.pace.go_on()
-    else:
-        desk.pace.pause()
 
 
 _RIGHT_HAND = {  # as arrow keys lie, with those beside them
@@ -43,8 +36,8 @@ _RIGHT_HAND = {  # as arrow keys lie, with those beside them
     "O": "towards me",
 }
 KEYS: tuple[Key, ...] = (
-    Key(hotkey="space", label="start or pause", act=_start_or_pause),
-    Key(hotkey="N", label="one step", act=lambda desk: desk.pace.step()),
+    Key(hotkey="space", label="start or pause", deed=Desk.start_or_pause),
+    Key(hotkey="N", label="one step", deed=Desk.step),
     Key(hotkey="H", label="hold still", command=HOLD),
     Key(hotkey="B", label="back to the planner", command=GO_ON),
     *(
@@ -70,13 +63,13 @@ KEYS: tuple[Key, ...] = (
 )
 
 
-def add_keys(gui: viser.GuiApi, desk: Desk) -> None:
+def add_keys(gui: viser.GuiApi, ask: Asks) -> None:
     """Have the page listen to them."""
     for key in KEYS:
-        _add(gui, desk, key)
+        _add(gui, ask, key)
 
 
-def _add(gui: viser.GuiApi, desk: Desk, key: Key) -> None:
+def _add(gui: viser.GuiApi, ask: Asks, key: Key) -> None:
     handle = gui.add_command(
         key.label,
         hotkey=key.hotkey,  # pyright: ignore[reportArgumentType]
@@ -86,6 +79,6 @@ def _add(gui: viser.GuiApi, desk: Desk, key: Key) -> None:
     @handle.on_trigger
     async def _(_: object) -> None:
         if key.command is not None:
-            desk.press(key.command)
-        elif key.act is not None:
-            key.act(desk)
+            ask(Desk.press, key.command)
+        elif key.deed is not None:
+            ask(key.deed)

@@ -6,8 +6,7 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, State
 from scenarios.viewer.layers import forces, keep_outs, plan
 from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.panels.keys import KEYS
@@ -18,8 +17,8 @@ from tissue_sim.drawn_tissue import looks
 class LegendPanel:
     """The patient's own colours."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._watcher = desk.watcher
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        del ask
         self._colours = gui.add_html("")
         rows = "".join(
             f"<tr><td><kbd>{escape(key.shown)}</kbd></td><td>{escape(key.label)}</td></tr>"
@@ -27,12 +26,11 @@ class LegendPanel:
         )
         gui.add_html(f'<div class="calot"><table>{rows}</table></div>')
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show the colours of who lies there."""
-        frame = self._watcher.frame
-        if frame is None:
+        anatomy = state.anatomy
+        if anatomy is None:
             return
-        anatomy = frame.patient.anatomy
         parts = looks(anatomy, 0.0)
         colours: dict[str, Rgb] = {
             "gallbladder": srgb(parts["gallbladder"].colour),

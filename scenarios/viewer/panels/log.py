@@ -6,8 +6,8 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.chronicle import Kind, Line, Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.chronicle import Kind, Line
+from scenarios.viewer.desk import Asks, State
 
 SHOWN = 40
 _TAGS: dict[Kind, tuple[str, str]] = {  # word and colour
@@ -25,13 +25,14 @@ _TAGS: dict[Kind, tuple[str, str]] = {  # word and colour
 class LogPanel:
     """Instructions with source and confidence, what was said, injuries, the filter at work."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        del desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        del ask
         self._counts = gui.add_html("")
         self._lines = gui.add_html("")
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show what is new."""
+        story = state.story
         self._counts.content = (
             f'<div class="calot"><b>{story.injuries}</b> injuries · the safety filter altered'
             f" <b>{story.altered}</b> commands</div>"

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.scene import OPTIONAL, Scene, look_through
 
 
 class LookPanel:
     """Toggles; dark and light are each tab's own."""
 
-    def __init__(self, gui: viser.GuiApi, scene: Scene, desk: Desk) -> None:
-        self._desk, self._scene = desk, scene
+    def __init__(self, gui: viser.GuiApi, scene: Scene, ask: Asks) -> None:
+        self._ask, self._scene = ask, scene
         with gui.add_folder("View", expand_by_default=False):
             view = gui.add_button("Look through the endoscope", icon=viser.Icon.EYE, color="gray")
             self._shown = {name: gui.add_checkbox(name, name in scene.shown) for name in OPTIONAL}
@@ -24,7 +23,7 @@ class LookPanel:
             checkbox.on_update(self._on_shown)
 
     async def _on_view(self, event: viser.GuiEvent) -> None:
-        frame = self._desk.watcher.frame
+        frame = self._ask(Desk.frame)
         if event.client is not None and frame is not None:
             with event.client.atomic():
                 look_through(event.client.camera, frame.T_world_endoscope)
@@ -35,7 +34,7 @@ class LookPanel:
     async def _on_shown(self, _: object) -> None:
         self._scene.shown = frozenset(name for name, box in self._shown.items() if box.value)
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """The same all the time."""
 
 

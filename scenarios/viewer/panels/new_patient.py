@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import viser
 
 from scenarios.catalogue import SCENARIOS
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 
 
 class NewPatientPanel:
     """Begins the next episode; the one under way is recorded as it is."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._desk = desk
-        with gui.add_folder("New patient", expand_by_default=False, visible=desk.restarts):
-            self._seed = gui.add_number("seed", desk.config.seed, min=0, step=1)
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._ask, state = ask, ask(Desk.state)
+        with gui.add_folder("New patient", expand_by_default=False, visible=state.restarts):
+            self._seed = gui.add_number("seed", state.config.seed, min=0, step=1)
             self._scenario = gui.add_dropdown(
                 "scenario",
                 tuple(SCENARIOS),
-                initial_value=desk.config.scenario,
+                initial_value=state.config.scenario,
                 hint="what is different",
             )
             reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="blue")
@@ -32,14 +29,7 @@ class NewPatientPanel:
 
     def reset(self) -> None:
         """Begin anew with what is set."""
-        config = replace(
-            self._desk.config,
-            seed=max(0, int(self._seed.value)),
-            scenario=self._scenario.value,
-            magnitude=None,
-        )
-        if self._desk.restarts:
-            self._desk.pace.restart(config)
+        self._ask(Desk.restart, max(0, int(self._seed.value)), self._scenario.value)
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """The same all the time."""

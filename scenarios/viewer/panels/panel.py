@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from scenarios.viewer.chronicle import Story
+from scenarios.viewer.desk import State
 
 
 class Panel(Protocol):
-    """Part of the page: made as `Panel(gui, desk)` in viser's current container."""
+    """Part of the page: made as `Panel(gui, ask)` in viser's current container."""
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show how things stand; what has not changed is not sent."""
         ...

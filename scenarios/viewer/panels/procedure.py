@@ -8,7 +8,7 @@ import viser
 
 from planner.instruction import TASKS, Instruction, Task
 from scenarios.viewer.chronicle import Story, progress_of, verdict
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, State
 from tissue_sim.arms import LEFT_ARM
 
 _PLANNER, _HUMAN = "#1c7ed6", "#e8590c"
@@ -17,15 +17,16 @@ _PLANNER, _HUMAN = "#1c7ed6", "#e8590c"
 class ProcedurePanel:
     """The instruction in large, a bar, and the list."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        del ask
         self._now = gui.add_html("")
         self._bar = gui.add_progress_bar(0.0, color="green")
         self._tasks = gui.add_html("")
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show how far it is."""
-        self._now.content = f'<div class="calot">{_now(story, self._desk.pace.paused)}</div>'
+        story = state.story
+        self._now.content = f'<div class="calot">{_now(story, state.paused)}</div>'
         self._bar.value = 100.0 * progress_of(story)
         rows = "".join(_row(task, story) for task in TASKS)
         self._tasks.content = f'<div class="calot"><table>{rows}</table></div>'

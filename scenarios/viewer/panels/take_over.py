@@ -7,8 +7,7 @@ import viser
 from viser.transforms import SO3
 
 from scenarios.hand import Hand
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.layers.layer import wxyz
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, pad
 from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
@@ -22,8 +21,8 @@ _SHUT_RAD = -0.2  # jaws pressed together
 class TakeOverPanel:
     """Which arm, how far its jaws are open, and back again."""
 
-    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, desk: Desk) -> None:
-        self._scene, self._desk = scene, desk
+    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, ask: Asks) -> None:
+        self._scene, self._ask = scene, ask
         self._gizmo: viser.TransformControlsHandle | None = None
         self._arm = LEFT_ARM
         with gui.add_folder("Take over an arm", expand_by_default=False):
@@ -49,13 +48,13 @@ class TakeOverPanel:
         async def _(_: object) -> None:
             self._give_back()
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Another episode has another arm."""
-        if self._gizmo is not None and self._desk.inbox.hand is None:
+        if self._gizmo is not None and not state.led:
             self._give_back()
 
     def _take(self, arm: int) -> None:
-        frame = self._desk.watcher.frame
+        frame = self._ask(Desk.frame)
         if frame is None:
             return
         self._give_back()
@@ -83,14 +82,15 @@ class TakeOverPanel:
         if self._gizmo is None:
             return
         shut, wide = self._jaw_range_rad
-        self._desk.inbox.hand = Hand(
+        hand = Hand(
             arm=self._arm,
             T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
             jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
         )
+        self._ask(Desk.lead, hand)
 
     def _give_back(self) -> None:
-        self._desk.inbox.hand = None
+        self._ask(Desk.lead, None)
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None

@@ -8,8 +8,8 @@ from html import escape
 import viser
 
 from planner.language.interpreter import Reading
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.inbox import read
+from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.panels.style import pad
 
 LATE_S = 0.5  # for which what was typed is waited for
@@ -21,8 +21,8 @@ _NONE = "-"
 class TalkPanel:
     """Free text, the guesses as buttons, and the two words that are needed most."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._ask = ask
         with gui.add_folder("Tell the robot"):
             pad(gui, "two")
             form = gui.add_form(None)
@@ -37,17 +37,18 @@ class TalkPanel:
 
         @hold.on_click
         async def _(_: object) -> None:
-            desk.press(HOLD)
+            ask(Desk.press, HOLD)
 
         @on.on_click
         async def _(_: object) -> None:
-            desk.press(GO_ON)
+            ask(Desk.press, GO_ON)
 
     def _on_submit(self, _: object) -> None:
         """In a thread of its own, as reading takes its time."""
         text = self._typed()
         self._text.value = ""
-        reading = self._desk.inbox.say(text)
+        reading = read(text)
+        self._ask(Desk.hear, reading)
         self._reply.content = _html(_answer(reading))
         unclear = reading.command is None and bool(reading.guesses)
         if unclear:
@@ -63,11 +64,11 @@ class TalkPanel:
 
     async def _on_guess(self, _: object) -> None:
         if self._guesses.value != _NONE:
-            self._desk.press(self._guesses.value)
+            self._ask(Desk.press, self._guesses.value)
             self._guesses.visible = False
             self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """What came of it stands in the log."""
 
 

@@ -7,19 +7,19 @@ from html import escape
 import viser
 
 from controller.action import CONTROL_STEP_S
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, State
 
 
 class TimingPanel:
     """A row for each stage of the loop."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        del desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        del ask
         self._table = gui.add_html("")
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Show the times of late."""
+        story = state.story
         rows = "".join(_row(name, spent) for name, spent in sorted(story.spent_s.items()))
         whole_s = sum(story.spent_s.values())
         speed = f"; {CONTROL_STEP_S / whole_s:.1f} × real time at most" if whole_s > 0 else ""

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 
 
 class TrainingDataPanel:
     """One button; a note says where it went."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._ask = ask
         self._save = gui.add_button(
             "Save this intervention as training data",
             icon=viser.Icon.DATABASE_PLUS,
@@ -24,12 +23,12 @@ class TrainingDataPanel:
     def _on_save(self, event: viser.GuiEvent) -> None:
         """In a thread of its own, as files take their time."""
         try:
-            title, body, colour = "Saved", str(self._desk.interventions.save_so_far()), "green"
+            title, body, colour = "Saved", str(self._ask(Desk.save_intervention)), "green"
         except (OSError, ValueError) as error:
             title, body, colour = "Not saved", str(error), "red"
         if event.client is not None:
             event.client.add_notification(title, body, color=colour, auto_close_seconds=8.0)
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """There is something to save once a person has done something."""
-        self._save.disabled = not self._desk.interventions.intervened
+        self._save.disabled = not state.intervened

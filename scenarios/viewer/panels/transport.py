@@ -6,8 +6,7 @@ import math
 
 import viser
 
-from scenarios.viewer.chronicle import Story
-from scenarios.viewer.desk import Desk
+from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.panels.style import pad
 
 SPEEDS = {
@@ -23,15 +22,15 @@ SPEEDS = {
 class TransportPanel:
     """The simulation's clock; the robot does not know of it."""
 
-    def __init__(self, gui: viser.GuiApi, desk: Desk) -> None:
-        self._pace = desk.pace
+    def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
+        self._ask = ask
         with gui.add_folder("Simulation"):
             pad(gui, "two")
             self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="green")
             self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, color="yellow")
             step = gui.add_button("Step", icon=viser.Icon.PLAYER_TRACK_NEXT, color="gray")
             self._speed = gui.add_dropdown(
-                "speed", tuple(SPEEDS), initial_value=_name(self._pace.speed)
+                "speed", tuple(SPEEDS), initial_value=_name(ask(Desk.state).speed)
             )
         self._start.on_click(self._on_start)
         self._pause.on_click(self._on_pause)
@@ -39,22 +38,22 @@ class TransportPanel:
         self._speed.on_update(self._on_speed)
 
     async def _on_start(self, _: object) -> None:
-        self._pace.go_on()
+        self._ask(Desk.go_on)
 
     async def _on_pause(self, _: object) -> None:
-        self._pace.pause()
+        self._ask(Desk.pause)
 
     async def _on_step(self, _: object) -> None:
-        self._pace.step()
+        self._ask(Desk.step)
 
     async def _on_speed(self, _: object) -> None:
-        self._pace.speed = SPEEDS[self._speed.value]
+        self._ask(Desk.set_speed, SPEEDS[self._speed.value])
 
-    def update(self, story: Story) -> None:
+    def update(self, state: State) -> None:
         """Of start and pause, show the one that does something."""
-        self._start.visible = self._pace.paused
-        self._pause.visible = not self._pace.paused
-        self._start.label = "Start" if story.instruction is None else "Go on"
+        self._start.visible = state.paused
+        self._pause.visible = not state.paused
+        self._start.label = "Start" if state.story.instruction is None else "Go on"
 
 
 def _name(speed: float) -> str:

@@ -48,6 +48,11 @@ def session(out, *, paused=True, speed=1.0, **config):
         assert not thread.is_alive()
 
 
+def at(desk):
+    """Asks a desk of this process."""
+    return lambda deed, *args: deed(desk, *args)
+
+
 def _run(desk):
     with suppress(_Over):
         watch_episodes(desk)

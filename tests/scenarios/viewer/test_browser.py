@@ -9,7 +9,7 @@ import pytest
 from controller.dataset.part import read_part
 from scenarios.recorder import load
 from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
-from scenarios.viewer.page import Page
+from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from tests.scenarios.viewer.sessions import SEED, run_to, session, wait_until
 from tissue_sim.arms import RIGHT_ARM
@@ -38,8 +38,8 @@ def desk(tmp_path):
 @pytest.fixture
 def tab(chromium, desk):
     with (
-        Page(desk, host=HOST, port=choose_port(HOST)) as page,
-        open_tab(chromium, f"http://{HOST}:{page.server.get_port()}") as tab,
+        PageProcess(desk, host=HOST, port=choose_port(HOST)) as page,
+        open_tab(chromium, f"http://{HOST}:{page.port}") as tab,
     ):
         tab.get_by_text("Ready: press Start").wait_for()
         yield tab
@@ -154,22 +154,22 @@ def test_reset_begins_anew_with_the_seed_that_is_set(tab, desk):
     seed = tab.get_by_text("seed", exact=True).locator("xpath=../../..").locator("input")
     seed.fill(str(SEED + 7))
     tab.wait_for_timeout(300)
-    before = desk.watcher.frame.patient
+    before = desk.watcher.patient
     press(tab, "Reset")
-    wait_until(lambda: desk.watcher.frame.patient is not before)
-    assert desk.watcher.frame.patient.anatomy.seed == SEED + 7
+    wait_until(lambda: desk.watcher.patient is not before)
+    assert desk.watcher.patient.anatomy.seed == SEED + 7
 
 
 def test_a_reload_and_a_second_tab_keep_the_episode(chromium, tab, desk, tmp_path):
     press(tab, "Start")
     run_to(desk, 0.5)
-    patient = desk.watcher.frame.patient
+    patient = desk.watcher.patient
     tab.reload()
     with open_tab(chromium, tab.url) as other:
         for each in (tab, other):
             each.get_by_text("grabbing gallbladder").first.wait_for()
         run_to(desk, desk.watcher.story().time_s + 0.5)
-        assert desk.watcher.frame.patient is patient
+        assert desk.watcher.patient is patient
         wait_until(lambda: share_of_green(picture(other, tmp_path / "second.png")) > 0.01)
         press(other, "Pause")
         wait_until(lambda: desk.pace.paused)

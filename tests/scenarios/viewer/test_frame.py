@@ -26,23 +26,25 @@ def arrays(frame):
 
 
 def test_a_frame_stays_as_it_is_while_the_world_moves_on(episode):
-    frame = frame_of(episode.world, patient_of(episode.world))
+    patient = patient_of(episode.world)
+    frame = frame_of(episode.world, patient)
     before = arrays(frame)
     for _ in islice(episode.steps(), 20):
         pass
     for name, array in arrays(frame).items():
         np.testing.assert_array_equal(array, before[name], err_msg=name)
-    later = frame_of(episode.world, frame.patient)
+    later = frame_of(episode.world, patient)
     assert not np.array_equal(later.positions_m, frame.positions_m)
 
 
 def test_elements_are_used_again_until_some_are_cut(episode):
     world = episode.world
-    first = frame_of(world, patient_of(world))
-    assert frame_of(world, first.patient, before=first).tets is first.tets
+    patient = patient_of(world)
+    first = frame_of(world, patient)
+    assert frame_of(world, patient, before=first).tets is first.tets
     state = world.state()
     world.tissue.host("tet_alive")[0, :5] = 0
-    cut = frame_of(world, first.patient, before=first)
+    cut = frame_of(world, patient, before=first)
     assert len(cut.tets) == len(first.tets) - 5
     assert cut.alive.sum() == len(cut.tets)
     world.restore(state)

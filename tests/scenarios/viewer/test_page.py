@@ -12,7 +12,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from scenarios.viewer.page import Page
+from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.panels.keys import KEYS
 from scenarios.viewer.port import choose_port
 from tests.scenarios.viewer.sessions import run_to, session
@@ -37,8 +37,8 @@ LOOKING = {
 @pytest.fixture
 def place(tmp_path):
     """A desk and the page's port."""
-    with session(tmp_path) as desk, Page(desk, host=HOST, port=choose_port(HOST)) as page:
-        yield desk, page.server.get_port()
+    with session(tmp_path) as desk, PageProcess(desk, host=HOST, port=choose_port(HOST)) as page:
+        yield desk, page.port
 
 
 @contextmanager

@@ -87,9 +87,9 @@ def test_what_happened_is_told_and_does_not_grow_without_end(desk):
 
 def test_another_patient_comes_and_nothing_said_to_the_one_before_is_heard(desk):
     desk.press("move right arm higher")
-    before = desk.watcher.frame.patient
+    before = desk.watcher.patient
     desk.pace.restart(replace(desk.config, seed=SEED + 1, scenario="fat"))
-    wait_until(lambda: desk.watcher.frame.patient is not before)
+    wait_until(lambda: desk.watcher.patient is not before)
     assert desk.config.seed == SEED + 1
     desk.pace.go_on()
     run_to(desk, 0.3)

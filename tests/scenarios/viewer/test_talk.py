@@ -8,7 +8,7 @@ import viser
 
 from scenarios.viewer.panels.talk import LATE_S, TalkPanel
 from scenarios.viewer.port import choose_port
-from tests.scenarios.viewer.sessions import session
+from tests.scenarios.viewer.sessions import at, session
 
 HOST = "127.0.0.1"
 
@@ -17,7 +17,7 @@ HOST = "127.0.0.1"
 def panel(tmp_path):
     with session(tmp_path) as desk:
         server = viser.ViserServer(host=HOST, port=choose_port(HOST), verbose=False)
-        yield TalkPanel(server.gui, desk)
+        yield TalkPanel(server.gui, at(desk))
         server.stop()
 
 
