@@ -16,7 +16,7 @@ from scenarios.viewer.desk import Desk
 
 P = ParamSpec("P")
 T = TypeVar("T")
-GONE = EOFError, ConnectionError, BrokenPipeError  # nobody is at the other end any more
+GONE = EOFError, ConnectionError  # nobody is at the other end any more
 
 
 class PageProcess:
