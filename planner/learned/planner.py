@@ -25,6 +25,7 @@ SURE = 0.7  # a task is taken up at once from this chance on; assumed
 PATIENCE_S = 12.0  # the scripted planner's; what is said longer does not come off by itself
 STALE_S = 3.0  # from then on it counts half, going back half again each such time; assumed
 ASKED_EVERY_S = 1.0
+GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
 
 
 class _Moment(NamedTuple):
@@ -44,6 +45,8 @@ class PlannerLearned:
     be late costs that second, but an arm that is sent on too early leaves its task undone. What
     has been said for long without coming off is the sooner left for another, and going back ever
     sooner: with a tip that stops just short of where that ends, both would wait until time is up.
+    Once it has gone on from a cut it has nothing grasped anew: tubes of which one is in two parts
+    are not spread any more.
     """
 
     hears_of_success = False
@@ -56,7 +59,7 @@ class PlannerLearned:
         """Forget the episode so far."""
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
-        self._preferred = N_TASKS
+        self._preferred, self._has_cut = N_TASKS, False
 
     def plan(self, observation: Observation) -> Instruction:
         """The task that should be under way, with a correction where one is wanted."""
@@ -64,7 +67,7 @@ class PlannerLearned:
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
-        chances = opinion.task[0].softmax(dim=-1)
+        chances = self._chances(opinion.task[0])
         self._take_up(chances)
         wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
@@ -88,6 +91,12 @@ class PlannerLearned:
         moment = _Moment(now_s, observation.vector(), self._task, self._correction, self._since_s)
         self._moments.append(moment)
 
+    def _chances(self, logits: torch.Tensor) -> torch.Tensor:
+        """Of each task to be the one, of those that may be."""
+        if self._has_cut:
+            logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
+        return logits.softmax(dim=-1)
+
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S
         if overdue_s > 0.0:
@@ -98,6 +107,7 @@ class PlannerLearned:
         self._preferred = task
         if sure and task != self._task:
             self._task, self._since_s = task, 0.0
+            self._has_cut |= TASKS[task].kind == "go_back_from_cut"
 
     def _stacked(self) -> Moments:
         """The moments remembered, behind copies of the first that are marked as not known."""

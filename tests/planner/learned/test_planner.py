@@ -17,7 +17,7 @@ from tests.planner.learned.rolled_out import rollout
 from tissue_sim.observation import VECTOR_SIZE
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
-GOING_BACK, CUT = TASKS[6], TASKS[7]
+GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
 ROWS = range(0, 10 * STEPS_A_SECOND, STEPS_A_SECOND)
 
 
@@ -103,6 +103,16 @@ def test_a_cut_that_does_not_come_off_is_left_for_what_is_nearly_as_likely_only(
     said = said_for(60.0, torn(network, CUT, GOING_BACK, chance))
     assert (set(said) == {CUT}) == stays
     assert set(said[: int(PATIENCE_S)]) == {CUT}
+
+
+@pytest.mark.parametrize(("before", "after"), [(CUT, GRAB), (BACK_FROM_CUT, CLIP)])
+def test_once_it_has_gone_on_from_a_cut_it_has_nothing_grasped_anew(network, before, after):
+    planner, state = PlannerLearned(torn(network, before, CLIP, 0.99)), rollout().states[0]
+    assert planner.plan(Seen(state, 0.0)).task == before
+    planner._network = torn(network, GRAB, CLIP, 0.9)
+    assert {planner.plan(Seen(state, float(s))).task for s in range(2, 8)} == {after}
+    planner.reset()
+    assert planner.plan(Seen(state, 0.0)).task == GRAB
 
 
 def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
