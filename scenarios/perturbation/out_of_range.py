@@ -27,7 +27,9 @@ class OutOfRange(Effect):
         )
 
     def _moved(self, name: str, value: float) -> float:
-        return value * (getattr(RANGES[name], self.limit) / value) ** self.magnitude
+        possible = RANGES[name]
+        moved = value * (getattr(possible, self.limit) / value) ** self.magnitude
+        return min(max(moved, possible.least), possible.most)  # but for rounding it is there
 
 
 class StiffTissue(OutOfRange):

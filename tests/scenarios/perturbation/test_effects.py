@@ -103,6 +103,13 @@ def test_a_patient_goes_steadily_to_the_limit_of_what_is_possible(effect, name):
         np.testing.assert_allclose(steps, steps[0])
 
 
+def test_the_limit_is_possible_whatever_the_seed():
+    softest, rng = perturbation("soft-tissue", magnitude=1.0), np.random.default_rng(0)
+    for seed in range(10_000, 10_100):
+        anatomy = SoftTissue(softest, rng).on_anatomy(anatomy_from_seed(seed))
+        assert anatomy.stiffness_scale >= RANGES["stiffness_scale"].least
+
+
 def test_a_slip_loses_the_gallbladder_and_it_is_grabbed_again(monkeypatch):
     episode = disturbed(monkeypatch, perturbation("grasp-slip", at=AtTask(index=2)))
     steps, world = episode.steps(), episode.world
