@@ -12,6 +12,7 @@ from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
+from controller.diffusion.dead_time import MOST_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
@@ -29,7 +30,8 @@ class ControllerDiffusion:
     out from what was seen `delay` steps before, as if that took so long, and given the motions that
     lead up to it, of which as many were not yet played then; its first motions are mixed with what
     the running one had still to play, which makes accelerations at joints those inside chunks. New
-    words drop the running chunk, and the next one follows at once on what was played.
+    words drop the running chunk, and the next one follows at once on what was played. Where motions
+    are seen to come late (`dead_time`), tools are taken to be where they were asked to go already.
 
     Attributes:
         place: of the motion handed out last: the first of a "fresh" chunk or, at a "joint", of one
@@ -43,17 +45,20 @@ class ControllerDiffusion:
             raise ValueError(f"delay must be 0 to {config.max_delay} control steps, got {delay}")
         self._config, self._sampler, self._delay = config, sampler, delay
         self._chance = np.random.default_rng(seed)
+        self._dead_time = DeadTime()
         self.reset()
 
     def reset(self) -> None:
         """Forget what was seen and what was under way."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
-        self._played: deque[Array] = deque(maxlen=self._config.past + 1)
+        self._played: deque[Array] = deque(maxlen=self._config.past + MOST_STEPS + 1)
+        self._dead_time.reset()
         self._drop()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """The next motion alone."""
         self._seen.append(observation.vector())
+        self._dead_time.see(observation.tips_endoscope[:, :3, 3])
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()
@@ -67,6 +72,7 @@ class ControllerDiffusion:
         row, self._running = self._running[0], self._running[1:]
         self._n_played += 1
         self._played.append(row)
+        self._dead_time.ask(row)
         return (motion_of(row),)
 
     def _drop(self) -> None:
@@ -99,7 +105,13 @@ class ControllerDiffusion:
 
     def _history(self) -> NDArray[np.float32]:
         newest = len(self._seen) - 1
-        return np.stack([self._seen[max(newest - ago, 0)] for ago in self._config.history])
+        return np.stack([self._foreseen(min(ago, newest)) for ago in self._config.history])
+
+    def _foreseen(self, ago: int) -> NDArray[np.float32]:
+        """What was seen `ago` steps before, with the tools where they were asked to go by then."""
+        seen, late = self._seen[-1 - ago], self._dead_time.steps
+        rows = list(self._played)[: len(self._played) - ago][-late - 1 :]
+        return foreseen(seen, np.stack(rows)) if late and rows else seen
 
 
 def _faded(old: Array, new: Array) -> Array:

@@ -1,5 +1,6 @@
 """Laws of the controller: chunks take over where promised, and new words are obeyed at once."""
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from planner.instruction import TASKS, Instruction
-from tissue_sim.observation import Observation
+from tissue_sim.observation import Observation, fields
 
 CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
 GRAB, CLIP = (Instruction(task=task) for task in TASKS[:2])
@@ -115,6 +116,26 @@ def test_the_same_seed_moves_the_same_and_another_otherwise(sampler):
     first, again, other = (played(controller(sampler, seed=seed), 20) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert not np.allclose(first, other)
+
+
+def test_of_a_robot_that_moves_late_it_sees_the_tools_where_a_prompt_one_has_them():
+    """Once it has seen it move, that is; its chunks are given here."""
+    chunks = 2e-3 * np.sin(np.arange(8 * CONFIG.horizon * 20.0) ** 2).reshape(8, -1, 20)
+
+    def tips_given(late: int) -> list[np.ndarray]:
+        given, left = [], iter(np.cumsum(chunks, axis=1))
+        subject = controller(lambda inputs: given.append(inputs["history"]) or next(left))
+        tips, on_their_way = SEEN.tips_endoscope.copy(), deque(maxlen=late + 1)
+        for _ in range(8 * CONFIG.play - 1):
+            seen = replace(SEEN, tips_endoscope=tips.copy())
+            on_their_way.append(subject.act(seen, GRAB)[0])
+            if len(on_their_way) > late:
+                tips[:, :3, 3] += on_their_way[0].move_endoscope_m
+        return [fields(history)["tips_endoscope"][..., 3] for history in given]
+
+    prompt, late = tips_given(0), tips_given(7)
+    assert not np.allclose(late[1], prompt[1], atol=1e-5)  # it has not seen it move
+    np.testing.assert_allclose(late[-3:], prompt[-3:], atol=1e-6)
 
 
 def test_after_a_reset_nothing_is_left_of_what_was_seen(sampler):

@@ -1,0 +1,78 @@
+"""A robot that moves late: how late, and where its tools will be when the next motion reaches it.
+
+The predictor of Smith ("Closer control of loops with dead time", Chem. Eng. Prog. 53, 1957), for
+the tools alone: tissue and what it does to them is taken to stay as it is seen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from controller.diffusion.chunk_frame import JAWS, MOVE, trajectory
+from tissue_sim.frames import Array
+from tissue_sim.observation import fields
+
+MOST_STEPS = 60
+KEPT = 0.97  # of what was seen, from one control step to the next: about a second counts
+LEAST_M2 = 2e-6  # squared ways of the tips that count, summed: less says nothing
+SHARE = 0.05  # of them that a delay may leave unexplained to be believed
+SURER = 0.25  # what it leaves unexplained, of what the delay believed so far does
+
+
+class DeadTime:
+    """How many control steps pass until a motion is seen, told from the motions of the tips.
+
+    Attributes:
+        steps: the delay that explains best what was seen; it outlasts a reset.
+    """
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was asked for and seen."""
+        self._asked_m = np.zeros((MOST_STEPS + 1, 2, 3))  # the newest first
+        self._unexplained_m2, self._moved_m2 = np.zeros(MOST_STEPS + 1), 0.0
+        self._tips_m: Array | None = None
+
+    def see(self, tips_m: Array) -> None:
+        """Both tips (2, 3), before the next motion is asked for."""
+        if self._tips_m is not None:
+            moved_m = tips_m - self._tips_m
+            missed_m2 = ((moved_m - self._asked_m) ** 2).sum(axis=(1, 2))
+            self._unexplained_m2 = KEPT * self._unexplained_m2 + missed_m2
+            self._moved_m2 = KEPT * self._moved_m2 + (moved_m**2).sum()
+            self._judge()
+        self._tips_m = tips_m
+
+    def ask(self, row: Array) -> None:
+        """The motion (20,) that is asked for now."""
+        self._asked_m = np.roll(self._asked_m, 1, axis=0)
+        self._asked_m[0] = row.reshape(2, 10)[:, MOVE]
+
+    def _judge(self) -> None:
+        best = int(self._unexplained_m2.argmin())
+        left_m2, before_m2 = self._unexplained_m2[[best, self.steps]]
+        told = self._moved_m2 > LEAST_M2 and left_m2 < SHARE * self._moved_m2
+        if told and left_m2 < SURER * before_m2:
+            self.steps = best
+
+
+def foreseen(seen: NDArray[np.float32], rows: Array) -> NDArray[np.float32]:
+    """What is seen (`VECTOR_SIZE`,), with the tools where motions will have brought them.
+
+    Args:
+        seen: an `Observation.vector()`.
+        rows: (1 + n, 20) the motion that was the last to show in it, and the n that follow.
+    """
+    ahead = seen.copy()
+    parts = fields(ahead)  # views
+    way = trajectory(torch.as_tensor(rows[1:], dtype=torch.float64))[-1].numpy()
+    tips = parts["tips_endoscope"]
+    tips[..., 3] += way[..., 3]
+    tips[..., :3] = tips[..., :3] @ way[..., :3]
+    parts["joints"][..., 6] += rows[-1, JAWS] - rows[0, JAWS]
+    return ahead

@@ -1,0 +1,100 @@
+"""Laws of the dead time: it is told from motions alone, and foreseen tools are where they come to."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.action import hold
+from controller.diffusion.chunk_frame import JAWS, trajectory
+from controller.diffusion.dead_time import MOST_STEPS, DeadTime, foreseen
+from tissue_sim.observation import VECTOR_SIZE, fields
+
+STEP_M = 5e-4  # of a tip in a control step
+
+
+def wander(seed: int, n: int) -> np.ndarray:
+    """Motions (n, 20) that change direction smoothly, as a controller's do."""
+    rng = np.random.default_rng(seed)
+    rows = np.tile(hold(np.full(2, 0.5)).vector(), (n, 1))
+    ways = np.cumsum(rng.standard_normal((n, 2, 3)), axis=0)
+    arms = rows.reshape(n, 2, 10)
+    arms[:, :, :3] = STEP_M * np.sin(0.3 * ways)
+    arms[:, :, 3:9] += 0.02 * rng.standard_normal((n, 2, 6))
+    arms[:, :, 9] += 0.1 * rng.standard_normal((n, 2))
+    return rows
+
+
+def told(rows: np.ndarray, late: int, obeyed=lambda k, move_m: move_m) -> DeadTime:
+    """After a robot has done the motions so late, each as far as it `obeyed`."""
+    subject, tips_m = DeadTime(), np.zeros((2, 3))
+    for k, row in enumerate(rows):
+        subject.see(tips_m)
+        subject.ask(row)
+        if k >= late:
+            tips_m = tips_m + obeyed(k, rows[k - late].reshape(2, 10)[:, :3])
+    return subject
+
+
+@pytest.mark.parametrize("late", [0, 1, 4, 8, 15, 30, MOST_STEPS])
+def test_the_delay_is_told_from_the_motions_to_the_step(late):
+    assert told(wander(0, late + 60), late).steps == late
+
+
+@settings(deadline=None)
+@given(st.integers(0, 1000), st.sampled_from([0, 2, 4, 8, 12]))
+def test_it_is_told_though_of_one_arms_motions_a_part_is_withheld(seed, late):
+    """As the filter does."""
+    held = np.array([[0.8], [1.0]])
+    subject = told(wander(seed, late + 90), late, lambda k, move_m: held * move_m)
+    assert subject.steps == late
+
+
+def test_arms_that_do_not_move_say_nothing():
+    """Not even after a rest, from which a delay as long as the rest would explain stillness."""
+    rest = np.tile(hold(np.full(2, 0.5)).vector(), (50, 1))
+    rows = np.concatenate([wander(1, 60), rest, wander(2, 40)])
+    assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
+
+
+def test_arms_that_somebody_else_leads_say_nothing():
+    elsewhere = wander(3, 200).reshape(-1, 2, 10)[:, :, :3]
+    assert told(wander(4, 200), 0, lambda k, move_m: elsewhere[k]).steps == 0
+
+
+def test_the_delay_outlasts_a_reset_and_is_told_anew_when_it_ends():
+    subject = told(wander(5, 100), 8)
+    subject.reset()
+    assert subject.steps == 8
+    tips_m = np.zeros((2, 3))
+    for row in wander(6, 150):
+        subject.see(tips_m)
+        subject.ask(row)
+        tips_m = tips_m + row.reshape(2, 10)[:, :3]
+    assert subject.steps == 0
+
+
+def test_foreseen_tools_are_where_the_motions_bring_them_and_the_rest_is_as_seen():
+    rng, rows = np.random.default_rng(7), wander(7, 9)
+    seen = rng.standard_normal(VECTOR_SIZE).astype(np.float32)
+    before, after = fields(seen.astype(float)), fields(foreseen(seen, rows).astype(float))
+    poses = trajectory(torch.as_tensor(rows[1:]))[-1].numpy()
+    tips = before["tips_endoscope"]
+    turned = tips[..., :3] @ poses[..., :3]
+    np.testing.assert_allclose(after["tips_endoscope"][..., :3], turned, atol=1e-6)
+    np.testing.assert_allclose(
+        after["tips_endoscope"][..., 3],
+        tips[..., 3] + rows[1:].reshape(-1, 2, 10)[:, :, :3].sum(axis=0),
+        atol=1e-6,
+    )
+    jaws = before["joints"][:, 6] + rows[-1, JAWS] - rows[0, JAWS]
+    np.testing.assert_allclose(after["joints"][:, 6], jaws, atol=1e-6)
+    for name in set(before) - {"tips_endoscope", "joints"}:
+        np.testing.assert_array_equal(after[name], before[name])
+    np.testing.assert_array_equal(after["joints"][:, :6], before["joints"][:, :6])
+
+
+def test_nothing_is_foreseen_of_a_prompt_robot():
+    seen = np.random.default_rng(8).standard_normal(VECTOR_SIZE).astype(np.float32)
+    np.testing.assert_array_equal(foreseen(seen, wander(8, 1)), seen)
