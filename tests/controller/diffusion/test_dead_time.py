@@ -1,4 +1,4 @@
-"""Laws of the dead time: it is told from motions alone, and foreseen tools are where they come to."""
+"""Laws of the dead time: told from motions alone, and foreseen tools are where they come to."""
 
 import numpy as np
 import pytest
