@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
+from controller.diffusion.body_frame import BodyFrame
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
@@ -18,7 +19,7 @@ from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
 from tissue_sim.frames import Array
-from tissue_sim.observation import Observation
+from tissue_sim.observation import Observation, fields
 
 FADE = 4  # motions over which a new chunk takes over from the running one
 
@@ -30,8 +31,9 @@ class ControllerDiffusion:
     out from what was seen `delay` steps before, as if that took so long, and given the motions that
     lead up to it, of which as many were not yet played then; its first motions are mixed with what
     the running one had still to play, which makes accelerations at joints those inside chunks. New
-    words drop the running chunk, and the next one follows at once on what was played. Where motions
-    are seen to come late (`dead_time`), tools are taken to be where they were asked to go already.
+    words drop the running chunk, and the next one follows at once on what was played. All of it is
+    in a frame that goes along with the body (`body_frame`); where motions are seen to come late
+    (`dead_time`), tools are taken to be where they were asked to go already.
 
     Attributes:
         place: of the motion handed out last: the first of a "fresh" chunk or, at a "joint", of one
@@ -45,20 +47,22 @@ class ControllerDiffusion:
             raise ValueError(f"delay must be 0 to {config.max_delay} control steps, got {delay}")
         self._config, self._sampler, self._delay = config, sampler, delay
         self._chance = np.random.default_rng(seed)
-        self._dead_time = DeadTime()
+        self._body, self._dead_time = BodyFrame(), DeadTime()
         self.reset()
 
     def reset(self) -> None:
         """Forget what was seen and what was under way."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
         self._played: deque[Array] = deque(maxlen=self._config.past + MOST_STEPS + 1)
+        self._body.reset()
         self._dead_time.reset()
         self._drop()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """The next motion alone."""
-        self._seen.append(observation.vector())
-        self._dead_time.see(observation.tips_endoscope[:, :3, 3])
+        seen = self._body.see(observation.vector())
+        self._seen.append(seen)
+        self._dead_time.see(fields(seen)["tips_endoscope"][..., 3])
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()
@@ -73,7 +77,7 @@ class ControllerDiffusion:
         self._n_played += 1
         self._played.append(row)
         self._dead_time.ask(row)
-        return (motion_of(row),)
+        return (motion_of(self._body.along(row)),)
 
     def _drop(self) -> None:
         self.place, self._text = "fresh", ""

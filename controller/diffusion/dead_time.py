@@ -15,7 +15,7 @@ from tissue_sim.frames import Array
 from tissue_sim.observation import fields
 
 MOST_STEPS = 60
-KEPT = 0.97  # of what was seen, from one control step to the next: about a second counts
+KEPT = 0.99  # of what was seen, from one control step to the next: about three seconds count
 LEAST_M2 = 2e-6  # squared ways of the tips that count, summed: less says nothing
 SHARE = 0.05  # of them that a delay may leave unexplained to be believed
 SURER = 0.25  # what it leaves unexplained, of what the delay believed so far does

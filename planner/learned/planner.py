@@ -19,6 +19,7 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from tissue_sim.observation import Observation
+from tissue_sim.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
 SURE = 0.7  # a task is taken up at once from this chance on; assumed
@@ -60,6 +61,7 @@ class PlannerLearned:
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
         self._preferred, self._has_cut = N_TASKS, False
+        self._frame = RestFrame()
 
     def plan(self, observation: Observation) -> Instruction:
         """The task that should be under way, with a correction where one is wanted."""
@@ -88,8 +90,8 @@ class PlannerLearned:
         now_s = observation.time_s
         if self._moments and self._task < N_TASKS:
             self._since_s += min(now_s - self._moments[-1].time_s, ASKED_EVERY_S)
-        moment = _Moment(now_s, observation.vector(), self._task, self._correction, self._since_s)
-        self._moments.append(moment)
+        seen = self._frame.see(observation.vector())
+        self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
     def _chances(self, logits: torch.Tensor) -> torch.Tensor:
         """Of each task to be the one, of those that may be."""

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments
+from tissue_sim.rest_frame import at_rest, fixed_m
 
 STEPS_A_SECOND = 30
 ASKED_EVERY = (20, 31)  # control steps between moments; more often after tools were exchanged
@@ -106,7 +107,7 @@ class Rollouts:
         lengths = torch.tensor([len(r.task) for r in rollouts])
         begins = torch.cumsum(lengths, 0) - lengths
         self.steps = Moment(
-            states=_joined([r.states for r in rollouts]),
+            states=_joined([at_rest(r.states, fixed_m(r.states[0])) for r in rollouts]),
             said=_joined([r.said for r in rollouts]),
             corrected=_joined([r.corrected for r in rollouts]),
             since_s=_joined([_since_s(r.said) for r in rollouts]),

@@ -1,5 +1,7 @@
 """Observations made up: two straight tubes side by side, as many clips on each as wanted."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
@@ -37,4 +39,14 @@ def clipped(
         clips_m=clips_m,
         n_clips=left + right,
         severed=np.zeros(2, bool),
+    )
+
+
+def shifted(seen: Observation, by_m: np.ndarray) -> Observation:
+    """Seen from elsewhere: every place of it `by_m` (3,) farther."""
+    tips = seen.tips_endoscope.copy()
+    tips[:, :3, 3] += by_m
+    places = ("left_tube_m", "right_tube_m", "sac_m", "clips_m")
+    return replace(
+        seen, tips_endoscope=tips, **{name: getattr(seen, name) + by_m for name in places}
     )

@@ -12,13 +12,18 @@ TASK_STEPS = 2 * STEPS_A_SECOND
 
 
 def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
-    """Each task takes two seconds; in every third one a correction is wanted at first."""
+    """Each task takes two seconds; in every third one a correction is wanted at first.
+
+    The body is at rest.
+    """
     rng = np.random.default_rng(seed)
     task = np.repeat(np.arange(tasks), TASK_STEPS)
     n = len(task)
     states = rng.normal(scale=0.1, size=(n, VECTOR_SIZE)).astype(np.float32)
     wanted = (task % 3 == 0) & (np.arange(n) % TASK_STEPS < STEPS_A_SECOND)
     seen = fields(states)
+    for side in ("left_tube_m", "right_tube_m"):
+        seen[side][:, 0] = seen[side][0, 0]
     seen["sac_m"][:, 0, 0] = 0.01 * task
     seen["forces_n"][:, 0, 0] = wanted
     return Rollout(

@@ -14,7 +14,7 @@ from planner.learned.planner import PATIENCE_S, STALE_S, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
-from tissue_sim.observation import VECTOR_SIZE
+from tissue_sim.observation import VECTOR_SIZE, fields
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
@@ -138,6 +138,21 @@ def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
     planner.reset()
     again = said_to(planner, states, start_s=100.0)
     assert [replace(s, time_s=0.0) for s in again] == [replace(s, time_s=0.0) for s in first]
+
+
+def test_a_body_that_moves_is_to_it_as_one_at_rest(network):
+    states = rollout(3).states
+    moved = states.copy()
+    ways = 0.02 * np.random.default_rng(3).standard_normal((len(states), 1, 3)).astype(np.float32)
+    ways[0] = 0.0
+    parts = fields(moved)  # views
+    for name in ("left_tube_m", "right_tube_m", "sac_m", "clips_m"):
+        parts[name] += ways
+    parts["tips_endoscope"][..., 3] += ways
+    still, moving = (said_to(PlannerLearned(network), s) for s in (states, moved))
+    assert [s.text for s in moving] == [s.text for s in still]
+    for one, other in zip(moving, still, strict=True):
+        assert one.confidence == pytest.approx(other.confidence, abs=1e-4)
 
 
 def test_what_is_marked_as_unknown_has_no_say(network):

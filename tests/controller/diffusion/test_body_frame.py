@@ -1,0 +1,55 @@
+"""Laws of the body's frame: tools go along with a body that breathes, and stay where none does."""
+
+import numpy as np
+import pytest
+
+from controller.action import hold
+from controller.diffusion.body_frame import BodyFrame
+from tests.planner.seen import clipped, shifted
+
+SEEN = clipped(left=1)
+STEPS = 240
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def errors_m(frame: BodyFrame, places_m: np.ndarray) -> np.ndarray:
+    """How far a tool that is to hold still on the body is off it, at each step."""
+    still, tool_m, off = hold(np.zeros(2)).vector(), np.zeros(3), []
+    for body_m in places_m:
+        off.append(np.linalg.norm(tool_m - body_m))
+        _ = frame.see(shifted(SEEN, body_m).vector())
+        tool_m = tool_m + frame.along(still).reshape(2, 10)[0, :3]
+    return np.array(off)
+
+
+@pytest.mark.parametrize("amplitude_m", [0.0025, 0.010, 0.020])
+def test_tools_that_hold_still_on_a_body_that_breathes_are_half_a_percent_off(amplitude_m):
+    phase = 2.0 * np.pi * np.arange(STEPS) / 120
+    off_m = errors_m(BodyFrame(), amplitude_m * np.sin(phase)[:, None] * UP)
+    assert off_m.max() < 0.06 * amplitude_m  # as it sets in
+    assert off_m[10:].max() < 0.006 * amplitude_m
+
+
+def test_motions_are_left_alone_where_the_body_is_at_rest():
+    row, frame = np.random.default_rng(0).standard_normal(20), BodyFrame()
+    for _ in range(3):
+        _ = frame.see(SEEN.vector())
+        np.testing.assert_array_equal(frame.along(row), row)
+
+
+def test_an_endoscope_that_is_bumped_moves_no_tool():
+    places_m = np.zeros((9, 3))
+    places_m[4:] = 0.00375 * UP
+    still, frame = hold(np.zeros(2)).vector(), BodyFrame()
+    for place_m in places_m:
+        _ = frame.see(shifted(SEEN, place_m).vector())
+        np.testing.assert_array_equal(frame.along(still), still)
+
+
+def test_after_a_reset_tools_wait_to_see_the_body_move():
+    still, frame = hold(np.zeros(2)).vector(), BodyFrame()
+    for k in range(3):
+        _ = frame.see(shifted(SEEN, 1e-4 * k * UP).vector())
+    frame.reset()
+    _ = frame.see(shifted(SEEN, 1e-3 * UP).vector())
+    np.testing.assert_array_equal(frame.along(still), still)
