@@ -51,11 +51,24 @@ def test_it_is_told_though_of_one_arms_motions_a_part_is_withheld(seed, late):
     assert subject.steps == late
 
 
+def at_rest(n: int) -> np.ndarray:
+    return np.tile(hold(np.full(2, 0.5)).vector(), (n, 1))
+
+
 def test_arms_that_do_not_move_say_nothing():
-    """Not even after a rest, from which a delay as long as the rest would explain stillness."""
-    rest = np.tile(hold(np.full(2, 0.5)).vector(), (50, 1))
-    rows = np.concatenate([wander(1, 60), rest, wander(2, 40)])
+    """Not even after a rest, from which a long delay would explain stillness."""
+    rows = np.concatenate([wander(1, 60), at_rest(300), wander(2, MOST_STEPS)])
     assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
+
+
+def test_arms_that_are_held_back_for_a_moment_are_not_taken_for_late():
+    """As the filter holds scissors back before a cut; then they do what was asked for before."""
+    rows = np.concatenate([wander(3, 100), at_rest(100), wander(9, 50)])
+
+    def obeyed(k: int, move_m: np.ndarray) -> np.ndarray:
+        return move_m if k < 200 else rows[k - 11].reshape(2, 10)[:, :3]
+
+    assert told(rows, 0, obeyed).steps == 0
 
 
 def test_arms_that_somebody_else_leads_say_nothing():
