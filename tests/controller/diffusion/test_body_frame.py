@@ -1,11 +1,14 @@
 """Laws of the body's frame: tools go along with a body that breathes, and stay where none does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controller.action import hold
 from controller.diffusion.body_frame import BodyFrame
 from tests.planner.seen import clipped, shifted
+from tissue_sim.observation import Observation
 
 SEEN = clipped(left=1)
 STEPS = 240
@@ -46,10 +49,31 @@ def test_an_endoscope_that_is_bumped_moves_no_tool():
         np.testing.assert_array_equal(frame.along(still), still)
 
 
-def test_after_a_reset_tools_wait_to_see_the_body_move():
-    still, frame = hold(np.zeros(2)).vector(), BodyFrame()
-    for k in range(3):
-        _ = frame.see(shifted(SEEN, 1e-4 * k * UP).vector())
+def tips_moved(seen: Observation, by_m: np.ndarray) -> Observation:
+    tips = seen.tips_endoscope.copy()
+    tips[:, :3, 3] += by_m
+    return replace(seen, tips_endoscope=tips)
+
+
+def after_a_gap(seen: Observation) -> np.ndarray:
+    """How far a tool goes that is to hold still, where this is seen after a gap."""
+    still, frame, gone = hold(np.zeros(2)).vector(), BodyFrame(), np.zeros(3)
+    _ = frame.see(SEEN.vector())
     frame.reset()
-    _ = frame.see(shifted(SEEN, 1e-3 * UP).vector())
-    np.testing.assert_array_equal(frame.along(still), still)
+    for _ in range(60):
+        _ = frame.see(seen.vector())
+        gone = gone + frame.along(still).reshape(2, 10)[0, :3]
+    return gone
+
+
+def test_after_a_gap_tools_that_stood_still_catch_up_with_a_body_that_moved_on():
+    moved_on = tips_moved(shifted(SEEN, 0.008 * UP), -0.008 * UP)
+    np.testing.assert_allclose(after_a_gap(moved_on), 0.008 * UP, atol=1e-7)
+
+
+def test_after_a_gap_in_which_the_endoscope_was_bumped_they_stay():
+    np.testing.assert_array_equal(after_a_gap(shifted(SEEN, 0.008 * UP)), 0.0)
+
+
+def test_after_a_gap_in_which_tools_were_led_elsewhere_they_stay():
+    np.testing.assert_array_equal(after_a_gap(tips_moved(SEEN, 0.008 * UP)), 0.0)
