@@ -51,7 +51,7 @@ class ControllerDiffusion:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was seen and what was under way."""
+        """Forget what was seen and is under way; not the robot's delay, nor where the body lay."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
         self._played: deque[Array] = deque(maxlen=self._config.past + MOST_STEPS + 1)
         self._body.reset()
