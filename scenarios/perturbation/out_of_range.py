@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from scenarios.perturbation.effect import Effect
-from tissue_sim.anatomy import RANGES, Anatomy
+from tissue_sim.anatomy import RANGES, WIDEST_TUBE, Anatomy
 
 
 class OutOfRange(Effect):
@@ -21,15 +21,17 @@ class OutOfRange(Effect):
 
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
         self.note(0.0)
-        return replace(
-            anatomy,
-            **{name: self._moved(name, getattr(anatomy, name)) for name in self.parameters},
-        )
+        return replace(anatomy, **{name: self._moved(name, anatomy) for name in self.parameters})
 
-    def _moved(self, name: str, value: float) -> float:
-        possible = RANGES[name]
-        moved = value * (getattr(possible, self.limit) / value) ** self.magnitude
-        return min(max(moved, possible.least), possible.most)  # but for rounding it is there
+    def _possible(self, name: str, anatomy: Anatomy) -> float:
+        """What is possible at most, or least, for this parameter in this patient."""
+        return getattr(RANGES[name], self.limit)
+
+    def _moved(self, name: str, anatomy: Anatomy) -> float:
+        value, limit = getattr(anatomy, name), self._possible(name, anatomy)
+        moved = value * (limit / value) ** self.magnitude
+        low, high = sorted((value, limit))
+        return min(max(moved, low), high)  # but for rounding it is there
 
 
 class StiffTissue(OutOfRange):
@@ -43,6 +45,9 @@ class SoftTissue(OutOfRange):
 
 class WideTubes(OutOfRange):
     parameters = ("duct_diameter_m", "artery_diameter_m")
+
+    def _possible(self, name: str, anatomy: Anatomy) -> float:
+        return min(super()._possible(name, anatomy), WIDEST_TUBE * anatomy.gallbladder_width_m)
 
 
 class ShortTubes(OutOfRange):

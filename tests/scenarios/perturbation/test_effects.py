@@ -17,7 +17,7 @@ from scenarios.perturbation.out_of_range import (
 )
 from scenarios.perturbation.perturbation import AtTask, AtTime
 from tests.scenarios.perturbation.episodes import disturbed, perturbation
-from tissue_sim.anatomy import RANGES, anatomy_from_seed
+from tissue_sim.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
 from tissue_sim.field import UP
 from tissue_sim.frames import inverse_pose, rotation_vector
 from tissue_sim.outcome import gallbladder_held
@@ -79,7 +79,7 @@ def test_motions_are_meant_in_the_frame_of_the_endoscope_as_it_is(monkeypatch):
     np.testing.assert_allclose(along, np.full((2, 3), 3**-0.5), atol=0.02)
 
 
-@pytest.mark.parametrize(
+OUT_OF_RANGE = pytest.mark.parametrize(
     ("effect", "name"),
     [
         (StiffTissue, "stiff-tissue"),
@@ -89,6 +89,9 @@ def test_motions_are_meant_in_the_frame_of_the_endoscope_as_it_is(monkeypatch):
         (LargeGallbladder, "large-gallbladder"),
     ],
 )
+
+
+@OUT_OF_RANGE
 def test_a_patient_goes_steadily_to_the_limit_of_what_is_possible(effect, name):
     anatomy, rng = anatomy_from_seed(10_001), np.random.default_rng(0)
     moved = [
@@ -103,11 +106,22 @@ def test_a_patient_goes_steadily_to_the_limit_of_what_is_possible(effect, name):
         np.testing.assert_allclose(steps, steps[0])
 
 
-def test_the_limit_is_possible_whatever_the_seed():
-    softest, rng = perturbation("soft-tissue", magnitude=1.0), np.random.default_rng(0)
+@OUT_OF_RANGE
+def test_the_limit_is_possible_whatever_the_seed(effect, name):
+    rng = np.random.default_rng(0)
     for seed in range(10_000, 10_100):
-        anatomy = SoftTissue(softest, rng).on_anatomy(anatomy_from_seed(seed))
-        assert anatomy.stiffness_scale >= RANGES["stiffness_scale"].least
+        for magnitude in (0.5, 1.0):
+            effect(perturbation(name, magnitude=magnitude), rng).on_anatomy(anatomy_from_seed(seed))
+
+
+def test_no_tube_becomes_wider_than_what_it_enters():
+    widest, rng = perturbation("wide-tubes", magnitude=1.0), np.random.default_rng(0)
+    anatomies = (anatomy_from_seed(seed) for seed in range(10_000, 10_100))
+    narrow = [a for a in anatomies if a.gallbladder_width_m < 0.030]
+    for anatomy in narrow:
+        moved = WideTubes(widest, rng).on_anatomy(anatomy)
+        assert moved.duct_diameter_m == pytest.approx(WIDEST_TUBE * anatomy.gallbladder_width_m)
+    assert narrow
 
 
 def test_a_slip_loses_the_gallbladder_and_it_is_grabbed_again(monkeypatch):
