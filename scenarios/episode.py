@@ -346,7 +346,7 @@ class Episode:
                 joints = self.world.target
                 break
             yield self._step(command, exchange=True)
-        self.driver.attach(rig_in(self.world), joints)
+        self.driver.attach(rig_in(self.world), self.world.arms.limited(joints))
         if self.filter is not None:
             self.filter.restart()
         self.controller.reset()

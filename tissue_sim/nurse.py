@@ -26,15 +26,19 @@ def is_needed(world: World, tool: str, *, clip: bool) -> bool:
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
-    """Joint targets, control step by control step, from commanded joints (2, 7) and back."""
+    """Joint targets, control step by control step, from commanded joints (2, 7) and back.
+
+    Where the other tool's wrist turns less far it comes back at its limit.
+    """
     steps = round(EXCHANGE_S / world.config.control_step_s)
     there = joints.copy()
     there[RIGHT_ARM, 2] = min(OUT_INSERTION_M, joints[RIGHT_ARM, 2])
     for k in range(steps):
         yield _between(joints, there, (k + 1) / steps)
     world.equip(tool)
+    there, back = world.arms.limited(there), world.arms.limited(joints)
     for k in range(steps):
-        yield _between(there, joints, (k + 1) / steps)
+        yield _between(there, back, (k + 1) / steps)
 
 
 def _between(start: Array, end: Array, share: float) -> JointCommand:

@@ -19,7 +19,7 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.scripted import PlannerScripted
 from scenarios.attempt import attempt_episode
 from scenarios.catalogue import CONTROLLERS
-from scenarios.episode import PLAN_PERIOD_S, Episode, begin, result_of, run_episode
+from scenarios.episode import PLAN_PERIOD_S, Episode, begin, result_of, rig_in, run_episode
 from scenarios.episode_config import EpisodeConfig
 from scenarios.recorder import load
 from tests.scenarios.breaking_controller import BREAKS_AT_S
@@ -28,7 +28,9 @@ from tissue_sim.anatomy import anatomy_from_seed
 from tissue_sim.arms import RIGHT_ARM, JointCommand
 from tissue_sim.clip import lose
 from tissue_sim.injury import Injury
+from tissue_sim.instruments import INSTRUMENTS
 from tissue_sim.nurse import EXCHANGE_S
+from tissue_sim.psm import joint_limits
 from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
@@ -335,6 +337,23 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     assert chunks([*before, *after]) == [(1, 10), (0, exchange), (2, 5)]
     assert controller.resets == 1
     assert after[-1].observation.clip_loaded
+
+
+def test_from_scissors_the_applier_comes_with_its_wrist_as_far_as_that_turns():
+    episode = episode_of(PlannerSays(Instruction(task=TASKS[1])), ControllerCounts())
+    world = episode.world
+    world.equip("scissors")
+    joints = world.arms.joints
+    joints[RIGHT_ARM, 2], joints[RIGHT_ARM, 5] = 0.06, 1.39  # clear of the tubes
+    for _ in range(20):
+        world.step(JointCommand(joints=joints), intended=None)
+    episode.driver.attach(rig_in(world), joints)
+    exchange = round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    steps = list(islice(episode.steps(), exchange + 5))
+    assert [step.exchange for step in steps] == [True] * exchange + [False] * 5
+    limit = joint_limits(INSTRUMENTS["clip_applier"])[5, 1]
+    assert [step.command.joints[RIGHT_ARM, 5] for step in steps[-5:]] == pytest.approx([limit] * 5)
+    assert not world.record.injuries
 
 
 def test_a_controller_without_an_action_is_told_so():
