@@ -9,6 +9,7 @@ import pytest
 
 from scenarios.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
+from tests.scenarios.viewer.sessions import wait_until
 
 STEP_S = 1 / 30
 CONFIG = EpisodeConfig(seed=10_001)
@@ -34,13 +35,11 @@ class Loop:
         except Restart as wish:
             self.wanted = wish.config
 
-    def settled(self):
-        """Steps made, once no more are."""
-        made = -1
-        while made != self.steps:
-            made = self.steps
-            time.sleep(0.15)
-        return made
+    def stands_at(self, steps):
+        """Whether it comes to so many and makes no more."""
+        wait_until(lambda: self.steps >= steps)
+        time.sleep(0.15)
+        return self.steps == steps
 
     def end(self):
         self._pace.restart(CONFIG)
@@ -51,13 +50,13 @@ class Loop:
 def test_a_pause_holds_and_each_step_asked_for_is_one_step():
     pace = Pace(paused=True, speed=math.inf)
     loop = Loop(pace)
-    assert loop.settled() == 0
+    assert loop.stands_at(0)
     for asked in (1, 2):
         pace.step()
-        assert loop.settled() == asked
+        assert loop.stands_at(asked)
     for _ in range(5):
         pace.step()
-    assert loop.settled() == 7
+    assert loop.stands_at(7)
     loop.end()
 
 
@@ -65,22 +64,26 @@ def test_it_goes_on_and_pauses_again():
     pace = Pace(paused=True, speed=math.inf)
     loop = Loop(pace)
     pace.go_on()
-    time.sleep(0.2)
+    wait_until(lambda: loop.steps > 20)
     pace.pause()
-    made = loop.settled()
-    assert made > 20
-    assert loop.settled() == made
+    time.sleep(0.15)  # the step under way
+    assert loop.stands_at(loop.steps)
     loop.end()
 
 
 @pytest.mark.parametrize("speed", [0.5, 4.0])
 def test_steps_take_their_time_over_the_speed(speed):
     pace, steps = Pace(speed=speed), round(10 * speed)
+    took_s = [_took_s(pace, steps) for _ in range(5)]  # a busy machine wakes it late in some
+    assert min(took_s) == pytest.approx(steps * STEP_S / speed, abs=0.05)
+
+
+def _took_s(pace, steps):
     pace.wait(STEP_S, nothing)
     start_s = time.monotonic()
     for _ in range(steps):
         pace.wait(STEP_S, nothing)
-    assert time.monotonic() - start_s == pytest.approx(steps * STEP_S / speed, abs=0.1)
+    return time.monotonic() - start_s
 
 
 def test_a_loop_that_was_late_does_not_rush_to_catch_up():
@@ -97,11 +100,11 @@ def test_while_it_waits_it_sees_to_other_things_when_woken():
     pace, seen = Pace(paused=True), []
     thread = Thread(target=lambda: pace.wait(STEP_S, lambda: seen.append(1)), daemon=True)
     thread.start()
+    wait_until(lambda: seen)
     time.sleep(0.1)
-    before = len(seen)
+    assert len(seen) == 1
     pace.wake()
-    time.sleep(0.1)
-    assert len(seen) == before + 1
+    wait_until(lambda: len(seen) > 1)
     pace.go_on()
     thread.join(5.0)
     assert not thread.is_alive()

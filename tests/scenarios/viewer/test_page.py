@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.panels.keys import KEYS
 from scenarios.viewer.port import choose_port
-from tests.scenarios.viewer.sessions import run_to, session
+from tests.scenarios.viewer.sessions import run_to, session, wait_until
 
 HOST = "127.0.0.1"
 TISSUE_BYTES = 12 * 1500  # of its skin, no less
@@ -156,12 +156,18 @@ def tissue(came):
 def test_with_no_tab_open_nothing_is_copied(place):
     desk, port = place
     with tab(port) as socket:
-        drain(socket, 1.0)
-    desk.pace.go_on()
-    time.sleep(0.5)
+        whole_scene(socket)
+        desk.pace.go_on()
+        shown = desk.watcher.frame
+        wait_until(lambda: desk.watcher.frame is not shown)
+    wait_until(lambda: is_left_alone(desk, 1.0))
+
+
+def is_left_alone(desk, for_s):
+    """Whether nobody has it copied while the episode runs for a time."""
     last = desk.watcher.frame
-    run_to(desk, desk.watcher.story().time_s + 0.5)
-    assert desk.watcher.frame is last
+    run_to(desk, desk.watcher.story().time_s + for_s)
+    return desk.watcher.frame is last
 
 
 def test_rubbish_from_a_tab_ends_that_tab_alone(place):
