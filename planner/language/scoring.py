@@ -62,11 +62,16 @@ def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
     outside = [(row, c) for row, c in read_as if row.expected == OUT_OF_SCOPE]
     return Score(
         in_scope=len(inside),
-        understood=sum(_meant(row) == _seen(c) for row, c in inside),
-        misread=tuple((row, c.text) for row, c in inside if c and _meant(row) != _seen(c)),
+        understood=sum(is_understood(row, c) for row, c in inside),
+        misread=tuple((row, c.text) for row, c in inside if c and not is_understood(row, c)),
         out_of_scope=len(outside),
         moving=tuple((row, c.text) for row, c in outside if c and c.moves),
     )
+
+
+def is_understood(row: Row, command: Command | None) -> bool:
+    """Whether a sentence in scope was read as expected, by its tube's name or its structure's."""
+    return _meant(row) == _seen(command)
 
 
 def _meant(row: Row) -> Command | None:

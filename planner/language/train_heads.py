@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
 
     @property
     def right(self) -> bool:
-        """Whether it is what was meant."""
+        """Whether it is what was expected, to the word: stricter than a score, for thresholds."""
         return self.text == self.row.expected
 
 
