@@ -20,6 +20,7 @@ from tissue_sim.verification.retraction import MOST_ERROR_M, retraction
 from tissue_sim.verification.statics import RESIDUAL_N, displaced, equilibrium, statics_of
 
 PATIENT = anatomy_from_seed(10_003)
+FOLDS = "refined, elements turn inside out at the border of its grasp and tremble: 0.1 to 0.4 mm"
 NOISE_M = 1e-4
 STEP_M = 1e-8  # of central differences: truncation 1e-8, rounding 1e-7, both shares
 DIFFERENCE_ERROR = 1e-5
@@ -111,6 +112,9 @@ def test_an_equilibrium_is_balanced_and_moving_it_keeps_what_is_fixed() -> None:
     [
         (1, PATIENT, 1.0),
         pytest.param(2, anatomy_from_seed(10_004), 10.0, marks=pytest.mark.slow),
+        pytest.param(
+            2, PATIENT, 1.0, marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason=FOLDS)]
+        ),
     ],
 )
 def test_a_retraction_comes_to_rest_at_the_static_solution(

@@ -105,6 +105,8 @@ def test_while_it_waits_it_sees_to_other_things_when_woken():
     assert len(seen) == 1
     pace.wake()
     wait_until(lambda: len(seen) > 1)
+    time.sleep(0.1)
+    assert len(seen) == 2
     pace.go_on()
     thread.join(5.0)
     assert not thread.is_alive()
