@@ -22,7 +22,7 @@ help:
 	@echo "make lock    resolve requirements.lock again"
 
 demo: .venv/.ready
-	video=$$($(BIN)/python -m tissue_sim.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
+	video=$$($(BIN)/python -m tissue_sim.rendering.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
 	$(BIN)/calot run --seed 20000 --out $(DEMO) $$video
 
 test: .venv/.ready

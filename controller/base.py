@@ -6,7 +6,7 @@ from typing import Protocol
 
 from controller.action import Chunk
 from planner.instruction import Instruction
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 
 
 class Controller(Protocol):

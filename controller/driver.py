@@ -8,10 +8,10 @@ import numpy as np
 
 from controller.action import ToolAction
 from controller.kinematics import Unreachable, inverse_kinematics
-from tissue_sim.arms import JointCommand
 from tissue_sim.frames import Array, inverse_pose, rotation_from_6d, rotation_to_6d
-from tissue_sim.instruments import Instrument
-from tissue_sim.psm import forward_kinematics
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.tools.instruments import Instrument
+from tissue_sim.tools.psm import forward_kinematics
 
 
 @dataclass(frozen=True, kw_only=True)

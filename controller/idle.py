@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from controller.action import Chunk, hold
 from planner.instruction import Instruction
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
 

@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of the PSM; forward is `tissue_sim.psm`.
+"""Closed-form inverse kinematics of the PSM; forward is `tissue_sim.tools.psm`.
 
 With x the yaw axis' direction and p the yaw axis' point, the pitch axis is square to x (the wrist
 axes cross at right angles) and to p (shaft and clevis lie in one plane through the remote
@@ -15,8 +15,8 @@ from math import atan2, hypot, pi, sqrt
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
-from tissue_sim.psm import (
+from tissue_sim.tools.instruments import Instrument
+from tissue_sim.tools.psm import (
     DH_TABLE,
     INSERTION_AT_RCM_M,
     JOINT_NAMES,

@@ -12,9 +12,9 @@ import numpy as np
 
 from controller import symbolic
 from tissue_sim.frames import Array
-from tissue_sim.instruments import PATCH_LINKS, Instrument
-from tissue_sim.sweep import Indices
-from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
+from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:

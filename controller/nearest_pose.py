@@ -18,8 +18,8 @@ import numpy as np
 from controller import symbolic
 from controller.kinematics import require_pose
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
-from tissue_sim.psm import forward_kinematics, joint_limits
+from tissue_sim.tools.instruments import Instrument
+from tissue_sim.tools.psm import forward_kinematics, joint_limits
 
 METRES_PER_RADIAN = 0.02  # assumed: about what a radian moves the far end of a finger
 _REACHED = 1e-6  # rad

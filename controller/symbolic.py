@@ -15,9 +15,9 @@ import casadi as ca
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.instruments import PATCH_LINKS, Instrument
-from tissue_sim.psm import T_YAW_TOOL_AXES, DhRow, T_yaw_tool, dh_table
-from tissue_sim.urdf import FINGER_SIDES, LINK_OF_JOINT
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
+from tissue_sim.tools.psm import T_YAW_TOOL_AXES, DhRow, T_yaw_tool, dh_table
+from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 MOVING_LINKS = (*LINK_OF_JOINT.values(), *FINGER_SIDES)
 INPUTS = "joints", "T_world_rcm", "motion"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.task import Task
-from tissue_sim.outcome import clip_placed, gallbladder_grasped, right_arm_back, tube_cut
+from tissue_sim.outcome.predicates import clip_placed, gallbladder_grasped, right_arm_back, tube_cut
 from tissue_sim.world import World
 
 

@@ -16,7 +16,7 @@ from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
 from planner.scene_in_words import scene_in_words
 from planner.task import TASKS, Task, task_from_text
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 
 ATTEMPTS = 3
 FIRST_WAIT_S = 0.5  # on the clock, before the second attempt; twice as long before the next

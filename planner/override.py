@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from planner.base import Planner
 from planner.command import Command
 from planner.correction import Correction, correction_from_text, opposite
-from planner.due import NotNowError, due_task
 from planner.instruction import TASKS, Instruction, Task
+from planner.next_task import NotNowError, due_task
 from planner.task import Tube
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 
 HOLD_S = 5.0  # of simulated time, in which a person's instruction comes first
 LET_GO = "open left gripper"  # the grasper's: the one that holds anything for long

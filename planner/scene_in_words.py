@@ -6,11 +6,11 @@ from math import degrees
 
 import numpy as np
 
-from planner.due import clips_on, off_m
+from planner.next_task import clips_on, off_m
 from planner.task import Tube
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 AXES = (("left", "right"), ("higher", "lower"), ("further away", "nearer"))  # of the endoscope
 TUBES: tuple[Tube, Tube] = ("left", "right")

@@ -5,8 +5,8 @@ A planner or controller is named with the path of its factory: `pkgutil.resolve_
 
 from dataclasses import dataclass
 
-from scenarios.perturbation.catalogue import PERTURBATIONS
 from scenarios.perturbation.perturbation import Perturbation
+from scenarios.perturbation.perturbations import PERTURBATIONS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +14,7 @@ class Scenario:
     """Conditions under which an episode takes place.
 
     Attributes:
-        variant: A key of `tissue_sim.variants.VARIANTS`; None for the seed's own anatomy.
+        variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own anatomy.
     """
 
     name: str
@@ -70,5 +70,5 @@ CONTROLLERS: dict[str, str] = {
 LEARNED_CONTROLLERS = ("diffusion",)
 """Made from a checkpoint and a seed; the others from the world, which these never get hold of."""
 
-ABLATIONS: dict[str, str] = {"no-corrections": "planner.uncorrecting:PlannerUncorrecting"}
+ABLATIONS: dict[str, str] = {"no-corrections": "planner.without_corrections:PlannerUncorrecting"}
 """What is taken away from a planner, by a factory that takes the planner."""

@@ -18,7 +18,7 @@ from scenarios.commands.replay import Replay
 from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 
 BAD_INPUT = 2
 FAULT = 3

@@ -35,26 +35,26 @@ from scenarios.catalogue import (
     PLANNERS,
     SCENARIOS,
 )
-from scenarios.conduct import Conduct
-from scenarios.episode_config import EpisodeConfig
-from scenarios.hand import Hand
-from scenarios.inbox import Heard, Inbox
-from scenarios.observer import Observer
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.guided_arm import Hand
+from scenarios.loop.inbox import Heard, Inbox
+from scenarios.loop.motion_metrics import Conduct
+from scenarios.loop.observer import Observer
+from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.script import read_script
+from scenarios.loop.stage_clock import StageClock
 from scenarios.perturbation.effect import Applied
 from scenarios.perturbation.effects import Effects
-from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
-from scenarios.script import read_script
-from scenarios.stage_clock import StageClock
-from tissue_sim import nurse
-from tissue_sim.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.arms import JointCommand
 from tissue_sim.frames import Array
-from tissue_sim.injury import Injury
-from tissue_sim.observation import Observation
-from tissue_sim.organ import TUBES
-from tissue_sim.outcome import right_arm_back, stumps_hold, tube_severed
-from tissue_sim.retention import pull_all_clips
-from tissue_sim.variants import variant
+from tissue_sim.outcome import nurse
+from tissue_sim.outcome.predicates import right_arm_back, stumps_hold, tube_severed
+from tissue_sim.outcome.retention import pull_all_clips
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.variants import variant
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.surgery.injury import Injury
+from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
 PLAN_PERIOD_S = 1.0

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.catalogue import VARIANTS
-from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.script import Timed
+from scenarios.perturbation.perturbations import PERTURBATIONS
 
 
 @dataclass(frozen=True, kw_only=True)

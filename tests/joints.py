@@ -3,8 +3,8 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.psm import joint_limits
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import joint_limits
 
 INSERTION = 2
 instruments = st.sampled_from(list(INSTRUMENTS.values()))

@@ -21,26 +21,26 @@ from mani_skill.utils.structs.pose import Pose
 from mani_skill.utils.structs.types import SceneConfig, SimConfig
 from mani_skill.utils.wrappers.gymnasium import CPUGymWrapper
 
-from tissue_sim.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.arms import RIGHT_ARM, JointCommand
-from tissue_sim.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
 from tissue_sim.frames import Array
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.observation import Observation
-from tissue_sim.outcome import procedure_flags, stumps_hold
-from tissue_sim.physics_system import physics_system
-from tissue_sim.psm import joint_limits
-from tissue_sim.renderer_probe import renderer_available
-from tissue_sim.segmentation import CLASSES, classes_of_entities
-from tissue_sim.shader_pack import (
+from tissue_sim.outcome.predicates import procedure_flags, stumps_hold
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.rendering.shader_pack import (
     COLOR_PICTURE,
     MICROMETRE,
     POSITION_PICTURE,
     set_picture_formats,
     shader_pack,
 )
-from tissue_sim.state_check import require_names, require_type
-from tissue_sim.state_tensors import state_from_tensors, state_to_tensors
+from tissue_sim.saving.state_check import require_names, require_type
+from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
+from tissue_sim.sensing.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.segmentation import CLASSES, classes_of_entities
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.physics_system import physics_system
+from tissue_sim.tools.psm import joint_limits
 from tissue_sim.world import World, WorldConfig
 
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"

@@ -14,9 +14,9 @@ from time import perf_counter
 from types import TracebackType
 from typing import Self
 
-from tissue_sim.anatomy import Anatomy
-from tissue_sim.arms import JointCommand
-from tissue_sim.observation import Observation
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World, WorldConfig
 
 

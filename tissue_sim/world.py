@@ -10,28 +10,28 @@ import numpy as np
 import sapien
 from numpy.typing import NDArray
 
-from tissue_sim import sight
-from tissue_sim.anatomy import Anatomy
-from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
-from tissue_sim.body import Body
-from tissue_sim.clip import CLIP_LENGTH_M, Clip, dropped_clip, grip_n
-from tissue_sim.conditions import Conditions
-from tissue_sim.field import endoscope_pose
 from tissue_sim.frames import Array
-from tissue_sim.judge import judge
-from tissue_sim.observation import Observation
-from tissue_sim.organ import build_organ
-from tissue_sim.physics_system import physics_system
-from tissue_sim.record import Record
-from tissue_sim.sac import Sac
-from tissue_sim.slip import Pull
-from tissue_sim.sweep import Indices
-from tissue_sim.tissue import Tissue, TissueConfig
-from tissue_sim.tubes import Tubes
-from tissue_sim.world_state import copied, require_state
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.axes import endoscope_pose
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.saving.world_state import copied, require_state
+from tissue_sim.sensing import exact as sight
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.structures.body import Body
+from tissue_sim.structures.sac import Sac
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, dropped_clip, grip_n
+from tissue_sim.surgery.conditions import Conditions
+from tissue_sim.surgery.events import judge
+from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.slip import Pull
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
+from tissue_sim.tools.physics_system import physics_system
 
 if TYPE_CHECKING:
-    from tissue_sim.rendering import View
+    from tissue_sim.rendering.view import View
 
 WORLD_VERSION = 5  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
@@ -309,12 +309,12 @@ class World:
 def _new_scene(*, render: bool) -> sapien.Scene:
     if not render:
         return sapien.Scene([physics_system()])
-    from tissue_sim.rendering import renderable_scene
+    from tissue_sim.rendering.view import renderable_scene
 
     return renderable_scene()
 
 
 def _new_view(scene: sapien.Scene) -> View:
-    from tissue_sim.rendering import View
+    from tissue_sim.rendering.view import View
 
     return View(scene)

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
-from controller.dataset.episode import Episode
+from controller.dataset.dataset_episode import Episode
 from controller.dataset.part import read_part
 from controller.dataset.schema import FEATURES, TEXTS
 from controller.dataset.statistics import Statistics, pooled, statistics_of

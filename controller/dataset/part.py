@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from controller.dataset.episode import Episode, Header
+from controller.dataset.dataset_episode import Episode, Header
 from controller.dataset.schema import DEMONSTRATED, SCHEMA_VERSION
 from controller.dataset.tables import columns_of, table_of
 from tissue_sim.world import WORLD_VERSION

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
-from controller.dataset.episode import Episode, Header
+from controller.dataset.dataset_episode import Episode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import FEATURES
 from controller.dataset.tables import arrow_schema, columns_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.dataset.episode import Episode
+from controller.dataset.dataset_episode import Episode
 from controller.dataset.reader import read_episodes
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout

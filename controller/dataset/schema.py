@@ -10,7 +10,7 @@ import pyarrow as pa
 from controller.action import ACTION_SIZE, CONTROL_STEP_S
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
-from tissue_sim.observation import VECTOR_SIZE
+from tissue_sim.sensing.observation import VECTOR_SIZE
 
 SCHEMA_VERSION = 1  # raise when a column is added, dropped or means something else
 FPS = round(1.0 / CONTROL_STEP_S)

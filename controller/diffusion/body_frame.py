@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import MOVE
-from tissue_sim.arms import LEFT_ARM
 from tissue_sim.frames import Array
-from tissue_sim.observation import fields
-from tissue_sim.rest_frame import RestFrame
+from tissue_sim.sensing.observation import fields
+from tissue_sim.sensing.rest_frame import RestFrame
+from tissue_sim.tools.arms import LEFT_ARM
 
 MOST_M = 0.002  # in a control step, 60 mm/s; what goes faster is the endoscope, bumped; assumed
 STILL_M = 5e-4  # a tip that was seen to move by less stood still

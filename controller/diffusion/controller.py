@@ -19,7 +19,7 @@ from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
 from tissue_sim.frames import Array
-from tissue_sim.observation import Observation, fields
+from tissue_sim.sensing.observation import Observation, fields
 
 FADE = 4  # motions over which a new chunk takes over from the running one
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAWS, MOVE, trajectory
 from tissue_sim.frames import Array
-from tissue_sim.observation import fields
+from tissue_sim.sensing.observation import fields
 
 MOST_STEPS = 60
 KEPT = 0.99  # of what was seen, from one control step to the next: about three seconds count

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.dataset.episode import Episode
+from controller.dataset.dataset_episode import Episode
 from controller.dataset.reader import read_episodes
 from controller.diffusion.windows import Demonstration
 

@@ -16,7 +16,7 @@ from controller.action import CONTROL_STEP_S
 from controller.diffusion.chunk_frame import JAWS, MOVE
 from controller.diffusion.windows import Batch
 from controller.expert.motion import JAW_SPEED_RAD_S
-from tissue_sim.observation import fields
+from tissue_sim.sensing.observation import fields
 
 DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it missed by 0.2-0.4 mm
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools open wider and pressed less touch nothing

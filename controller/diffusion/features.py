@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from tissue_sim.observation import fields
-from tissue_sim.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
+from tissue_sim.sensing.observation import fields
+from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
 
 MOTION_M = 0.005
 LAG_RAD = 0.05  # of a jaw behind its command: how hard it presses

@@ -14,7 +14,7 @@ from torch import Tensor
 from controller.action import ACTION_SIZE
 from controller.diffusion.config import WORDS_SIZE, PolicyConfig
 from controller.diffusion.policy import Policy
-from tissue_sim.observation import VECTOR_SIZE
+from tissue_sim.sensing.observation import VECTOR_SIZE
 
 OPSET = 17
 

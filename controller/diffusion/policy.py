@@ -15,7 +15,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.features import Features
 from controller.diffusion.windows import Batch
-from tissue_sim.observation import VECTOR_SIZE
+from tissue_sim.sensing.observation import VECTOR_SIZE
 
 LEAST_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
 MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here

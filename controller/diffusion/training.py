@@ -18,7 +18,7 @@ from controller.diffusion.windows import Demonstration, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
-from tissue_sim.tracker_noise import noised
+from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows

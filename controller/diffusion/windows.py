@@ -15,7 +15,7 @@ from torch import Tensor
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, relative, trajectory
 from controller.diffusion.config import PolicyConfig
-from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 Floats = NDArray[np.float32]
 

@@ -11,8 +11,8 @@ import numpy as np
 from controller.expert.motion import Goal
 from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from planner.correction import DIRECTION_ENDOSCOPE, Correction, JawMotion
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 SLOWEST_M_S, FASTEST_M_S = 0.003, 0.012  # assumed: a cautious surgeon's

@@ -23,10 +23,10 @@ from controller.expert.targets import (
 )
 from planner.criteria import structure_of
 from planner.task import Task
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.outcome import grasper_hooked, grasper_pressed_n, right_arm_back
+from tissue_sim.outcome.predicates import grasper_hooked, grasper_pressed_n, right_arm_back
 from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N, HELD_PINCH_N
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0

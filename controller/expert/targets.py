@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.kinematics import Unreachable, inverse_kinematics
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
-from tissue_sim.cut import BLADE_LENGTH_M
-from tissue_sim.field import AWAY, LEFT, RIGHT
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
-from tissue_sim.instruments import INSTRUMENTS, Instrument
-from tissue_sim.jaws import MOUTHS
-from tissue_sim.organ import TUBES
-from tissue_sim.outcome import straightness
-from tissue_sim.psm import JOINT_NAMES, joint_limits
+from tissue_sim.outcome.jaws import MOUTHS
+from tissue_sim.outcome.predicates import straightness
+from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
-from tissue_sim.tubes import Tubes
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
+from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from controller.safety.situation import Situation
 from tissue_sim.frames import Array
-from tissue_sim.psm import JOINT_NAMES
+from tissue_sim.tools.psm import JOINT_NAMES
 
 N_MOTION = 14  # both arms' joints, jaws included
 ARMS = ("left", "right")

@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.collision import OTHER_ARM, NearPairs
-from controller.safety.link_cores import FINGERS, N_LINK
-from controller.safety.surroundings import COMMON_DUCT, LIVER, PORT_WALL
+from controller.safety.geometry.collision import OTHER_ARM, NearPairs
+from controller.safety.geometry.link_cores import FINGERS, N_LINK
+from controller.safety.obstacles import COMMON_DUCT, LIVER, PORT_WALL
 from planner.criteria import structure_of
 from planner.task import Task
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.jaws import GALLBLADDER
+from tissue_sim.outcome.jaws import GALLBLADDER
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 ARMS = (LEFT_ARM, RIGHT_ARM)

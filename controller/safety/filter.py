@@ -22,7 +22,7 @@ from controller.safety.situation import Situation
 from controller.safety.watch import Watch
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
-from tissue_sim.psm import JOINT_NAMES
+from tissue_sim.tools.psm import JOINT_NAMES
 from tissue_sim.world import World
 
 TURNING = np.array([name != "insertion" for name in (*JOINT_NAMES, "jaw")] * 2)

@@ -14,11 +14,11 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
-from controller.safety.link_cores import N_LINK, LinkCores, most_motion_m
-from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
+from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.geometry.link_cores import N_LINK, LinkCores, most_motion_m
+from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
+from tissue_sim.tools.instruments import Instrument
 
 MOST_LOOKS = 60
 FAR_M = 1.0  # a room that is not used up

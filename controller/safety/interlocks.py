@@ -15,10 +15,10 @@ from controller.safety.bounds import (
     at_least,
 )
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
+from controller.safety.obstacles import COMMON_DUCT
 from controller.safety.situation import Situation
-from controller.safety.surroundings import COMMON_DUCT
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.outcome import CLIPS_A_TUBE
+from tissue_sim.outcome.predicates import CLIPS_A_TUBE
+from tissue_sim.tools.arms import RIGHT_ARM
 
 NEAR_COMMON_DUCT_M = 0.008  # assumed
 SLOW_M_S = 0.02  # assumed: a surgeon's pace beside what must not be hurt

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.collision import CollisionModel, NearPairs, Pair
 from controller.safety.exemption import WorkedOn, kept_out
 from controller.safety.free_motion import free_share
+from controller.safety.geometry.collision import CollisionModel, NearPairs, Pair
+from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from controller.safety.situation import Situation
-from controller.safety.surroundings import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 
 INSIDE_M = 1e-4  # what is nearer than this counts as inside

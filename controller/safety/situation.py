@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.arm_motion import ArmMotion
-from controller.safety.collision import NearPairs
 from controller.safety.exemption import WorkedOn, kept_out
+from controller.safety.geometry.collision import NearPairs
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
+from tissue_sim.tools.instruments import Instrument
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,18 +8,18 @@ from controller.links import Rates
 from controller.remote_centre import shaft_offset_m
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
-from controller.safety.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.exemption import worked_on
-from controller.safety.link_cores import N_LINK
+from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.geometry.link_cores import N_LINK
+from controller.safety.obstacles import Surroundings, registered, surroundings_of
 from controller.safety.proof import safe_share
 from controller.safety.situation import Situation
-from controller.safety.surroundings import Surroundings, registered, surroundings_of
 from planner.instruction import Instruction
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.clip import retention_n
 from tissue_sim.frames import Array
-from tissue_sim.jaws import between_jaws
+from tissue_sim.outcome.jaws import between_jaws
+from tissue_sim.surgery.clip import retention_n
 from tissue_sim.thresholds import TEST_PULL_N
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 ARMS = (LEFT_ARM, RIGHT_ARM)

@@ -7,10 +7,10 @@ from torch import Tensor
 
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.observation import fields
+from tissue_sim.sensing.observation import fields
+from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
 from tissue_sim.thresholds import RETRACTED_M, TAUT_LEAST
-from tissue_sim.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
+from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
 ON_TUBE_M = 0.003

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, seen_features, time_features
-from tissue_sim.observation import VECTOR_SIZE
+from tissue_sim.sensing.observation import VECTOR_SIZE
 
 LEAST_DEVIATION = 1e-3  # of a feature: what hardly varies is not blown up
 MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here

@@ -18,8 +18,8 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
-from tissue_sim.observation import Observation
-from tissue_sim.rest_frame import RestFrame
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
 SURE = 0.7  # a task is taken up at once from this chance on; assumed

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments
-from tissue_sim.rest_frame import at_rest, fixed_m
+from tissue_sim.sensing.rest_frame import at_rest, fixed_m
 
 STEPS_A_SECOND = 30
 ASKED_EVERY = (20, 31)  # control steps between moments; more often after tools were exchanged

@@ -18,7 +18,7 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, Opinion, PlannerNetwork
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
 from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
-from tissue_sim.tracker_noise import noised
+from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "planner.safetensors"
 NORMALISE_BY = 20_000  # steps

@@ -10,9 +10,9 @@ from rich.console import Console
 from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
 from scenarios.commands.arguments import at_least, one_of
-from scenarios.commands.checkpoint import require_checkpoint
+from scenarios.commands.checkpoint_option import require_checkpoint
 from scenarios.commands.output import output
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LEAST_RESETS = 50  # fewer say nothing about a slope
@@ -31,7 +31,7 @@ class World:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_world import bench_world
+        from scenarios.bench.world import bench_world
 
         with Console(stderr=True).status("measuring: world"):
             report = bench_world(seed=self.seed, steps=self.steps)
@@ -50,7 +50,7 @@ class Accuracy:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_accuracy import bench_accuracy
+        from scenarios.bench.accuracy import bench_accuracy
 
         with Console(stderr=True).status("measuring: accuracy"):
             report = bench_accuracy(seed=self.seed, steps=self.steps)
@@ -75,7 +75,7 @@ class Robustness:
         """Measures and reports; returns 1 if a storm broke a law."""
         if 0 < self.resets < LEAST_RESETS:
             raise BadInputError(f"--resets {self.resets}: 0, or at least {LEAST_RESETS}")
-        from scenarios.bench_robustness import (
+        from scenarios.bench.robustness import (
             broken_lines,
             caught_lines,
             memory_lines,
@@ -105,8 +105,8 @@ class Parallel:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_parallel import camera_table, thread_table
-        from tissue_sim.renderer_probe import renderer_available
+        from scenarios.bench.parallel import camera_table, thread_table
+        from tissue_sim.rendering.renderer_probe import renderer_available
 
         numbers = [2**k for k in range(self.most.bit_length())]
         with Console(stderr=True).status("measuring: parallel"):
@@ -132,7 +132,7 @@ class Safety:
 
     def execute(self) -> int:
         """Measures and reports; returns 1 if the filter let something pass."""
-        from scenarios.bench_safety import broken_lines, depth_tables, run_trials, time_table
+        from scenarios.bench.safety import broken_lines, depth_tables, run_trials, time_table
 
         with Console(stderr=True).status("measuring: safety filter"):
             times = time_table(self.seed)
@@ -157,7 +157,7 @@ class Controller:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_controller import bench_controller
+        from scenarios.bench.controller import bench_controller
 
         with Console(stderr=True).status("measuring: controller"):
             report = bench_controller(
@@ -184,8 +184,8 @@ class Obedience:
 
     def execute(self) -> int:
         """Measures and reports; returns 1 if an error ended a trial."""
-        from scenarios.bench_obedience import error_lines, obedience_table, run_trials
-        from scenarios.episode_config import EpisodeConfig
+        from scenarios.bench.obedience import error_lines, obedience_table, run_trials
+        from scenarios.loop.episode_config import EpisodeConfig
 
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
@@ -207,7 +207,7 @@ class Planner:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_planner import bench_planner
+        from scenarios.bench.planner import bench_planner
 
         with Console(stderr=True).status("measuring: planner"):
             table = bench_planner(self.planner_checkpoint, self.data)
@@ -234,8 +234,8 @@ class Corrections:
 
     def execute(self) -> int:
         """Measures and reports; returns 1 if an error ended a trial."""
-        from scenarios.bench_corrections import corrections_table, error_lines, run_trials
-        from scenarios.episode_config import EpisodeConfig
+        from scenarios.bench.corrections import corrections_table, error_lines, run_trials
+        from scenarios.loop.episode_config import EpisodeConfig
 
         require_checkpoint(self.controller, self.checkpoint)
         config = EpisodeConfig(
@@ -265,8 +265,8 @@ class Latency:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_latency import latency_table
-        from scenarios.episode_config import EpisodeConfig
+        from scenarios.bench.latency import latency_table
+        from scenarios.loop.episode_config import EpisodeConfig
 
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
@@ -290,7 +290,7 @@ class Viewer:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_viewer import bench_viewer
+        from scenarios.bench.viewer import bench_viewer
 
         with Console(stderr=True).status("measuring: viewer"):
             tables = bench_viewer(seed=self.seed, repeats=self.repeats, clicks=self.clicks)
@@ -307,7 +307,7 @@ class Language:
 
     def execute(self) -> int:
         """Measures and reports; returns 0."""
-        from scenarios.bench_language import bench_language
+        from scenarios.bench.language import bench_language
 
         with Console(stderr=True).status("measuring: language"):
             table = bench_language(self.repeats)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 
 if TYPE_CHECKING:
-    from scenarios.viewer.desk import Desk
+    from scenarios.viewer.session_state import Desk
 
 LOCAL = "127.0.0.1"
 
@@ -20,8 +20,8 @@ def desk_for(
     config: EpisodeConfig, out: Path, *, paused: bool, restarts: bool, camera: bool
 ) -> Desk:
     """What a page's controls act on, from this episode on."""
-    from scenarios.viewer.desk import Desk
     from scenarios.viewer.pace import Pace
+    from scenarios.viewer.session_state import Desk
     from scenarios.viewer.watcher import Watcher
 
     pace = Pace(paused=paused)

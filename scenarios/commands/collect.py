@@ -13,8 +13,8 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.arguments import at_least, one_of
-from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.cluster import require_cluster
+from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.demonstrate import (
     PARTS,
@@ -31,9 +31,9 @@ from scenarios.demonstration.mix import (
     Demonstration,
     demonstrations,
 )
-from scenarios.errors import BadInputError
-from scenarios.pool import run_side_by_side
-from scenarios.progress import ProgressDisplay
+from scenarios.files.errors import BadInputError
+from scenarios.loop.progress import ProgressDisplay
+from scenarios.workers.pool import run_side_by_side
 
 ERROR = 3
 

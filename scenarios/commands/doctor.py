@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from scenarios.commands.output import output
-from scenarios.versions import versions
+from scenarios.files.versions import versions
 
 # In a process of its own: both imports take seconds, and a broken driver may crash it.
 _CUDA_ATTEMPT = """
@@ -51,7 +51,7 @@ def _machine() -> dict[str, str]:
 
 
 def _accelerators() -> dict[str, str]:
-    from tissue_sim.renderer_probe import renderer_available
+    from tissue_sim.rendering.renderer_probe import renderer_available
 
     return {
         "renderer": "yes" if renderer_available() else _RENDERER_HINT,

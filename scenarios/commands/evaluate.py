@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.atomic_write import write_atomic
 from scenarios.commands.arguments import at_least, number, some_arms, some_of
-from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.cluster import require_cluster
-from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import INTERRUPTED
-from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
-from scenarios.pool import run_side_by_side
-from scenarios.progress import ProgressDisplay
-from scenarios.strict_json import dumps, plain
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.errors import BadInputError
+from scenarios.files.strict_json import dumps, plain
+from scenarios.loop.progress import ProgressDisplay
 from scenarios.suites import SUITES
+from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended
     from scenarios.evaluation.plan import Plan
     from scenarios.evaluation.report import Report
-    from scenarios.results import EpisodeResult
+    from scenarios.loop.results import EpisodeResult
 
 ERROR, BELOW = 3, 1
 REFERENCE = arm_from_text("scripted+expert")
@@ -123,7 +123,7 @@ class Evaluate:
         """Writes it and shows it."""
         from scenarios.evaluation.page.whole import page
         from scenarios.evaluation.report import document, report_of
-        from scenarios.evaluation.tables import tables
+        from scenarios.evaluation.terminal_tables import tables
 
         report, made_with = report_of(plan, results, self.out), self._made_with()
         self._write("results.json", dumps(document(report, made_with), indent=2) + "\n")
@@ -137,7 +137,7 @@ class Evaluate:
 
     def _made_with(self) -> dict[str, Any]:
         """How it is made again: the folder, the workers and the limit do not change a result."""
-        from scenarios.versions import source_digest, versions
+        from scenarios.files.versions import source_digest, versions
 
         defaults = replace(
             self, out=Evaluate.out, workers=Evaluate.workers, cluster=None, fail_under=None

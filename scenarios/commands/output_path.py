@@ -4,7 +4,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 
 
 def require_writable_folder(folder: Path, option: str) -> None:

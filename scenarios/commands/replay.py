@@ -17,12 +17,19 @@ from scenarios.commands.arguments import at_least
 from scenarios.commands.browser import LOCAL
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
-from scenarios.errors import BadInputError
-from scenarios.pool import run_side_by_side
-from scenarios.verification import EXIT_CODES, Verdict, lost, recordings_in, verdict_table, verify
+from scenarios.files.errors import BadInputError
+from scenarios.recording.verify import (
+    EXIT_CODES,
+    Verdict,
+    lost,
+    recordings_in,
+    verdict_table,
+    verify,
+)
+from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:
-    from scenarios.viewer.reel import Reel
+    from scenarios.viewer.recording_frames import Reel
 
 VIEW_EVERY = 3  # steps a frame: 10 a second
 
@@ -115,7 +122,7 @@ class Replay:
         return _verdict(reel)
 
     def _export(self, page: Path) -> int:
-        from scenarios.atomic_write import write_atomic
+        from scenarios.files.atomic_write import write_atomic
         from scenarios.viewer.export import EVERY, export
 
         reel = _reel(self.files[0], every=EVERY)
@@ -149,8 +156,8 @@ class Replay:
 
 
 def _reel(file: Path, *, every: int) -> Reel:
-    from scenarios.recorder import load
-    from scenarios.viewer.reel import Reel
+    from scenarios.recording.recorder import load
+    from scenarios.viewer.recording_frames import Reel
 
     try:
         recording = load(file)

@@ -12,22 +12,24 @@ from typing import TYPE_CHECKING, Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.attempt import attempt_episode, broken_off
 from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.cluster import require_cluster
-from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import BadInputError
-from scenarios.observer import Observer
-from scenarios.pool import run_side_by_side
-from scenarios.progress import ProgressDisplay
-from scenarios.report import (
+from scenarios.files.errors import BadInputError
+from scenarios.files.strict_json import plain
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.observer import Observer
+from scenarios.loop.progress import ProgressDisplay
+from scenarios.loop.results import EpisodeResult, summarise, write_results
+from scenarios.loop.script import read_script
+from scenarios.recording.attempt import attempt_episode, broken_off
+from scenarios.recording.result_tables import (
     episode_table,
     error_lines,
     injury_table,
@@ -35,13 +37,11 @@ from scenarios.report import (
     summary_line,
     task_table,
 )
-from scenarios.results import EpisodeResult, summarise, write_results
-from scenarios.script import read_script
-from scenarios.strict_json import plain
-from scenarios.video import VideoWriter
+from scenarios.recording.video import VideoWriter
+from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:
-    from scenarios.viewer.desk import Desk
+    from scenarios.viewer.session_state import Desk
 
 INTERRUPTED = 130
 VIDEO_SUFFIX = ".mp4"
@@ -143,7 +143,7 @@ class Run:
         self._require_alone("--video")
         if self.episodes != 1:
             raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
-        from tissue_sim.renderer_probe import renderer_available
+        from tissue_sim.rendering.renderer_probe import renderer_available
 
         if not renderer_available():
             raise BadInputError("--video needs a renderer and there is none; see `calot doctor`")

@@ -16,7 +16,7 @@ from tyro.conf import Positional, arg
 from scenarios.commands.arguments import at_least, one_of, some_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import KINDS
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 
 if TYPE_CHECKING:  # heavy to import
     from planner.learning.optimise import ScheduleT, TrainingStep

@@ -12,11 +12,11 @@ from tyro.conf import arg
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.endpoint import require_endpoint
+from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,7 @@ class View:
 
 
 def _require_renderer() -> None:
-    from tissue_sim.renderer_probe import renderer_available
+    from tissue_sim.rendering.renderer_probe import renderer_available
 
     if not renderer_available():
         raise BadInputError("--camera needs a renderer and there is none; see `calot doctor`")

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.atomic_write import write_atomic
 from scenarios.demonstration.mix import (
     CORRECTION,
     OF_THE_LEARNED,
@@ -17,13 +16,14 @@ from scenarios.demonstration.mix import (
     TURNS,
     Demonstration,
 )
-from scenarios.errors import describe_error
-from scenarios.results import EpisodeResult
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.errors import describe_error
+from scenarios.loop.results import EpisodeResult
 
 if TYPE_CHECKING:  # both are heavy to import
-    from controller.dataset.episode import Episode as Demonstrated
+    from controller.dataset.dataset_episode import Episode as Demonstrated
     from scenarios.episode import Episode as Running
-    from scenarios.episode_config import EpisodeConfig
+    from scenarios.loop.episode_config import EpisodeConfig
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
@@ -85,13 +85,13 @@ def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
 
 def run(demonstration: Demonstration) -> Demonstrated:
     """The whole of it, in memory."""
-    from controller.dataset.episode import Episode, Header
-    from scenarios.demonstration.rollouts import WitnessOfRollout
+    from controller.dataset.dataset_episode import Episode, Header
+    from scenarios.demonstration.demonstration_recorder import Witness
+    from scenarios.demonstration.rollout_recorder import WitnessOfRollout
     from scenarios.demonstration.turns import expert_acts
-    from scenarios.demonstration.witness import Witness
     from scenarios.episode import play
-    from scenarios.strict_json import plain
-    from scenarios.versions import versions
+    from scenarios.files.strict_json import plain
+    from scenarios.files.versions import versions
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
@@ -145,7 +145,7 @@ def begun(demonstration: Demonstration) -> Running:
 
 
 def _config(demonstration: Demonstration) -> EpisodeConfig:
-    from scenarios.episode_config import EpisodeConfig
+    from scenarios.loop.episode_config import EpisodeConfig
 
     expert = EpisodeConfig(seed=demonstration.seed, scenario=demonstration.scenario)
     if not demonstration.is_rollout:

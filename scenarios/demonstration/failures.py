@@ -15,8 +15,8 @@ from planner.task import Task
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.outcome import gallbladder_grasped, gallbladder_held, grasper_hooked
+from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 MOST_FAILURES = 3  # in an episode, each in a task of its own

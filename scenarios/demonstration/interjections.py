@@ -13,9 +13,9 @@ from controller.expert.skills import PULL_MOST_N
 from planner.base import Planner
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.observation import Observation
-from tissue_sim.outcome import gallbladder_held, right_arm_back, tubes_spread
+from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tubes_spread
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
 CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second

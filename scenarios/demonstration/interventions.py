@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from controller.dataset.episode import Episode as Demonstrated
-from controller.dataset.episode import Header
+from controller.dataset.dataset_episode import Episode as Demonstrated
+from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
-from scenarios.atomic_write import write_atomic
 from scenarios.demonstration.demonstrate import PARTS, failures_of
-from scenarios.demonstration.witness import Witness
+from scenarios.demonstration.demonstration_recorder import Witness
 from scenarios.episode import Step
-from scenarios.results import EpisodeResult
-from scenarios.strict_json import plain
-from scenarios.versions import versions
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.strict_json import plain
+from scenarios.files.versions import versions
+from scenarios.loop.results import EpisodeResult
 from tissue_sim.world import World
 
 KIND = "intervention"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.patient.anatomy import anatomy_from_seed
 
 TRAINING_SEEDS = range(10_000)
 RECOVERIES = (

@@ -15,8 +15,8 @@ from controller.action import CONTROL_STEP_S, ToolAction
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.minimum_jerk import progress
 from scenarios.perturbation.perturbation import Perturbation
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 QUIET_S = (1.5, 4.0)

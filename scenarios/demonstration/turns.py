@@ -11,7 +11,7 @@ import numpy as np
 from controller.action import CONTROL_STEP_S, Chunk
 from controller.base import Controller
 from planner.instruction import Instruction, Task
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 
 LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # a turn
 LONG_S = 5.0  # for a task; the expert takes 2 to 4

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
 
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
 OPTIONS = ("filter", "checkpoint", "planner-checkpoint", "ablation")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.evaluation.case import Case
-from scenarios.recorder import load
+from scenarios.recording.recorder import load
 from scenarios.suites import Saying
 
 

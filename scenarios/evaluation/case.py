@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.attempt import attempt_episode, broken_off
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import WorkerDiedError
 from scenarios.evaluation.arm import Arm
-from scenarios.observer import Observer
-from scenarios.results import EpisodeResult
+from scenarios.files.errors import WorkerDiedError
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.observer import Observer
+from scenarios.loop.results import EpisodeResult
+from scenarios.recording.attempt import attempt_episode, broken_off
 from scenarios.suites import Condition
 
 
@@ -67,7 +67,7 @@ def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
 
     An episode that broke off is recorded, too: where there is no file there was no room for it.
     """
-    from scenarios.inbox import Inbox
+    from scenarios.loop.inbox import Inbox
 
     inbox, recording = Inbox(), out / case.recording
     try:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.figures import jerk_m, path_m
 from scenarios.evaluation.paired import Interval, mcnemar_exact, mean_interval, tango_interval
-from scenarios.results import EpisodeResult
+from scenarios.loop.results import EpisodeResult
 
 Place = tuple[str, str, int]  # suite, condition, seed
 

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scenarios.results import EpisodeResult
-from scenarios.wilson import wilson_interval
+from scenarios.files.wilson import wilson_interval
+from scenarios.loop.results import EpisodeResult
 
 FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over sets to calibrate on
 
@@ -32,7 +32,7 @@ class Share:
 
     @property
     def wilson_95(self) -> tuple[float, float]:
-        """As of `scenarios.wilson`."""
+        """As of `scenarios.files.wilson`."""
         return wilson_interval(self.count, self.of)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from controller.action import CONTROL_STEP_S
 from planner.task import TASKS
 from scenarios.evaluation.published import PublishedTask
-from scenarios.results import EpisodeResult, TaskResult
+from scenarios.loop.results import EpisodeResult, TaskResult
 
 RIGHT = 1  # the arm that clips and cuts
 

@@ -7,17 +7,17 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from scenarios.atomic_write import write_atomic
-from scenarios.checkpoint_digests import checkpoint_digests
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import Arm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
-from scenarios.recorder import SCHEMA_VERSION, load
-from scenarios.results import EpisodeResult, episode_from
-from scenarios.strict_json import dumps, plain
-from scenarios.versions import source_digest, versions
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.errors import BadInputError
+from scenarios.files.strict_json import dumps, plain
+from scenarios.files.versions import source_digest, versions
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.recording.checkpoint_digests import checkpoint_digests
+from scenarios.recording.recorder import SCHEMA_VERSION, load
 
 MANIFEST = "evaluation.json"
 SCHEMA = 1

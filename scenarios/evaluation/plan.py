@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from scenarios.evaluation.arm import Arm
 from scenarios.evaluation.case import Case
-from scenarios.results import EpisodeResult, summarise
+from scenarios.loop.results import EpisodeResult, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
 HOLDS = 0.5  # of a rung's episodes pass, at least

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.task import TASKS
-from scenarios.results import EpisodeResult, TaskResult
+from scenarios.loop.results import EpisodeResult, TaskResult
 
 NOT_HOLDING = "a clip or a stump does not hold in the end"
 

@@ -17,7 +17,7 @@ from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_fig
 from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
 from scenarios.evaluation.reasons import in_detail, reason
-from scenarios.results import EpisodeResult, SafetyResult, Summary, summarise
+from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
 WORST = 5  # episodes told of for each arm

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scenarios.results import Summary
+from scenarios.loop.results import Summary
 
 NOTHING = "–"
 

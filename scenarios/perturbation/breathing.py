@@ -7,7 +7,7 @@ import numpy as np
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Moment
-from tissue_sim.field import UP
+from tissue_sim.patient.axes import UP
 from tissue_sim.world import World
 
 PERIOD_S = 4.0  # 15 breaths a minute under anaesthesia, assumed

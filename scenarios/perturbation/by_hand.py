@@ -8,7 +8,7 @@ from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.once import Once
 from scenarios.perturbation.perturbation import AtTime, Perturbation
-from tissue_sim.field import RIGHT
+from tissue_sim.patient.axes import RIGHT
 from tissue_sim.world import World
 
 NUDGE_S = 1.5

@@ -9,7 +9,7 @@ import numpy as np
 from controller.action import ToolAction
 from planner.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Moment, Perturbation
-from tissue_sim.anatomy import Anatomy
+from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.world import World
 
 

@@ -11,7 +11,7 @@ from controller.action import ToolAction
 from planner.task import Task
 from scenarios.perturbation.effect import Applied, Effect
 from scenarios.perturbation.perturbation import Perturbation
-from tissue_sim.anatomy import Anatomy
+from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.world import World
 
 

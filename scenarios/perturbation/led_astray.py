@@ -27,12 +27,12 @@ from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.minimum_jerk import between, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, rotation_to_6d, unit
-from tissue_sim.grasp import LEFT_FINGERS, pinch_n
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.organ import TUBES
-from tissue_sim.psm import forward_kinematics
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
 NEAR_M = 0.022  # from the tip to its goal: the tool is about to act

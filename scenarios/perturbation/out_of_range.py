@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from scenarios.perturbation.effect import Effect
-from tissue_sim.anatomy import RANGES, WIDEST_TUBE, Anatomy
+from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, Anatomy
 
 
 class OutOfRange(Effect):

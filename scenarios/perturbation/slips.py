@@ -10,7 +10,7 @@ import numpy as np
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTask, Moment
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.world import World
 
 CLIP_TASKS = (2, 4, 6, 10, 12, 14)

@@ -9,7 +9,7 @@ from io import StringIO
 import viser
 
 from controller.action import CONTROL_STEP_S
-from scenarios.viewer.reel import Reel
+from scenarios.viewer.recording_frames import Reel
 from scenarios.viewer.replay_page import LABEL_M, stage
 
 EVERY = 6  # steps a frame: 5 a second

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ToolAction
-from controller.safety.surroundings import RigidSurroundings, registered
-from tissue_sim.anatomy import Anatomy
-from tissue_sim.drawing import Surface
-from tissue_sim.drawn_clips import T_world_legs
-from tissue_sim.drawn_leaks import leak_surfaces
-from tissue_sim.drawn_strands import holding
-from tissue_sim.drawn_tissue import alive_tets
+from controller.safety.obstacles import RigidSurroundings, registered
 from tissue_sim.frames import Array
-from tissue_sim.organ import Organ
-from tissue_sim.sweep import Indices
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import Organ
+from tissue_sim.rendering.drawing import Surface
+from tissue_sim.rendering.drawn_clips import T_world_legs
+from tissue_sim.rendering.drawn_leaks import leak_surfaces
+from tissue_sim.rendering.drawn_strands import holding
+from tissue_sim.rendering.drawn_tissue import alive_tets
 from tissue_sim.world import World
 
 _NUMBERS = count()

@@ -7,7 +7,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from scenarios.demonstration.interventions import Interventions
-from scenarios.results import EpisodeResult
+from scenarios.loop.results import EpisodeResult
 
 if TYPE_CHECKING:
     from scenarios.episode import Step

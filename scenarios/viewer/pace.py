@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from threading import Condition
 
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 
 LATE_S = 0.25  # an episode that is later than this does not try to catch up
 

@@ -10,8 +10,7 @@ from typing import Self
 
 import viser
 
-from scenarios.inbox import interpreter
-from scenarios.viewer.desk import Asks, Desk
+from scenarios.loop.inbox import interpreter
 from scenarios.viewer.frame import Frame
 from scenarios.viewer.panels.camera import CameraPanel
 from scenarios.viewer.panels.corrections import CELLS, CorrectionPanel
@@ -30,6 +29,7 @@ from scenarios.viewer.panels.timing import TimingPanel
 from scenarios.viewer.panels.training_data import TrainingDataPanel
 from scenarios.viewer.panels.transport import TransportPanel
 from scenarios.viewer.scene import Scene, look_through
+from scenarios.viewer.session_state import Asks, Desk
 
 FRAME_S = 1.0 / 20.0
 PANELS_EVERY = 4  # frames

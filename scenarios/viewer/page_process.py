@@ -11,8 +11,8 @@ from threading import Lock, Thread
 from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
-from scenarios.errors import BadInputError
-from scenarios.viewer.desk import Desk
+from scenarios.files.errors import BadInputError
+from scenarios.viewer.session_state import Desk
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 
 FIRST_PORT = 8080
 PORTS = 100  # how many are tried

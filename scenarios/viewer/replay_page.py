@@ -16,9 +16,9 @@ import viser
 
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
-from scenarios.viewer.reel import Mark, Reel
+from scenarios.viewer.recording_frames import Mark, Reel
 from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
-from tissue_sim.field import field_point
+from tissue_sim.patient.axes import field_point
 
 FRAME_S = 1.0 / 20.0
 APART_M = 0.30  # of two fields side by side, which are 0.28 wide

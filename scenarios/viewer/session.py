@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from scenarios.attempt import attempt_episode
-from scenarios.results import EpisodeResult
-from scenarios.viewer.desk import Desk
+from scenarios.loop.results import EpisodeResult
+from scenarios.recording.attempt import attempt_episode
 from scenarios.viewer.pace import Restart
+from scenarios.viewer.session_state import Desk
 
 
 def watch_episodes(desk: Desk) -> None:

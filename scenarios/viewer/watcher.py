@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import CONTROL_STEP_S
-from scenarios.results import EpisodeResult
-from scenarios.viewer.chronicle import Chronicle, Story
+from scenarios.loop.results import EpisodeResult
+from scenarios.viewer.event_log import Chronicle, Story
 from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
 

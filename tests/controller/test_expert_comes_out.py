@@ -10,8 +10,8 @@ from planner.command import COMMANDS
 from planner.instruction import TASKS
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.mix import Demonstration
-from tissue_sim.arms import LEFT_ARM
-from tissue_sim.outcome import gallbladder_held
+from tissue_sim.outcome.predicates import gallbladder_held
+from tissue_sim.tools.arms import LEFT_ARM
 
 SEED = 10_003
 GRAB = TASKS[0]

@@ -4,8 +4,8 @@ import numpy as np
 
 from controller.expert import ControllerExpert
 from planner.instruction import TASKS, Instruction
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import RIGHT_ARM, JointCommand
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 CLIP = TASKS[1]

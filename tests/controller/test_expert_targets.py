@@ -25,13 +25,13 @@ from controller.expert.targets import (
 )
 from controller.kinematics import inverse_kinematics
 from planner.task import task_from_text
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
-from tissue_sim.cut import BLADE_LENGTH_M
 from tissue_sim.frames import inverse_pose
-from tissue_sim.organ import TUBES
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_LEAST_M
+from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 

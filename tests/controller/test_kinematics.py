@@ -6,8 +6,8 @@ from hypothesis import assume, given
 
 from controller.kinematics import Unreachable, inverse_kinematics
 from tests.joints import inside_the_body, instruments, unit_interval, within_limits
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_frames, joint_limits
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_frames, joint_limits
 
 INSERTION, ROLL = 2, 3
 

@@ -14,9 +14,9 @@ from controller.links import link_poses
 from controller.symbolic import MOVING_LINKS, tool_pose
 from tests.joints import within_limits
 from tissue_sim.frames import pose
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.psm import T_yaw_tool
-from tissue_sim.urdf import JOINT_ORDER, urdf_path
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import T_yaw_tool
+from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
 
 PALM = MOVING_LINKS.index("palm")
 

@@ -18,10 +18,10 @@ from tests.joints import (
     with_jaw,
     within_limits,
 )
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.frames import rotation_vector, transform
-from tissue_sim.instruments import INSTRUMENTS, PATCH_LINKS
-from tissue_sim.psm import forward_kinematics, joint_frames
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, port_pose
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.tools.psm import forward_kinematics, joint_frames
 
 JAW_FRACTION = 0.7
 H = 1e-5  # central differences: h^2 / 6 times a third derivative of at most 1, and rounding / h

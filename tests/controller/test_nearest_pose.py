@@ -18,8 +18,8 @@ from tests.joints import (
     within_limits,
 )
 from tissue_sim.frames import axis_angle, pose, rotation_vector
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits
 
 BEYOND = np.array([0.3, 0.3, 0.05, 0.0, 0.8, 0.8])
 some = settings(max_examples=50)

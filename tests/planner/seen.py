@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_sim.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 
 
 def clipped(

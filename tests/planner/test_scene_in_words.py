@@ -8,7 +8,7 @@ import pytest
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.scene_in_words import scene_in_words, way_in_words
 from tests.planner.seen import clipped
-from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.tools.arms import RIGHT_ARM
 
 WORDS = {"away": "further away", "towards": "nearer"}
 

@@ -9,12 +9,12 @@ from planner.instruction import TASKS
 from planner.scripted import PATIENCE_S, PlannerScripted
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
-from tissue_sim.arms import RIGHT_ARM, JointCommand
-from tissue_sim.cut import BLADE_LENGTH_M, sever
-from tissue_sim.outcome import right_arm_back
+from tissue_sim.outcome.predicates import right_arm_back
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]

@@ -4,7 +4,7 @@ import resource
 
 import pytest
 
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.procedures import Procedure, run
 
 

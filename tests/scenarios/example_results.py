@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 
 PASSED = EpisodeResult(
     scenario="nominal",

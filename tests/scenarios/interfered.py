@@ -4,11 +4,11 @@ import numpy as np
 
 from planner.command import COMMANDS
 from scenarios.episode import begin
-from scenarios.hand import Hand
-from scenarios.inbox import Inbox
+from scenarios.loop.guided_arm import Hand
+from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.recorder import Recorder, load
-from tissue_sim.arms import LEFT_ARM
+from scenarios.recording.recorder import Recorder, load
+from tissue_sim.tools.arms import LEFT_ARM
 
 STEPS = 900
 

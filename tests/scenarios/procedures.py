@@ -3,11 +3,11 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scenarios.attempt import attempt_episode
 from scenarios.episode import Step
-from scenarios.episode_config import EpisodeConfig
-from scenarios.recorder import Recording, load
-from scenarios.results import EpisodeResult
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import EpisodeResult
+from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.recorder import Recording, load
 from tissue_sim.world import World
 
 

@@ -2,9 +2,9 @@
 
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import anatomy_of, begin
-from scenarios.episode_config import EpisodeConfig
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.variants import VARIANTS
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.variants import VARIANTS
 
 SEED = 10_003
 

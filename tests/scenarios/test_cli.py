@@ -10,7 +10,7 @@ from scenarios.catalogue import SCENARIOS
 from scenarios.cli import main, parse
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import ERROR, FAILED, PASSED
 
 HEAVY = (
@@ -101,7 +101,7 @@ def test_folders_made_on_the_way_to_a_failure_are_removed(capfd, tmp_path):
 
 
 def test_video_without_a_renderer_is_bad_input(capfd, tmp_path, monkeypatch):
-    from tissue_sim.renderer_probe import renderer_available
+    from tissue_sim.rendering.renderer_probe import renderer_available
 
     for variable in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES"):
         monkeypatch.setenv(variable, str(tmp_path / "no-driver.json"))

@@ -17,20 +17,20 @@ from controller.idle import ControllerIdle
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.scripted import PlannerScripted
-from scenarios.attempt import attempt_episode
 from scenarios.catalogue import CONTROLLERS
 from scenarios.episode import PLAN_PERIOD_S, Episode, begin, result_of, rig_in, run_episode
-from scenarios.episode_config import EpisodeConfig
-from scenarios.recorder import load
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.recorder import load
 from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import RIGHT_ARM, JointCommand
-from tissue_sim.clip import lose
-from tissue_sim.injury import Injury
-from tissue_sim.instruments import INSTRUMENTS
-from tissue_sim.nurse import EXCHANGE_S
-from tissue_sim.psm import joint_limits
+from tissue_sim.outcome.nurse import EXCHANGE_S
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.surgery.clip import lose
+from tissue_sim.surgery.injury import Injury
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.tools.psm import joint_limits
 from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]

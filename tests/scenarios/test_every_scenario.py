@@ -10,10 +10,10 @@ import pytest
 
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import anatomy_of, begin, run_episode
-from scenarios.episode_config import EpisodeConfig
-from scenarios.moment import Moment
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.snapshot import Moment
 from tests.scenarios.procedures import run
-from tissue_sim.observation import MOST_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import MOST_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
 
 SEED, OTHER_SEED = 10_001, 10_002
 BEFORE, AFTER = 15, 45  # steps: arms on their way; a perturbation may lead one in the second

@@ -8,7 +8,7 @@ import pytest
 from planner.instruction import TASKS
 from planner.llm import ATTEMPTS
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from tests.planner.chat_server import says, sends, serving
 
 SEED = 10_004

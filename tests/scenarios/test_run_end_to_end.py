@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from planner.instruction import TASKS
-from scenarios.recorder import load
-from scenarios.results import read_results
-from tissue_sim.anatomy import anatomy_from_seed
+from scenarios.loop.results import read_results
+from scenarios.recording.recorder import load
+from tissue_sim.patient.anatomy import anatomy_from_seed
 
 ROOT = Path(__file__).parents[2]
 SEED = 10_004

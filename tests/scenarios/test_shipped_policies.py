@@ -5,7 +5,7 @@ import pytest
 from controller.diffusion import checkpoint as of_controller
 from planner.learned import checkpoint as of_planner
 from scenarios.cli import main
-from scenarios.results import read_results
+from scenarios.loop.results import read_results
 
 
 @pytest.mark.parametrize(

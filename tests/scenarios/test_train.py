@@ -15,7 +15,7 @@ from controller.diffusion.demonstrations import demonstrations
 from controller.diffusion.windows import Windows
 from scenarios.cli import main
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from tests.controller.dataset.episodes import write_parts
 from tests.scenarios.test_cli import complaint
 
@@ -122,7 +122,7 @@ def test_a_checkpoint_that_is_neither_named_nor_shipped_is_told_in_one_line(
 
 
 def test_the_bench_times_chunks_and_joins_them_at_each_delay(checkpoint, capsys, monkeypatch):
-    monkeypatch.setattr("scenarios.bench_controller.lerobot_version", lambda: None)
+    monkeypatch.setattr("scenarios.bench.controller.lerobot_version", lambda: None)
     words = ["--checkpoint", str(checkpoint), "--repeats", "3", "--steps", "30"]
     assert main(["bench", "controller", *words]) == 0
     said = capsys.readouterr().out

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.tissue import Tissue
+from tissue_sim.mechanics.tissue import Tissue
 
 
 def forces(tissue: Tissue, *stages: str) -> Array:

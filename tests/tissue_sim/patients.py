@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.clip import CLIP_LENGTH_M, Clip, latch
-from tissue_sim.cut import BLADE_LENGTH_M, Cut, sever
-from tissue_sim.organ import build_organ
-from tissue_sim.tissue import Tissue
-from tissue_sim.tubes import Tubes
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
 from tissue_sim.verification.bodies import astride
 
 SETTLE_STEPS, HALF_SECOND = 45, 30

@@ -7,10 +7,10 @@ from time import sleep
 import numpy as np
 import pytest
 
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import JointCommand
-from tissue_sim.observation import Observation
 from tissue_sim.parallel import Worlds
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import JointCommand
 
 SEEDS = (10_000, 10_001, 10_002)
 

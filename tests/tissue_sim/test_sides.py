@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.data_parallel import ring_sides
-from tissue_sim.grasp import LEFT_FINGERS
-from tissue_sim.organ import build_organ
-from tissue_sim.parting import part_ring
-from tissue_sim.tissue import Tissue
-from tissue_sim.tubes import Tubes
+from tissue_sim.mechanics.data_parallel import ring_sides
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.grasp import LEFT_FINGERS
+from tissue_sim.surgery.parting import part_ring
 
 FINGER, OTHER = LEFT_FINGERS
 CUT = 5

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.frames import Array
-from tissue_sim.injury import InjuryMonitor, Reading
-from tissue_sim.tear import Load, tear
-from tissue_sim.tissue import TissueConfig
+from tissue_sim.mechanics.tissue import TissueConfig
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.surgery.injury import InjuryMonitor, Reading
+from tissue_sim.surgery.tear import Load, tear
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World, WorldConfig
 
 SEED = 5

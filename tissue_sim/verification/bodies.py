@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from tissue_sim.field import AWAY
 from tissue_sim.frames import Array, axis_angle, pose, unit
-from tissue_sim.material import Material
-from tissue_sim.organ import TUBES, LiverBed, Organ
-from tissue_sim.sweep import Indices, Sweep, oriented, sweep
-from tissue_sim.tissue import Tissue, TissueConfig
-from tissue_sim.topology import boundary_faces
-from tissue_sim.tubes import Tubes
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.topology import boundary_faces
+from tissue_sim.patient.axes import AWAY
+from tissue_sim.patient.material import Material
+from tissue_sim.patient.mesher import Indices, Sweep, oriented, sweep
+from tissue_sim.patient.organ import TUBES, LiverBed, Organ
+from tissue_sim.structures.tubes import Tubes
 
 EPS = float(np.finfo(np.float32).eps)
 SETTLED_M = 1e-8  # a step: about what positions of a decimetre are rounded to

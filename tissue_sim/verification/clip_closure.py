@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_sim.anatomy import Anatomy
-from tissue_sim.clip import CLIP_LENGTH_M, closure, grip_n, latch
 from tissue_sim.frames import Array
-from tissue_sim.material import Material
-from tissue_sim.organ import build_organ
-from tissue_sim.tissue import Tissue
-from tissue_sim.tubes import Tubes
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.material import Material
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, closure, grip_n, latch
 from tissue_sim.verification.bodies import astride, box, creeping, face_share, settle
 
 BLOCK_M = (0.003, 0.003, 0.002)

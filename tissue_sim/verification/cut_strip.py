@@ -20,10 +20,10 @@ import numpy as np
 from scipy.integrate import quad
 
 from tissue_sim.frames import Array
-from tissue_sim.material import Material
-from tissue_sim.sweep import Indices
-from tissue_sim.tissue import Tissue
-from tissue_sim.topology import part_vertices
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.topology import part_vertices
+from tissue_sim.patient.material import Material
+from tissue_sim.patient.mesher import Indices
 from tissue_sim.verification.bodies import box, creeping, face_share, organ_of, settle, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 

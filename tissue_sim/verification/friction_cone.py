@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_sim.contact import NORMAL_STIFFNESS
 from tissue_sim.frames import Array
-from tissue_sim.implicit import PREDICT
-from tissue_sim.tissue import Tissue
+from tissue_sim.mechanics.contact import NORMAL_STIFFNESS
+from tissue_sim.mechanics.implicit import PREDICT
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.verification.bodies import box, organ_of, tissue_of
 
 SIZE_M = (0.06, 0.06, 0.02)

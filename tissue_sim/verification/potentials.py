@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, kron
 
 from tissue_sim.frames import Array
-from tissue_sim.sweep import Indices
+from tissue_sim.patient.mesher import Indices
 
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 _LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.field import RIGHT
 from tissue_sim.frames import Array
-from tissue_sim.organ import Organ
-from tissue_sim.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.patient.axes import RIGHT
+from tissue_sim.patient.organ import Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 
 GRASPED_M = 0.005  # from the middle of the infundibulum: as wide as a grasper

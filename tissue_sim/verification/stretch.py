@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import root
 
 from tissue_sim.frames import Array
-from tissue_sim.material import Material
+from tissue_sim.patient.material import Material
 from tissue_sim.verification.bodies import EPS, SETTLED_M, box, creeping, face_share, settle
 
 SIZE_M = (0.02, 0.008, 0.008)

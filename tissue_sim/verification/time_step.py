@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.material import Material
+from tissue_sim.patient.material import Material
 from tissue_sim.verification.bodies import box, organ_of, tissue_of
 
 SIZE_M = (0.02, 0.01, 0.01)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from tissue_sim.frames import Array
-from tissue_sim.tissue import Tissue
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import statics_of
 

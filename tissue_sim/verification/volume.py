@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.material import Material
-from tissue_sim.sweep import Indices
+from tissue_sim.patient.material import Material
+from tissue_sim.patient.mesher import Indices
 from tissue_sim.verification.bodies import box, creeping, face_share, settle
 
 SIDE_M = 0.01

@@ -10,8 +10,8 @@ import numpy as np
 from controller.safety.bounds import Bounds, on_joints
 from controller.safety.situation import Situation
 from tissue_sim.frames import Array
-from tissue_sim.instruments import Instrument
-from tissue_sim.psm import joint_limits
+from tissue_sim.tools.instruments import Instrument
+from tissue_sim.tools.psm import joint_limits
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.safety.bounds import ARMS, Bounds, approach_share
-from controller.safety.collision import NearPairs
 from controller.safety.exemption import FIRM
+from controller.safety.geometry.collision import NearPairs
 from controller.safety.situation import Situation
-from tissue_sim.instruments import PATCH_LINKS
+from tissue_sim.tools.instruments import PATCH_LINKS
 
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
 TUBE_MARGIN_M = 0.001  # assumed: of a tube, which comes and goes by itself

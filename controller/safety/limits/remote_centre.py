@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.safety.bounds import EACH_JOINT, JOINTS, Bounds, at_least, on_joints
 from controller.safety.situation import Situation
-from tissue_sim.psm import INSERTION_AT_RCM_M, JOINT_NAMES
+from tissue_sim.tools.psm import INSERTION_AT_RCM_M, JOINT_NAMES
 
 INSIDE_M = 0.02  # the wrist this far beyond the remote centre, out of the cannula; assumed
 MOST_OFFSET_M = 0.002  # of the shaft at the remote centre, assumed: what an abdominal wall bears

@@ -8,7 +8,7 @@ from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.words import counts
-from scenarios.results import Summary
+from scenarios.loop.results import Summary
 
 
 def conditions(report: Report) -> str:

@@ -19,7 +19,7 @@ from scenarios.evaluation.page.sheet import sheet
 from scenarios.evaluation.page.srt_h import beside_srt_h
 from scenarios.evaluation.page.times import times
 from scenarios.evaluation.report import Report
-from scenarios.strict_json import dumps
+from scenarios.files.strict_json import dumps
 
 
 def page(report: Report, made_with: Mapping[str, Any]) -> str:

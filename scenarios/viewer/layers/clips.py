@@ -7,7 +7,7 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_TURN, show, srgb, wxyz
-from tissue_sim.clip_shape import LOOK, leg
+from tissue_sim.rendering.clip_shape import LOOK, leg
 
 
 class ClipLayer:

@@ -7,11 +7,11 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, wxyz
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.frames import Array, inverse_pose
-from tissue_sim.instrument_meshes import finished, link_parts
-from tissue_sim.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
-from tissue_sim.psm import T_yaw_tool
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instrument_meshes import finished, link_parts
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
+from tissue_sim.tools.psm import T_yaw_tool
 
 LINKS = (*PATCH_LINKS, "palm")
 ARM_OF = {"grasper": LEFT_ARM, "clip_applier": RIGHT_ARM, "scissors": RIGHT_ARM}

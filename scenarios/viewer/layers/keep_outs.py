@@ -7,9 +7,9 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import Rgb, show
-from tissue_sim.shapes import pipe
-from tissue_sim.surroundings import COMMON_DUCT_RADIUS_M
-from tissue_sim.textures import TILE_M
+from tissue_sim.patient.surroundings import COMMON_DUCT_RADIUS_M
+from tissue_sim.rendering.shapes import pipe
+from tissue_sim.rendering.textures import TILE_M
 
 COLOUR: Rgb = (240, 60, 60)
 _ROUND = 1.25  # of the duct's radius, so that it is seen around it

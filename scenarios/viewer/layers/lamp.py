@@ -8,7 +8,7 @@ import viser
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import Rgb, show
 from tissue_sim.frames import pose
-from tissue_sim.illumination import LAMP_BESIDE_M
+from tissue_sim.rendering.illumination import LAMP_BESIDE_M
 
 XENON: Rgb = (255, 247, 235)
 INTENSITY_CD = 0.02  # assumed: looks as the renderer's picture does

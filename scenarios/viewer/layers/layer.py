@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from viser.transforms import SO3
 
 from scenarios.viewer.frame import Frame
-from tissue_sim.textures import Colour
+from tissue_sim.rendering.textures import Colour
 
 Rgb = tuple[int, int, int]
 SEEN_M = 5e-5  # less than a pixel of a page that fills a screen

@@ -13,10 +13,10 @@ from trimesh.visual.material import PBRMaterial
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import glb, show
-from tissue_sim.drawing import Surface
-from tissue_sim.drawn_surroundings import surroundings
 from tissue_sim.frames import Array
-from tissue_sim.textures import Look, colours, relief
+from tissue_sim.rendering.drawing import Surface
+from tissue_sim.rendering.drawn_surroundings import surroundings
+from tissue_sim.rendering.textures import Look, colours, relief
 
 CAVITY = "cavity"
 

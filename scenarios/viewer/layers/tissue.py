@@ -7,9 +7,9 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_M, Rgb, show, srgb
-from tissue_sim.drawn_tissue import looks
-from tissue_sim.skin import build_skin, surface_faces
-from tissue_sim.textures import DYE, Look
+from tissue_sim.rendering.drawn_tissue import looks
+from tissue_sim.rendering.skin import build_skin, surface_faces
+from tissue_sim.rendering.textures import DYE, Look
 
 SPLITS = 2  # about 3,300 triangles, round enough on a screen
 

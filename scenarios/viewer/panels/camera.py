@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from scenarios.viewer.desk import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, Desk, State
 
 
 class CameraPanel:

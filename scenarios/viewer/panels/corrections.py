@@ -5,8 +5,8 @@ from __future__ import annotations
 import viser
 
 from planner.correction import CORRECTIONS, Correction
-from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, cells, pad
+from scenarios.viewer.session_state import Asks, Desk, State
 
 _PLACES = {  # what an arm is asked: where the button stands, and its short text
     "higher": ("1 / 2", "▲ higher"),

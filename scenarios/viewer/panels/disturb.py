@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.viewer.desk import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, Desk, State
 
 
 class DisturbPanel:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import viser
 
-from scenarios.viewer.desk import Asks, Desk
 from scenarios.viewer.panels.talk import GO_ON, HOLD
+from scenarios.viewer.session_state import Asks, Desk
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,12 +6,12 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.desk import Asks, State
 from scenarios.viewer.layers import forces, keep_outs, plan
 from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.panels.keys import KEYS
-from tissue_sim.clip_shape import LOOK as CLIP
-from tissue_sim.drawn_tissue import looks
+from scenarios.viewer.session_state import Asks, State
+from tissue_sim.rendering.clip_shape import LOOK as CLIP
+from tissue_sim.rendering.drawn_tissue import looks
 
 
 class LegendPanel:

@@ -6,8 +6,8 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.chronicle import Kind, Line
-from scenarios.viewer.desk import Asks, State
+from scenarios.viewer.event_log import Kind, Line
+from scenarios.viewer.session_state import Asks, State
 
 SHOWN = 40
 _TAGS: dict[Kind, tuple[str, str]] = {  # word and colour

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.scene import OPTIONAL, Scene, look_through
+from scenarios.viewer.session_state import Asks, Desk, State
 
 
 class LookPanel:

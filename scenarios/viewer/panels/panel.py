@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from scenarios.viewer.desk import State
+from scenarios.viewer.session_state import State
 
 
 class Panel(Protocol):

@@ -7,9 +7,9 @@ from html import escape
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
-from scenarios.viewer.chronicle import Story, progress_of, verdict
-from scenarios.viewer.desk import Asks, State
-from tissue_sim.arms import LEFT_ARM
+from scenarios.viewer.event_log import Story, progress_of, verdict
+from scenarios.viewer.session_state import Asks, State
+from tissue_sim.tools.arms import LEFT_ARM
 
 _PLANNER, _HUMAN = "#1c7ed6", "#e8590c"
 

@@ -6,13 +6,13 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from scenarios.hand import Hand
-from scenarios.viewer.desk import Asks, Desk, State
+from scenarios.loop.guided_arm import Hand
 from scenarios.viewer.layers.layer import wxyz
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, pad
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
+from scenarios.viewer.session_state import Asks, Desk, State
 from tissue_sim.frames import pose
-from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 GIZMO_M = 0.02
 _SHUT_RAD = -0.2  # jaws pressed together

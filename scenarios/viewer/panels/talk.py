@@ -8,9 +8,9 @@ from html import escape
 import viser
 
 from planner.language.interpreter import Reading
-from scenarios.inbox import read
-from scenarios.viewer.desk import Asks, Desk, State
+from scenarios.loop.inbox import read
 from scenarios.viewer.panels.style import pad
+from scenarios.viewer.session_state import Asks, Desk, State
 
 LATE_S = 0.5  # for which what was typed is waited for
 SHOWN = 120  # characters of what was said

@@ -7,7 +7,7 @@ from html import escape
 import viser
 
 from controller.action import CONTROL_STEP_S
-from scenarios.viewer.desk import Asks, State
+from scenarios.viewer.session_state import Asks, State
 
 
 class TimingPanel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.desk import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, Desk, State
 
 
 class TrainingDataPanel:

@@ -6,8 +6,8 @@ import math
 
 import viser
 
-from scenarios.viewer.desk import Asks, Desk, State
 from scenarios.viewer.panels.style import pad
+from scenarios.viewer.session_state import Asks, Desk, State
 
 SPEEDS = {
     "¼ ×": 0.25,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.dataset.episode import Episode, Header
+from controller.dataset.dataset_episode import Episode, Header
 from controller.dataset.part import part_bytes
 from controller.dataset.schema import DEMONSTRATED, TEXTS
 from controller.dataset.tables import strings

@@ -5,7 +5,7 @@ import numpy as np
 from controller.action import ToolAction
 from controller.diffusion.windows import Demonstration
 from tissue_sim.frames import exponential, rotation_to_6d
-from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
 def motions(n: int, seed: int = 0) -> np.ndarray:

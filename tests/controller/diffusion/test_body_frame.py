@@ -8,7 +8,7 @@ import pytest
 from controller.action import hold
 from controller.diffusion.body_frame import BodyFrame
 from tests.planner.seen import clipped, shifted
-from tissue_sim.observation import Observation
+from tissue_sim.sensing.observation import Observation
 
 SEEN = clipped(left=1)
 STEPS = 240

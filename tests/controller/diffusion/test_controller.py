@@ -13,7 +13,7 @@ from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from planner.instruction import TASKS, Instruction
-from tissue_sim.observation import Observation, fields
+from tissue_sim.sensing.observation import Observation, fields
 
 CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
 GRAB, CLIP = (Instruction(task=task) for task in TASKS[:2])

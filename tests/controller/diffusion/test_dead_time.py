@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from controller.action import hold
 from controller.diffusion.chunk_frame import JAWS, trajectory
 from controller.diffusion.dead_time import MOST_STEPS, DeadTime, foreseen
-from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 STEP_M = 5e-4  # of a tip in a control step
 

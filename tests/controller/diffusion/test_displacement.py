@@ -19,7 +19,7 @@ from controller.diffusion.displacement import (
 from controller.diffusion.windows import Batch, Windows
 from controller.expert.motion import JAW_SPEED_RAD_S
 from tests.controller.diffusion.demonstrated import demonstration
-from tissue_sim.observation import fields
+from tissue_sim.sensing.observation import fields
 
 HORIZON = 40
 LEFT, RIGHT = 0, 1

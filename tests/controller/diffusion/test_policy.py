@@ -11,8 +11,8 @@ from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
-from tissue_sim.observation import VECTOR_SIZE, fields
-from tissue_sim.tracker_noise import TISSUE_M, noised
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.tracker_noise import TISSUE_M, noised
 
 CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32, denoiser_blocks=1)
 

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.safety.collision import CollisionModel
-from controller.safety.port_wall import port_wall
-from controller.safety.rigid_surface import RigidSurface
-from controller.safety.surroundings import RigidSurroundings, Surroundings, chained
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM, port_pose
-from tissue_sim.instruments import INSTRUMENTS
+from controller.safety.geometry.collision import CollisionModel
+from controller.safety.geometry.port_wall import port_wall
+from controller.safety.geometry.rigid_surface import RigidSurface
+from controller.safety.obstacles import RigidSurroundings, Surroundings, chained
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, port_pose
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 T_WORLD_RCM = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
 TOOLS = (INSTRUMENTS["grasper"], INSTRUMENTS["clip_applier"])

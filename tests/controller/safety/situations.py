@@ -4,13 +4,13 @@ import numpy as np
 
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
-from controller.safety.collision import ACTIVATION_M, NO_LINK, NearPairs
 from controller.safety.exemption import WorkedOn
-from controller.safety.link_cores import N_LINK, link_cores
+from controller.safety.geometry.collision import ACTIVATION_M, NO_LINK, NearPairs
+from controller.safety.geometry.link_cores import N_LINK, link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
-from tissue_sim.instruments import PATCH_LINKS
+from tissue_sim.tools.instruments import PATCH_LINKS
 
 STEP_S = 1.0 / 30.0
 GRAB = Instruction(task=TASKS[0])

@@ -8,10 +8,10 @@ from scipy.optimize import minimize
 from controller.links import link_poses, tool_jacobian
 from controller.safety.arm_motion import JOINT_SHARE, TIP_M, TURN_RAD, UNIT, arm_motion
 from controller.symbolic import MOVING_LINKS
-from scenarios.attack import random_start
+from scenarios.bench.trials.attack import random_start
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
-from tissue_sim.instruments import SHAFT_RADIUS_M
-from tissue_sim.urdf import SHAFT_LENGTH_M
+from tissue_sim.tools.instruments import SHAFT_RADIUS_M
+from tissue_sim.tools.urdf import SHAFT_LENGTH_M
 
 CHANGE = 1e-6
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)

@@ -11,21 +11,21 @@ from scipy.optimize import brentq
 
 from controller.kinematics import inverse_kinematics
 from controller.safety.arm_motion import arm_motion
-from controller.safety.collision import CollisionModel
 from controller.safety.exemption import worked_on
 from controller.safety.filter import FAR, SafetyFilter
+from controller.safety.geometry.collision import CollisionModel
 from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
 from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
 from controller.safety.limits.outer_shafts import OuterShafts
+from controller.safety.obstacles import registered, surroundings_of
 from controller.safety.proof import DEEPER_M
-from controller.safety.surroundings import registered, surroundings_of
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
-from tissue_sim.anatomy import anatomy_from_seed
-from tissue_sim.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.frames import inverse_pose, unit
-from tissue_sim.grasp import Grasp
-from tissue_sim.psm import forward_kinematics
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.surgery.grasp import Grasp
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
+from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
 SEED = 10_000

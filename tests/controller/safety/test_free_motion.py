@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.kinematics import inverse_kinematics
-from controller.safety.collision import CollisionModel
 from controller.safety.free_motion import free_share
+from controller.safety.geometry.collision import CollisionModel
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS, chain, model, surroundings
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.psm import forward_kinematics
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.psm import forward_kinematics
 
 MODEL = model()
 ARTERY_RADIUS_M = 0.00075

@@ -14,7 +14,7 @@ from controller.safety.interlocks import (
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, STEP_S, keeps, situation
-from tissue_sim.instruments import INSTRUMENTS
+from tissue_sim.tools.instruments import INSTRUMENTS
 
 CLOSES, OPENS = -0.1 * np.eye(N_MOTION)[13], 0.1 * np.eye(N_MOTION)[13]
 SCISSORS = (TOOLS[0], INSTRUMENTS["scissors"])

@@ -25,10 +25,10 @@ from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
 from controller.safety.limits.tissue_force import SHARE, TissueForce
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, NOTHING, STEP_S, keeps, situation
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.instruments import PATCH_LINKS
-from tissue_sim.psm import INSERTION_AT_RCM_M, joint_limits
 from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import PATCH_LINKS
+from tissue_sim.tools.psm import INSERTION_AT_RCM_M, joint_limits
 
 RANGES = np.stack([np.vstack([joint_limits(i), i.jaw_range_rad]) for i in TOOLS])
 INSERTION, LEFT_JAW = 2, 6

@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollout
-from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 TASK_STEPS = 2 * STEPS_A_SECOND
 

@@ -14,7 +14,7 @@ from planner.learned.planner import PATIENCE_S, STALE_S, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
-from tissue_sim.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))

@@ -13,7 +13,7 @@ from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout
 from planner.learned.scoring import calibration_error, score
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.learned.test_rollout import with_tasks
-from tissue_sim.observation import fields
+from tissue_sim.sensing.observation import fields
 
 
 class Knowing:

@@ -9,10 +9,10 @@ import pytest
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun, run
+from scenarios.demonstration.demonstration_recorder import Witness
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
 from scenarios.demonstration.mix import Demonstration
 from scenarios.demonstration.turns import expert_acts
-from scenarios.demonstration.witness import Witness
 
 SEED = 10_001
 SEEN_TIPS = slice(14, 38)  # in `Observation.vector`: (2, 3, 4)

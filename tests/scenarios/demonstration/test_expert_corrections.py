@@ -9,11 +9,11 @@ import pytest
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.task import TASKS
+from scenarios.bench.trials.obedience_trial import PlannerSaying
 from scenarios.catalogue import CONTROLLERS
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode, begin
-from scenarios.episode_config import EpisodeConfig
-from scenarios.obedience_trial import PlannerSaying
+from scenarios.loop.episode_config import EpisodeConfig
 
 CONFIG = EpisodeConfig(seed=10_001)
 WITHIN_STEPS = 60  # 2 s

@@ -7,14 +7,14 @@ import pytest
 
 from controller.dataset.reader import read_episodes
 from planner.override import HOLD_S
-from scenarios.attempt import attempt_episode
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
-from scenarios.inbox import Inbox
-from scenarios.recorder import load
-from scenarios.script import Timed
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import Inbox
+from scenarios.loop.script import Timed
+from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.recorder import load
 
 SEED = 10_004
 HIGHER = "move right arm higher"

@@ -6,7 +6,7 @@ from planner.correction import CORRECTIONS
 from planner.task import TASKS
 from scenarios.catalogue import SCENARIOS
 from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
-from tissue_sim.anatomy import anatomy_from_seed
+from tissue_sim.patient.anatomy import anatomy_from_seed
 
 
 @pytest.mark.parametrize("mix", MIXES)

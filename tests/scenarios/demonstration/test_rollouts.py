@@ -11,13 +11,13 @@ from planner.command import COMMANDS
 from planner.correction import correction_from_text
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
+from scenarios.bench.trials.obedience_trial import PlannerSaying
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, Failing
 from scenarios.demonstration.mix import Demonstration
-from scenarios.demonstration.rollouts import WitnessOfRollout
-from scenarios.obedience_trial import PlannerSaying
-from tissue_sim.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.outcome import gallbladder_grasped, gallbladder_held, grasper_hooked
+from scenarios.demonstration.rollout_recorder import WitnessOfRollout
+from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED, SLIPPING = 10_001, 10_003
 GRAB, FIRST_CLIP = TASKS[:2]

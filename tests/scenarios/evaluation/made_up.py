@@ -10,8 +10,8 @@ from planner.task import TASKS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
-from scenarios.recorder import Recorder
-from scenarios.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.recording.recorder import Recorder
 from scenarios.suites import SUITES
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from scenarios.episode_config import EpisodeConfig
-from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
 
 
 def test_words_become_the_arm_that_they_name():

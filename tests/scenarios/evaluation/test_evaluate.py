@@ -11,7 +11,7 @@ import pytest
 from scenarios.catalogue import CONTROLLERS
 from scenarios.cli import main
 from scenarios.evaluation.arm import arm_from_text
-from scenarios.recorder import load
+from scenarios.recording.recorder import load
 from tests.scenarios.evaluation.made_up import episode, plan, record
 
 ROOT = Path(__file__).parents[3]

@@ -5,10 +5,10 @@ import json
 import pytest
 
 from scenarios.catalogue import CONTROLLERS
-from scenarios.errors import BadInputError
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import attempt
 from scenarios.evaluation.folder import MANIFEST, finished, open_folder
+from scenarios.files.errors import BadInputError
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, record
 
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"

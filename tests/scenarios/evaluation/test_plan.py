@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from scenarios.catalogue import SCENARIOS
-from scenarios.episode_config import EpisodeConfig
 from scenarios.evaluation.case import Case
-from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.perturbation.perturbations import PERTURBATIONS
 from scenarios.suites import SUITES
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
 

@@ -15,9 +15,9 @@ from scenarios.evaluation.comparison import compare
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.reasons import NOT_HOLDING, in_detail, reason
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
-from scenarios.evaluation.tables import tables
-from scenarios.results import episode_from, summarise
-from scenarios.strict_json import dumps
+from scenarios.evaluation.terminal_tables import tables
+from scenarios.files.strict_json import dumps
+from scenarios.loop.results import episode_from, summarise
 from scenarios.suites import SUITES
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
 

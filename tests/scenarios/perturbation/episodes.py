@@ -7,8 +7,8 @@ import numpy as np
 
 from scenarios.catalogue import SCENARIOS, Scenario
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
-from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.perturbation.perturbations import PERTURBATIONS
 
 SEED = 10_001
 BY_NAME = {p.name: p for p in PERTURBATIONS}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
-from scenarios.inbox import Inbox
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND, NUDGE_S
 
 STEP_S = 1 / 30

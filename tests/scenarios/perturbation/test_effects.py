@@ -17,10 +17,10 @@ from scenarios.perturbation.out_of_range import (
 )
 from scenarios.perturbation.perturbation import AtTask, AtTime
 from tests.scenarios.perturbation.episodes import disturbed, perturbation
-from tissue_sim.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
-from tissue_sim.field import UP
 from tissue_sim.frames import inverse_pose, rotation_vector
-from tissue_sim.outcome import gallbladder_held
+from tissue_sim.outcome.predicates import gallbladder_held
+from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
+from tissue_sim.patient.axes import UP
 
 CONTROL_STEP_S = 1 / 30
 WAVES = "tests.scenarios.perturbation.waving_controller:ControllerWaves"

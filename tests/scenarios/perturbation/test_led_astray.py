@@ -11,8 +11,8 @@ from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
-from tissue_sim.clip import CLIP_LENGTH_M
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
 CONTROL_STEP_S = 1 / 30

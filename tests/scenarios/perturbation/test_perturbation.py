@@ -7,9 +7,9 @@ from math import nan
 import numpy as np
 import pytest
 
-from scenarios.episode_config import EpisodeConfig
-from scenarios.perturbation.catalogue import PERTURBATIONS
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.perturbation import AtTime
+from scenarios.perturbation.perturbations import PERTURBATIONS
 from tests.scenarios.perturbation.episodes import disturbed, perturbation, trace
 
 FIVE_SECONDS = 150

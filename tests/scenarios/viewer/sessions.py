@@ -4,10 +4,10 @@ import time
 from contextlib import contextmanager, suppress
 from threading import Thread
 
-from scenarios.episode_config import EpisodeConfig
-from scenarios.viewer.desk import Desk
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.session import watch_episodes
+from scenarios.viewer.session_state import Desk
 from scenarios.viewer.watcher import Watcher
 
 SEED = 10_000

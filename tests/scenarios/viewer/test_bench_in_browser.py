@@ -2,7 +2,7 @@
 
 import pytest
 
-from scenarios.bench_viewer import bench_viewer
+from scenarios.bench.viewer import bench_viewer
 from scenarios.viewer.chromium import missing
 from tests.scenarios.viewer.sessions import SEED
 

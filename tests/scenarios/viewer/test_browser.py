@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from controller.dataset.part import read_part
-from scenarios.recorder import load
+from scenarios.recording.recorder import load
 from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from tests.scenarios.viewer.sessions import SEED, run_to, session, wait_until
-from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.tools.arms import RIGHT_ARM
 
 pytestmark = [
     pytest.mark.browser,
@@ -209,7 +209,7 @@ def test_an_arm_that_is_taken_over_is_the_persons_until_it_is_given_back(tab, de
 
 def test_an_exported_page_works_offline(chromium, tmp_path, desk):
     from scenarios.viewer.export import export
-    from scenarios.viewer.reel import Reel
+    from scenarios.viewer.recording_frames import Reel
 
     desk.pace.speed = math.inf
     desk.pace.go_on()

@@ -7,10 +7,10 @@ import pytest
 
 from controller.action import ToolAction, hold
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.frame import frame_of, patient_of
-from tissue_sim.arms import RIGHT_ARM
-from tissue_sim.instruments import PATCH_LINKS
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import PATCH_LINKS
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import pytest
 from controller.dataset.part import read_part
 from planner.command import COMMANDS
 from scenarios.episode import begin
-from scenarios.episode_config import EpisodeConfig
-from scenarios.hand import Hand
-from scenarios.inbox import Inbox
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.guided_arm import Hand
+from scenarios.loop.inbox import Inbox
 from scenarios.viewer.interventions import InterventionsOnRequest
-from tissue_sim.arms import RIGHT_ARM
+from tissue_sim.tools.arms import RIGHT_ARM
 
 
 @pytest.mark.parametrize("expert", [True, False])

@@ -7,7 +7,7 @@ from threading import Thread
 
 import pytest
 
-from scenarios.episode_config import EpisodeConfig
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
 

@@ -9,9 +9,9 @@ from threading import Thread
 
 import pytest
 
-from scenarios.viewer.desk import Desk
 from scenarios.viewer.page_process import Line, PageProcess, answer
 from scenarios.viewer.port import choose_port
+from scenarios.viewer.session_state import Desk
 from tests.scenarios.viewer.sessions import run_to, session
 
 HOST = "127.0.0.1"

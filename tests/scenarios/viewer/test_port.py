@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from scenarios.errors import BadInputError
+from scenarios.files.errors import BadInputError
 from scenarios.viewer.port import FIRST_PORT, PORTS, choose_port
 
 HOST = "127.0.0.1"

@@ -10,10 +10,10 @@ import pytest
 from controller.dataset.part import read_part
 from controller.dataset.reader import read_episodes
 from planner.instruction import CORRECTIONS
-from scenarios.inbox import LONGEST
+from scenarios.loop.inbox import LONGEST
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.recorder import load
-from scenarios.viewer.chronicle import KEPT
+from scenarios.recording.recorder import load
+from scenarios.viewer.event_log import KEPT
 from tests.scenarios.viewer.sessions import SEED, run_to, session, wait_until
 
 

@@ -1,0 +1,1 @@
+"""How far instruments are from what they must not hit."""

@@ -1,0 +1,221 @@
+"""All pairs of instrument and obstacle that are near each other, with distance and direction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.geometry.chain_gaps import chain_gaps
+from controller.safety.geometry.core_gaps import CORE_GAP, NO_LINK, CoreGaps
+from controller.safety.geometry.gap import MM, Core, Gap, gap
+from controller.safety.geometry.link_cores import N_LINK, SHAFT, LinkCores, link_cores
+from controller.safety.geometry.rigid_surface import SurfaceModel
+from controller.safety.geometry.slabs import half_a_sphere, joined
+from controller.safety.obstacles import (
+    LIVER,
+    PORT_WALL,
+    RigidSurroundings,
+    Surroundings,
+)
+from tissue_sim.frames import Array
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.tools.instruments import Instrument
+
+ACTIVATION_M = 0.010
+OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
+N_DIRECTION = 32
+Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link
+_SHAFTS = [SHAFT, N_LINK + SHAFT]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NearPairs:
+    """Pairs that are nearer than the activation distance: a row a pair, world frame, m.
+
+    `on_instrument_m` - `on_obstacle_m` = `distance_m` * `normal`, also under penetration.
+
+    Attributes:
+        distance_m: (n,) signed, below 0: this deep in the obstacle.
+        on_instrument_m: (n, 3) nearest, or deepest, point of the instrument's surface.
+        on_obstacle_m: (n, 3) nearest point of the obstacle's surface.
+        normal: (n, 3) unit, from the obstacle to the instrument: the shortest way out.
+        arm: (n,) 0 left, 1 right.
+        link: (n,) index into `PATCH_LINKS`.
+        other_link: (n,) of the right arm where that is the obstacle, -1 elsewhere. Such a pair
+            is there once, with the left arm as the instrument.
+        names: of all obstacles: "liver", "port wall", "right arm", and those of the chains.
+        what: (n,) index into `names`.
+        foremost: (n,) of the capsules of a chain, those that are nearest or hardly farther.
+        within_m: the activation distance.
+        others_m: (4, 4) links of the left and right arm that are no pair are this far apart, or
+            farther; infinite for a pair.
+        links: where the instruments are.
+    """
+
+    distance_m: Array
+    on_instrument_m: Array
+    on_obstacle_m: Array
+    normal: Array
+    arm: Indices
+    link: Indices
+    other_link: Indices
+    names: tuple[str, ...]
+    what: Indices
+    foremost: NDArray[np.bool_]
+    within_m: float
+    others_m: Array
+    links: LinkCores
+
+    @property
+    def obstacle(self) -> NDArray[np.str_]:
+        """(n,) names."""
+        return np.array(self.names)[self.what]
+
+    def of(self, *names: str) -> NDArray[np.bool_]:
+        """(n,) whether the obstacle is one of these."""
+        return _among(self.names, names)[self.what]
+
+    @cached_property
+    def sides(self) -> Indices:
+        """(2, n) rows of `links` that each pair is of; one past their end for what is no link."""
+        other = np.where(self.other_link == NO_LINK, 2 * N_LINK, N_LINK + self.other_link)
+        return np.stack([N_LINK * self.arm + self.link, other])
+
+    def pair(self, row: int) -> Pair:
+        """Who is near to what; the capsules of a chain are one obstacle."""
+        return (
+            int(self.arm[row]),
+            int(self.link[row]),
+            self.names[self.what[row]],
+            int(self.other_link[row]),
+        )
+
+
+class CollisionModel:
+    """Of one patient, for both arms: surfaces are built here, once, and only moved later."""
+
+    def __init__(self, rigid: RigidSurroundings, T_world_rcm: Array) -> None:
+        """`T_world_rcm` (2, 4, 4): where the remote centres are."""
+        self._T_world_rcm = T_world_rcm
+        self._surfaces = {
+            LIVER: SurfaceModel(rigid.liver),
+            PORT_WALL: SurfaceModel(rigid.port_wall),
+        }
+        surfaces = self._surfaces.values()
+        self._directions = np.stack([*half_a_sphere(N_DIRECTION), *(s.outward for s in surfaces)])
+        slabs = [s.slabs(self._directions) for s in surfaces]
+        self._slabs, self._n_patch = joined(slabs), [len(s.low_m) for s in slabs]
+        self._first_patch = np.cumsum([0, *self._n_patch[:-1]])
+
+    def cores(self, joints: Array, instruments: Sequence[Instrument]) -> LinkCores:
+        """Where the instruments are at joints (2, 7)."""
+        return link_cores(joints, instruments, self._T_world_rcm)
+
+    def near(
+        self,
+        joints: Array,
+        instruments: Sequence[Instrument],
+        surroundings: Surroundings,
+        *,
+        within_m: float = ACTIVATION_M,
+    ) -> NearPairs:
+        """Every pair nearer than `within_m`, at joints (2, 7).
+
+        Of one link and one surface, one pair; of one link and one chain, a pair a capsule. A shaft
+        and the port wall are no pair: it goes through it, and is inside the flat wall as far as
+        its wrist, which is checked.
+        """
+        links = self.cores(joints, instruments)
+        moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
+        chains = surroundings.capsules
+        names = (*chains.names, *self._surfaces, OTHER_ARM)
+        surfaces, arms_m = self._at_least_m(links, moved_m)
+        arms = arms_m < within_m
+        cores = cache(links.core)
+        rows = [
+            *self._surface_rows(cores, surfaces < within_m, moved_m, len(chains.names)),
+            *_rows_between_arms(cores, arms, links.radius_m, len(names) - 1),
+        ]
+        by_form, by_fcl = chain_gaps(links, chains, within_m), np.array(rows, CORE_GAP)
+        distance_m = _distance_m(by_fcl, links.radius_m)
+        far = distance_m >= within_m
+        of_arms = by_fcl["other_link"] != NO_LINK
+        pairs = by_fcl[of_arms]
+        arms_m[pairs["link"], pairs["other_link"]] = np.where(far, distance_m, np.inf)[of_arms]
+        by_fcl = by_fcl[~far]
+        gaps = np.empty(len(by_fcl) + len(by_form), CORE_GAP)
+        gaps[: len(by_fcl)], gaps[len(by_fcl) :] = by_fcl, by_form
+        return _near_pairs(gaps, links, names, within_m, arms_m)
+
+    def _at_least_m(self, links: LinkCores, moved_m: Array) -> tuple[Array, Array]:
+        """Of surfaces and links (2, 8), and of links of the left and right arm (4, 4), how far."""
+        slabs = links.slabs(self._directions)
+        moved_m = np.repeat(moved_m @ self._directions.T, self._n_patch, axis=0)
+        others = joined([self._slabs.moved(moved_m), slabs[N_LINK:]])
+        apart = others.at_least_m(slabs)
+        patches, arms = apart[:-N_LINK], apart[-N_LINK:, :N_LINK]
+        surfaces = np.minimum.reduceat(patches, self._first_patch)
+        surfaces[list(self._surfaces).index(PORT_WALL), _SHAFTS] = np.inf
+        return surfaces, arms.T
+
+    def _surface_rows(
+        self, cores: Callable[[int], Core], near: NDArray[np.bool_], moved_m: Array, first: int
+    ) -> Iterator[tuple]:
+        """Of `CORE_GAP`; `first` obstacle of all surfaces."""
+        for k, surface in enumerate(self._surfaces.values()):
+            surface.move(moved_m[k])
+            for link in np.flatnonzero(near[k]).tolist():
+                yield link, first + k, NO_LINK, *_in_m(surface.gap(cores(link))), 0.0, True
+
+
+def _rows_between_arms(
+    cores: Callable[[int], Core], near: NDArray[np.bool_], radius_m: Array, obstacle: int
+) -> Iterator[tuple]:
+    """Of `CORE_GAP`."""
+    for link, other in np.transpose(near.nonzero()).tolist():
+        between = gap(cores(link), cores(N_LINK + other))
+        yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True
+
+
+def _in_m(gap: Gap) -> tuple[float, Array, Array]:
+    return gap.distance_mm / MM, gap.a_mm / MM, gap.b_mm / MM
+
+
+def _near_pairs(
+    gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: Array
+) -> NearPairs:
+    """The rows with the radii put on."""
+    radius_m = links.radius_m
+    on_link, on_other = gaps["on_link_m"], gaps["on_other_m"]
+    normal = (on_link - on_other) / gaps["apart_m"][:, None]
+    arm, link = np.divmod(gaps["link"], N_LINK)
+    return NearPairs(
+        distance_m=_distance_m(gaps, radius_m),
+        on_instrument_m=on_link - radius_m[gaps["link"], None] * normal,
+        on_obstacle_m=on_other + gaps["other_radius_m"][:, None] * normal,
+        normal=normal,
+        arm=arm,
+        link=link,
+        other_link=gaps["other_link"],
+        names=names,
+        what=gaps["obstacle"],
+        foremost=gaps["foremost"],
+        within_m=within_m,
+        others_m=others_m,
+        links=links,
+    )
+
+
+@cache
+def _among(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.bool_]:
+    """(n,) which names are wanted."""
+    return np.isin(names, wanted)
+
+
+def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:
+    """(n,) between the surfaces about the cores; `radius_m` (8,) of the links."""
+    return gaps["apart_m"] - radius_m[gaps["link"]] - gaps["other_radius_m"]

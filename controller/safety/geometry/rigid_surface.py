@@ -1,0 +1,94 @@
+"""A rigid surface with tissue behind it: signed distances of cores by a BVH that is built once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.safety.geometry.gap import MM, TOUCHING_MM, Core, Gap, nearest_points
+from controller.safety.geometry.slabs import Slabs
+from tissue_sim.frames import Array, unit
+
+BEHIND = -0.7  # cosine to the normal: nearest points of a smooth surface have 1 or -1
+SAMPLE_M = 0.002  # along a core that pierces the surface
+PATCH = 500  # triangles at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidSurface:
+    """Triangles, counter-clockwise seen from the free side. An open edge has no inside.
+
+    Attributes:
+        points_m: (n, 3), world frame.
+        triangles: (n_triangle, 3).
+    """
+
+    points_m: Array
+    triangles: NDArray[np.integer]
+
+
+class SurfaceModel:
+    """Signed distances to one surface, wherever it has moved to without turning."""
+
+    def __init__(self, surface: RigidSurface) -> None:
+        points, triangles = surface.points_m, surface.triangles
+        bvh = fcl.BVHModel()
+        bvh.beginModel(len(points), len(triangles))
+        bvh.addSubModel(MM * points, triangles)
+        bvh.endModel()
+        self._body = fcl.CollisionObject(bvh, fcl.Transform())
+        a, b, c = np.moveaxis(points[triangles], 1, 0)
+        area = np.cross(b - a, c - a)
+        self._normals, self._points_m, self._triangles = unit(area), points, triangles
+        self.outward = unit(area.sum(axis=0))
+        self.move(np.zeros(3))
+
+    def move(self, moved_m: Array) -> None:
+        """Put it this far (3,) from where its points have it, world frame."""
+        self._body.setTranslation(MM * moved_m)
+
+    def slabs(self, directions: Array) -> Slabs:
+        """(n, k) of n patches where its points have them, and of all that is straight behind those.
+
+        A hollow is outside of all patches, but not outside of one body about the whole.
+        """
+        along, faces = self._points_m @ directions.T, directions @ self.outward
+        patches = [along[np.unique(patch)] for patch in _patches(self._points_m, self._triangles)]
+        low, high = (
+            np.stack([end(patch, axis=0) for patch in patches]) for end in (np.min, np.max)
+        )
+        low[:, faces > 0.0], high[:, faces < 0.0] = -np.inf, np.inf
+        return Slabs(low_m=low, high_m=high)
+
+    def gap(self, core: Core) -> Gap:
+        """Between a core and the surface; as deep as the core's deepest point when not outside."""
+        distance_mm, on_core, on_surface, triangle = nearest_points(core.body, self._body)
+        if distance_mm > TOUCHING_MM and self._is_outside(on_core - on_surface, triangle):
+            return Gap(distance_mm, on_core, on_surface)
+        points = core.samples_mm(MM * SAMPLE_M)
+        return min((self._gap_of_point(point) for point in points), key=lambda g: g.distance_mm)
+
+    def _gap_of_point(self, point_mm: Array) -> Gap:
+        """Of a point, which is outside or behind; on the surface it counts as behind."""
+        point = Core(np.stack([point_mm, point_mm]))
+        distance_mm, _, on_surface, triangle = nearest_points(point.body, self._body)
+        if distance_mm <= TOUCHING_MM:
+            return Gap(-TOUCHING_MM, point_mm, point_mm + TOUCHING_MM * self._normals[triangle])
+        outside = self._is_outside(point_mm - on_surface, triangle)
+        return Gap(distance_mm if outside else -distance_mm, point_mm, on_surface)
+
+    def _is_outside(self, away: Array, triangle: int) -> bool:
+        return bool(away @ self._normals[triangle] > BEHIND * np.sqrt(away @ away))
+
+
+def _patches(points_m: Array, triangles: NDArray[np.integer]) -> list[NDArray[np.integer]]:
+    """The triangles, halved across where they reach farthest until each part is small enough."""
+    if len(triangles) <= PATCH:
+        return [triangles]
+    centres = points_m[triangles].mean(axis=1)
+    across = centres[:, np.argmax(np.ptp(centres, axis=0))]
+    parts = np.array_split(triangles[np.argsort(across)], 2)
+    return [patch for part in parts for patch in _patches(points_m, part)]

@@ -1,0 +1,54 @@
+"""Which task a deed on a tube is now: its next clip, or its cut. From what is seen, no more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.command import Deed
+from planner.task import TASKS, Task, Tube
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import MOST_CLIPS, Observation
+
+CLIPS_A_TUBE = 3
+ON_TUBE_M = 0.004  # of a clip's middle from the tube's centreline; assumed, about a tube's width
+
+
+class NotNowError(ValueError):
+    """What cannot be done as things are; says why, for a person."""
+
+
+def due_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
+    """The task that does it.
+
+    Raises:
+        NotNowError: the tube is cut, has all its clips, or has not the clips that a cut needs.
+    """
+    n_clips = clips_on(tube, observation)
+    if observation.severed[("left", "right").index(tube)]:
+        raise NotNowError(f"the {tube} tube is cut already")
+    if deed == "clip" and n_clips >= CLIPS_A_TUBE:
+        raise NotNowError(f"the {tube} tube has its {CLIPS_A_TUBE} clips")
+    if deed == "cut" and n_clips < CLIPS_A_TUBE:
+        raise NotNowError(f"the {tube} tube has {n_clips} of the {CLIPS_A_TUBE} clips a cut needs")
+    clip = n_clips + 1 if deed == "clip" else None
+    return next(t for t in TASKS if (t.kind, t.tube, t.clip) == (deed, tube, clip))
+
+
+def clips_on(tube: Tube, observation: Observation) -> int:
+    """How many clips are seen on a tube: near it, and nearer than to the other."""
+    clips_m = observation.clips_m[: min(observation.n_clips, MOST_CLIPS)]
+    away_m = {
+        "left": off_m(clips_m, observation.left_tube_m),
+        "right": off_m(clips_m, observation.right_tube_m),
+    }
+    other: Tube = "right" if tube == "left" else "left"
+    return int(((away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])).sum())
+
+
+def off_m(points: Array, line: Array) -> Array:
+    """(n,) distance of points (n, 3) from a line through points (m, 3)."""
+    start, way = line[:-1], np.diff(line, axis=0)
+    along = np.einsum("nmk,mk->nm", points[:, None] - start, way)
+    share = np.clip(along / np.maximum((way * way).sum(axis=1), 1e-12), 0.0, 1.0)
+    nearest = start + share[..., None] * way
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)

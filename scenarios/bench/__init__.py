@@ -1,0 +1,1 @@
+"""How fast and how accurate each part is on this machine: one file a bench."""

@@ -1,0 +1,129 @@
+"""How long a chunk of the diffusion controller takes on one thread, and how chunks join."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import torch
+from rich.table import Table
+
+from controller.action import CONTROL_STEP_S, Chunk
+from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
+from controller.diffusion.controller import ControllerDiffusion
+from controller.diffusion.graph import Sampler, example_inputs
+from controller.diffusion.policy import Policy
+from planner.instruction import Instruction
+from planner.learning.checkpoint import CheckpointError, chosen
+from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
+from scenarios.episode import begin
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.sensing.observation import Observation
+
+DELAYS = (0, 2, 4)
+PERCENTILE = 99
+WARM_UPS, LEROBOT_REPEATS = 10, 1
+
+
+def bench_controller(
+    *, checkpoint: Path | None, seed: int, repeats: int, steps: int
+) -> list[Table | str]:
+    """Times one chunk every way there is, then runs episodes at each delay.
+
+    Raises:
+        BadInputError: there is no checkpoint, or it does not fit.
+    """
+    torch.set_num_threads(1)
+    try:
+        policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
+    except CheckpointError as error:
+        raise BadInputError(f"--checkpoint: {error}") from None
+    missing = [] if lerobot_version() else [NOT_INSTALLED]
+    return [_times_table(policy, repeats), *missing, _joints_table(policy, seed, steps)]
+
+
+def _times_table(policy: Policy, repeats: int) -> Table:
+    """The first two by turns, so that what else the machine does meets both."""
+    sampler, inputs = Sampler(policy), example_inputs(policy.config)
+    single = {name: value[0].numpy() for name, value in inputs.items()}
+    ours = {"ONNX Runtime": lambda: sampler(single), "PyTorch, eager": _eager(policy, inputs)}
+    for _ in range(WARM_UPS):
+        _ = [run() for run in ours.values()]
+    times_ms = {name: [] for name in ours}
+    for _ in range(repeats):
+        for name, run in ours.items():
+            times_ms[name].append(_time_ms(run))
+    if number := lerobot_version():
+        run = lerobot_chunk()
+        name = f"LeRobot {number}, DiffusionPolicy"
+        times_ms[name] = [_time_ms(run) for _ in range(LEROBOT_REPEATS)]
+    table = Table(title=f"one chunk of {policy.config.horizon} motions, one thread")
+    table.add_column("by")
+    for heading in ("median (ms)", "p99 (ms)", "times ours"):
+        table.add_column(heading, justify="right")
+    fastest_ms = np.median(times_ms["ONNX Runtime"])
+    for name, times in times_ms.items():
+        median_ms, high_ms = np.percentile(times, (50, 99))
+        cells = (f"{median_ms:.2f}", f"{high_ms:.2f}", f"{median_ms / fastest_ms:.1f}")
+        table.add_row(name, *cells)
+    return table
+
+
+def _eager(policy: Policy, inputs: dict[str, torch.Tensor]) -> Callable[[], torch.Tensor]:
+    return torch.inference_mode()(lambda: policy(*inputs.values()))
+
+
+def _time_ms(run: Callable[[], object]) -> float:
+    start_s = perf_counter()
+    run()
+    return 1e3 * (perf_counter() - start_s)
+
+
+def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
+    sampler = Sampler(policy)
+    table = Table(
+        title=f"acceleration commanded to the tips, {PERCENTILE}th percentile, seed {seed}"
+    )
+    for heading in ("delay (steps)", "at joints (m/s²)", "inside (m/s²)", "ratio"):
+        table.add_column(heading, justify="right")
+    for delay in DELAYS:
+        watched = _Watched(ControllerDiffusion(policy.config, sampler, seed, delay))
+        episode = begin(EpisodeConfig(seed=seed, controller="idle"))
+        episode.controller = watched
+        for _ in islice(episode.steps(), steps):
+            pass
+        at, inside = watched.accelerations_m_s2()
+        table.add_row(str(delay), f"{at:.3f}", f"{inside:.3f}", f"{at / inside:.2f}")
+    return table
+
+
+class _Watched:
+    """A controller whose motions are kept."""
+
+    def __init__(self, controller: ControllerDiffusion) -> None:
+        self._controller = controller
+        self._moves: list[np.ndarray] = []
+        self._places: list[str] = []
+
+    def reset(self) -> None:
+        self._controller.reset()
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        chunk = self._controller.act(observation, instruction)
+        self._moves.append(chunk[0].move_endoscope_m)
+        self._places.append(self._controller.place)
+        return chunk
+
+    def accelerations_m_s2(self) -> tuple[float, float]:
+        """`PERCENTILE` of tip accelerations where chunks join, and inside them."""
+        moves, places = np.array(self._moves), np.array(self._places)
+        accelerations = np.linalg.norm(np.diff(moves, axis=0), axis=-1).max(axis=1)
+        at, inside = (
+            float(np.percentile(accelerations[places[1:] == place], PERCENTILE) / CONTROL_STEP_S**2)
+            for place in ("joint", "inside")
+        )
+        return at, inside

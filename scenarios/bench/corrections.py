@@ -1,0 +1,95 @@
+"""Whether corrections help: the paired gain over patients on which something went astray."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from rich.table import Table
+from scipy.stats import binomtest, t
+
+from scenarios.bench.trials.correction_trial import (
+    LOOK_S,
+    WITHIN_S,
+    Comparison,
+    Course,
+    Trial,
+    lost_trial,
+)
+from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.loop.episode_config import EpisodeConfig
+
+
+def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Trial]:
+    """On the patients from the configuration's seed on, in order."""
+    seeds = range(config.seed, config.seed + episodes)
+    comparison = Attempt(run=Comparison(config=config), lost=lost_trial)
+    return sorted(run_all("corrections", seeds, workers, comparison), key=lambda trial: trial.seed)
+
+
+def corrections_table(trials: Sequence[Trial]) -> Table:
+    """Without, with, and the paired gain with its 95 % interval."""
+    table = Table(title=f"corrections, seeds {trials[0].seed} to {trials[-1].seed}")
+    for heading in ("", "without", "with", "gain (95 % interval, paired)"):
+        table.add_column(heading, justify="right" if heading else "left")
+    without = [trial.without for trial in trials if trial.without]
+    told = [trial.told for trial in trials if trial.told]
+    table.add_row("moments", str(len(without)), str(len(told)), "")
+    if not told:
+        return table
+    _add_mean(table, f"mm to the goal after {LOOK_S:g} s", *(_off_mm(c) for c in (without, told)))
+    _add_mean(table, f"s to the task, {WITHIN_S:g} at most", *(_done_s(c) for c in (without, told)))
+    _add_count(
+        table,
+        f"task done in {WITHIN_S:g} s",
+        *([c.done_s is not None for c in cs] for cs in (without, told)),
+    )
+    injured = [[not c.injuries for c in courses] for courses in (without, told)]
+    _add_count(table, "nothing injured", *injured)
+    return table
+
+
+def error_lines(trials: Sequence[Trial]) -> list[str]:
+    """A line for each trial that an error ended."""
+    return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
+
+
+def mean_gain(before: Sequence[float], after: Sequence[float]) -> tuple[float, float, float]:
+    """Mean of what is saved, pair by pair, and Student's 95 % interval; NaN of a single pair."""
+    saved = np.subtract(before, after)
+    if len(saved) < 2:
+        return float(saved.mean()), np.nan, np.nan
+    half = t.ppf(0.975, len(saved) - 1) * saved.std(ddof=1) / np.sqrt(len(saved))
+    return float(saved.mean()), float(saved.mean() - half), float(saved.mean() + half)
+
+
+def sign_test(before: Sequence[bool], after: Sequence[bool]) -> tuple[int, int, float]:
+    """Pairs that got better and worse, and McNemar's exact p-value."""
+    better = sum(b < a for b, a in zip(before, after, strict=True))
+    worse = sum(b > a for b, a in zip(before, after, strict=True))
+    p = binomtest(better, better + worse).pvalue if better + worse else 1.0
+    return better, worse, float(p)
+
+
+def _off_mm(courses: Sequence[Course]) -> list[float]:
+    return [1e3 * course.off_m for course in courses]
+
+
+def _done_s(courses: Sequence[Course]) -> list[float]:
+    return [WITHIN_S if course.done_s is None else course.done_s for course in courses]
+
+
+def _add_mean(table: Table, what: str, before: Sequence[float], after: Sequence[float]) -> None:
+    gain, low, high = mean_gain(before, after)
+    table.add_row(
+        what,
+        f"{np.mean(before):.1f}",
+        f"{np.mean(after):.1f}",
+        f"{gain:.1f} ({low:.1f} to {high:.1f})",
+    )
+
+
+def _add_count(table: Table, what: str, before: Sequence[bool], after: Sequence[bool]) -> None:
+    better, worse, p = sign_test(before, after)
+    change = f"{better} better, {worse} worse (p = {p:.3f})"
+    table.add_row(what, str(sum(before)), str(sum(after)), change)

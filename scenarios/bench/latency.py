@@ -1,0 +1,115 @@
+"""How long a person waits: from submitted text to the first joint command that it changed.
+
+The person speaks from a thread of their own, at any time within a control step of an episode that
+runs at the pace of the clock, as it does before a viewer. The same moment is played without a word
+first: the first command that differs is the words' doing.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count, islice
+from threading import Thread
+
+import numpy as np
+from rich.table import Table
+
+from controller.action import CONTROL_STEP_S
+from scenarios.episode import Episode, Step, begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import interpreter
+from scenarios.recording.snapshot import Moment
+from tissue_sim.frames import Array
+
+FIRST_S, EVERY_S = 1.0, 0.7  # of simulated time: moments at which somebody speaks
+WITHIN_STEPS = 15
+CHANGED = 1e-9  # rad or m
+TEXTS = (
+    "move right arm higher",
+    "a bit to the left with the clip applier",
+    "stop",
+    "grasper a little towards me please",
+    "clip the duct",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wait:
+    """For one text, on the clock.
+
+    Attributes:
+        read_s: until it was read and lay in the queue.
+        changed_s: until the step with the first changed command was done; None where none changed
+            within `WITHIN_STEPS`, as after a stop of arms that stand still.
+    """
+
+    read_s: float
+    changed_s: float | None
+
+
+def latency_table(config: EpisodeConfig, texts: int) -> Table:
+    """Half of the waits and 95 % of them are no longer than this."""
+    waits = list(islice(measured(config), texts))
+    table = Table(title=f"from text to motion, {config.controller}, seed {config.seed}")
+    for heading in ("", "n", "p50 ms", "p95 ms"):
+        table.add_column(heading, justify="right" if heading else "left")
+    _add(table, "text read and queued", [wait.read_s for wait in waits])
+    changed = [wait.changed_s for wait in waits if wait.changed_s is not None]
+    _add(table, "first changed joint command", changed)
+    table.add_row("no command to change", str(len(waits) - len(changed)), "", "")
+    return table
+
+
+def measured(config: EpisodeConfig) -> Iterator[Wait]:
+    """One wait after another, in moments of an episode until it ends."""
+    episode, chance, due_s = begin(config), np.random.default_rng(config.seed), FIRST_S
+    for text in TEXTS:  # what is loaded with the first text is no part of a running episode
+        interpreter().read(text)
+    texts = (TEXTS[n % len(TEXTS)] for n in count())
+    while (step := next(_until(episode, due_s), None)) is not None:
+        moment, due_s = Moment(episode), step.time_s + EVERY_S
+        commands = [s.command.joints for s in islice(moment.again().steps(), WITHIN_STEPS)]
+        yield _wait(moment.again(), commands, next(texts), chance.uniform(0.0, CONTROL_STEP_S))
+        episode = moment.again()
+
+
+def _until(episode: Episode, time_s: float) -> Iterator[Step]:
+    """The first step from a time on in which the controller has the arms."""
+    return (s for s in episode.steps() if s.time_s >= time_s and not s.exchange)
+
+
+def _wait(episode: Episode, commands: Sequence[Array], text: str, after_s: float) -> Wait:
+    """Speaks so long after a step, while the episode goes on."""
+    spoken: list[float] = []
+
+    def speak() -> None:
+        time.sleep(after_s)
+        spoken.append(time.perf_counter())
+        episode.inbox.say(text)
+        spoken.append(time.perf_counter())
+
+    speaker = Thread(target=speak)
+    speaker.start()
+    changed_s = None
+    for step, without in zip(_paced(episode.steps()), commands, strict=False):
+        if np.abs(step.command.joints - without).max() > CHANGED:
+            changed_s = time.perf_counter() - spoken[0]
+            break
+    speaker.join()
+    return Wait(read_s=spoken[1] - spoken[0], changed_s=changed_s)
+
+
+def _paced(steps: Iterator[Step]) -> Iterator[Step]:
+    """One a control step of the clock; late ones follow at once."""
+    due_s = time.perf_counter()
+    for step in steps:
+        yield step
+        due_s += CONTROL_STEP_S
+        time.sleep(max(due_s - time.perf_counter(), 0.0))
+
+
+def _add(table: Table, what: str, times_s: Sequence[float]) -> None:
+    p50, p95 = (1e3 * np.percentile(times_s, p) if times_s else np.nan for p in (50, 95))
+    table.add_row(what, str(len(times_s)), f"{p50:.1f}", f"{p95:.1f}")

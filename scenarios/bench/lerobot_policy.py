@@ -1,0 +1,42 @@
+"""LeRobot's diffusion policy, to time ours beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+
+import torch
+from rich.markup import escape
+
+from controller.action import ACTION_SIZE
+from tissue_sim.sensing.observation import VECTOR_SIZE
+
+NOT_INSTALLED = escape("LeRobot is not installed; to compare with it: pip install 'calot[lerobot]'")
+
+
+def lerobot_version() -> str | None:
+    """None if it is not installed."""
+    try:
+        return version("lerobot")
+    except PackageNotFoundError:
+        return None
+
+
+def lerobot_chunk() -> Callable[[], torch.Tensor]:
+    """Samples one chunk by LeRobot's own settings from numbers alone (written for 0.4.4)."""
+    from lerobot.configs.types import FeatureType, PolicyFeature  # pyright: ignore
+    from lerobot.policies.diffusion.configuration_diffusion import DiffusionConfig  # pyright: ignore
+    from lerobot.policies.diffusion.modeling_diffusion import DiffusionPolicy  # pyright: ignore
+
+    shape = (VECTOR_SIZE,)
+    config = DiffusionConfig(
+        input_features={
+            "observation.state": PolicyFeature(FeatureType.STATE, shape),
+            "observation.environment_state": PolicyFeature(FeatureType.ENV, shape),
+        },
+        output_features={"action": PolicyFeature(FeatureType.ACTION, (ACTION_SIZE,))},
+        device="cpu",
+    )
+    policy = DiffusionPolicy(config).eval()
+    seen = {name: torch.zeros(1, config.n_obs_steps, *shape) for name in config.input_features}
+    return torch.inference_mode()(lambda: policy.diffusion.generate_actions(seen))

@@ -1,0 +1,72 @@
+"""How well a learned planner does on rollouts that it was not trained on, and how fast it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import torch
+from rich.table import Table
+
+from controller.dataset.rollouts import rollouts
+from planner.learned.checkpoint import SHIPPED, load_checkpoint
+from planner.learned.network import PlannerNetwork
+from planner.learned.rollout import Rollout, Rollouts
+from planner.learned.scoring import PlannerScore, score
+from planner.learning.checkpoint import CheckpointError, chosen
+from scenarios.files.errors import BadInputError
+
+REPEATS = 300
+
+
+def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
+    """Scores the planner on the rollouts of learned controllers in these datasets.
+
+    Raises:
+        BadInputError: there is no planner that fits, or no such rollout.
+    """
+    torch.set_num_threads(1)
+    try:
+        network = load_checkpoint(chosen(checkpoint, SHIPPED, "planner"))
+        given = [r for r in rollouts(data) if r.learned]
+        if not given:
+            raise ValueError("--data: no rollout in it; `calot collect --mix rollouts` makes some")
+    except CheckpointError as error:
+        raise BadInputError(f"--planner-checkpoint: {error}") from None
+    except ValueError as error:
+        raise BadInputError(str(error)) from None
+    return _table(score(network, given), _times_ms(network, given[0]), len(given))
+
+
+def _table(found: PlannerScore, times_ms: np.ndarray, n: int) -> Table:
+    table = Table(title=f"planner on {n} rollouts, {found.moments} moments")
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    median_ms, high_ms = np.percentile(times_ms, (50, 99))
+    for name, value in (
+        ("task accuracy", f"{found.task_accuracy:.4f}"),
+        ("flag: F1", f"{found.flag_f1:.3f}"),
+        ("flag: precision, recall", f"{found.flag_precision:.3f}, {found.flag_recall:.3f}"),
+        ("correction accuracy where wanted", f"{found.correction_accuracy:.3f}"),
+        ("calibration error of the failure chance", f"{found.calibration_error:.3f}"),
+        (f"alarm before {found.late_tasks} late tasks", f"{found.alarms_in_time:.3f}"),
+        ("its lead, median (s)", f"{found.lead_s:.1f}"),
+        (f"false alarms in {found.timely_tasks} timely tasks", f"{found.false_alarms:.3f}"),
+        ("inference, one thread: median, p99 (ms)", f"{median_ms:.2f}, {high_ms:.2f}"),
+    ):
+        table.add_row(name, value)
+    return table
+
+
+def _times_ms(network: PlannerNetwork, rollout: Rollout) -> np.ndarray:
+    data = Rollouts([rollout], network.config.history)
+    one = torch.ones(1, dtype=torch.int64)
+    moments, times_ms = data.moments((len(data) - 1) * one, 30 * one, one), []
+    with torch.inference_mode():
+        for _ in range(REPEATS):
+            start_s = perf_counter()
+            network(moments)
+            times_ms.append(1e3 * (perf_counter() - start_s))
+    return np.array(times_ms)

@@ -1,0 +1,73 @@
+"""Whether tissue stays tissue whatever the tools do: storms on many patients, and many resets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from rich.table import Table
+
+from scenarios.bench.trials.memory_growth import (
+    environment_resetter,
+    growth_kb_a_reset,
+    world_resetter,
+)
+from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.bench.trials.storm_trial import Trial, lost_trial, run_trial
+
+
+def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
+    """Storms on the patients from `seed` on, in order; a bar shows how far they are."""
+    seeds = range(seed, seed + episodes)
+    trials = run_all("storms", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
+    return sorted(trials, key=lambda trial: trial.seed)
+
+
+def trial_table(trials: Sequence[Trial]) -> Table:
+    """What the storms did, and the laws they broke."""
+    table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
+    table.add_column("measured")
+    for heading in ("median", "p99", "most"):
+        table.add_column(heading, justify="right")
+    finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
+    measured = {
+        "commanded tip speed, most of a storm (mm/s)": [
+            1e3 * t.commanded_speed_m_s for t in finished
+        ],
+        "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in finished],
+        "fastest tissue (m/s)": [t.tissue_speed_m_s for t in finished],
+        "force on a tool (N)": [t.force_n for t in finished],
+        "energy in the tissue (mJ)": [1e3 * t.energy_j for t in finished],
+        "volume lost in the storm (%)": [100 * (1 - t.volume[0]) for t in finished],
+        "volume gained in the storm (%)": [100 * (t.volume[1] - 1) for t in finished],
+        "elements inside out in the storm": [t.inverted for t in finished],
+    }
+    for name, values in measured.items() if finished else ():
+        table.add_row(name, *(f"{x:.4g}" for x in np.percentile(values, [50, 99, 100])))
+    table.add_section()
+    for name in ("touched", "clipped", "cut", "torn", "detached", "caught"):
+        share = sum(getattr(t, name) for t in trials) / len(trials)
+        table.add_row(f"storms in which tissue was {name}", "", "", f"{share:.1%}")
+    table.add_row("storms that broke a law", "", "", str(sum(bool(t.broken) for t in trials)))
+    return table
+
+
+def broken_lines(trials: Sequence[Trial]) -> list[str]:
+    """A line for each storm that broke a law."""
+    return [f"seed {t.seed}: {', '.join(t.broken)}" for t in trials if t.broken]
+
+
+def caught_lines(trials: Sequence[Trial]) -> list[str]:
+    """The storms after which tissue still hung on a tool, if any."""
+    seeds = [str(t.seed) for t in trials if t.caught]
+    return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []
+
+
+def memory_lines(seed: int, resets: int) -> list[str]:
+    """How memory grows with resets, of a world and (a fifth as many) of an environment."""
+    world = growth_kb_a_reset(world_resetter(), resets, seed)
+    environment = growth_kb_a_reset(environment_resetter(), resets // 5, seed)
+    return [
+        f"memory: {world:+.1f} KB a reset over {resets} resets of a world",
+        f"memory: {environment:+.1f} KB a reset over {resets // 5} resets of an environment",
+    ]

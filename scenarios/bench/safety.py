@@ -1,0 +1,182 @@
+"""Whether the safety filter keeps the instruments out of what they must not hit, and how fast."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from rich.table import Table
+
+from controller.safety.filter import SafetyFilter
+from controller.safety.geometry.collision import CollisionModel
+from controller.safety.interlocks import INTERLOCKS
+from controller.safety.limits import LIMITS
+from controller.safety.nearest_motion import NearestMotion
+from controller.safety.watch import Watch
+from scenarios.bench.stopwatch import Stopwatch
+from scenarios.bench.trials.attack_trial import (
+    ANY_NUMBER,
+    Attacked,
+    Pair,
+    Run,
+    Trial,
+    lost_trial,
+    run_trial,
+)
+from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.frames import Array
+
+ALLOWED_M = 1e-4
+ROUNDING = 1e-9  # rad or m
+CROWDS = {"20 to 29 near pairs": ANY_NUMBER[20:30], "30 or more": ANY_NUMBER[30:]}
+CALLS, WARM_UP = 200, 20
+QUERIES = "distance queries"
+
+
+def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
+    """Attacks on the patients from `seed` on, in order; a bar shows how far they are."""
+    seeds = range(seed, seed + episodes)
+    trials = run_all("attacks", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
+    return sorted(trials, key=lambda trial: trial.seed)
+
+
+def depth_tables(trials: Sequence[Trial]) -> list[Table]:
+    """What attacks came to without the filter and with it, as commanded and in the world."""
+    pairs = [pair for trial in trials for pair in trial.pairs]
+    seeds = f"seeds {trials[0].seed} to {trials[-1].seed}"
+    titles = {
+        False: f"attacks as commanded, tissue at rest, {seeds}",
+        True: f"attacks in the world, as measured, {seeds}",
+    }
+    groups = {title: [p for p in pairs if p.in_world == k] for k, title in titles.items()}
+    return [_depth_table(title, group) for title, group in groups.items() if group]
+
+
+def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
+    table = Table(title=f"{len(pairs)} {title}")
+    for heading in ("measured", "without", "with the filter"):
+        table.add_column(heading, justify="left" if heading == "measured" else "right")
+    sides = [[p.without for p in pairs], [p.filtered for p in pairs]]
+    for obstacle in sorted({name for run in sides[0] for name in run.depth_m}):
+        deepest = [max(r.depth_m.get(obstacle, 0.0) for r in runs) for runs in sides]
+        table.add_row(f"deepest in the {obstacle} (mm)", *(f"{1e3 * d:.3f}" for d in deepest))
+    too_deep = [sum(r.deepest_m > ALLOWED_M for r in runs) for runs in sides]
+    table.add_row(f"attacks deeper than {1e3 * ALLOWED_M:g} mm", *map(str, too_deep))
+    broken = [sum(r.beyond_range > ROUNDING for r in runs) for runs in sides]
+    table.add_row("attacks that commanded a joint beyond its range", *map(str, broken))
+    fastest = [max(r.tip_speed_m_s for r in runs) for runs in sides]
+    table.add_row("fastest tip, as commanded (mm/s)", *(f"{1e3 * v:.0f}" for v in fastest))
+    table.add_section()
+    entries = [entry for run in sides[1] for entry in run.entries]
+    table.add_row("commands that were altered", "", str(len(entries)))
+    table.add_row("commands for which the arms held", "", str(sum(e.held for e in entries)))
+    named = Counter(name for e in entries for name in {text.split(":")[0] for text in e.limits})
+    for name, count in named.most_common():
+        table.add_row(f"altered by: {name}", "", str(count))
+    return table
+
+
+def broken_lines(trials: Sequence[Trial]) -> list[str]:
+    """A line for each attack in which the filter failed, as commanded, and for each error."""
+    lines = [f"seed {t.seed}: {t.error}" for t in trials if t.error]
+    for trial in trials:
+        for pair in trial.pairs:
+            lines += [f"seed {trial.seed}, {pair.kind}: {said}" for said in _failures(pair)]
+    return lines
+
+
+def _failures(pair: Pair) -> Iterator[str]:
+    run: Run = pair.filtered
+    if run.beyond_range > ROUNDING:
+        yield f"a joint {run.beyond_range:.2g} beyond its range"
+    if run.deepest_m > ALLOWED_M and not pair.in_world:
+        deepest = max(run.depth_m, key=lambda name: run.depth_m[name])
+        yield f"{1e3 * run.deepest_m:.3f} mm deep in the {deepest}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laps:
+    """Times of each call of the filter, s; `seen_s` of the query by which it sees what is near."""
+
+    whole_s: Array
+    stages_s: dict[str, Array]
+    seen_s: Array
+
+
+def time_table(seed: int) -> Table:
+    """How long the filter takes, stage by stage: among many near pairs, and in an episode."""
+    laps = {name: _crowded(seed, pairs) for name, pairs in CROWDS.items()}
+    laps["the expert"] = _in_episode(seed)
+    table = Table(title=f"safety filter, seed {seed}, one thread: median and 99 % (ms)")
+    table.add_column("stage")
+    for name, of_case in laps.items():
+        table.add_column(f"{name}, {len(of_case.whole_s)} calls", justify="right")
+    for stage in next(iter(laps.values())).stages_s:
+        table.add_row(stage, *(_cell(of_case.stages_s[stage]) for of_case in laps.values()))
+    table.add_section()
+    sums = {
+        "whole": [lap.whole_s for lap in laps.values()],
+        "whole, without distance queries": [
+            lap.whole_s - lap.stages_s[QUERIES] for lap in laps.values()
+        ],
+        "distance query of the step, without those of the proof": [
+            lap.seen_s for lap in laps.values()
+        ],
+    }
+    for name, times in sums.items():
+        table.add_row(name, *map(_cell, times))
+    return table
+
+
+def _cell(times_s: Array) -> str:
+    median, p99 = 1e3 * np.percentile(times_s, [50, 99])
+    return f"{median:.3f}  {p99:.3f}"
+
+
+def _crowded(seed: int, pairs: range) -> Laps:
+    """Wishes anywhere about one patient, both arms amid what they must not hit."""
+    attacked, rng = Attacked(seed), np.random.default_rng(seed)
+    for _ in range(WARM_UP):  # until each tool was mounted once
+        attacked.ask_at_random(rng, pairs)
+    with _watched() as (whole, seeing):
+        for _ in range(CALLS):
+            attacked.ask_at_random(rng, pairs)
+    return _laps(whole, seeing)
+
+
+def _in_episode(seed: int) -> Laps:
+    """The expert's whole procedure."""
+    steps = begin(EpisodeConfig(seed=seed)).steps()
+    next(steps)
+    with _watched() as (whole, seeing):
+        for _ in steps:
+            pass
+    return _laps(whole, seeing)
+
+
+@contextmanager
+def _watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
+    """Stopwatches on the filter and its stages, and on what it sees."""
+    with Stopwatch(Watch, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
+        whole.stage(Watch, "see", "what is seen")
+        for rule in (*LIMITS, *INTERLOCKS):
+            whole.stage(type(rule), "bounds", "limits and interlocks")
+        whole.stage(NearestMotion, "__call__", "quadratic program")
+        whole.stage(Watch, "safe_share", "proof")
+        whole.stage(CollisionModel, "near", QUERIES)
+        seeing.stage(CollisionModel, "near", QUERIES)
+        yield whole, seeing
+
+
+def _laps(whole: Stopwatch, seeing: Stopwatch) -> Laps:
+    names = whole.stages_s[0]
+    return Laps(
+        whole_s=np.array(whole.whole_s),
+        stages_s={name: np.array([lap[name] for lap in whole.stages_s]) for name in names},
+        seen_s=np.array([lap[QUERIES] for lap in seeing.stages_s]),
+    )

@@ -1,0 +1,1 @@
+"""The trials that benches repeat: attacks, storms, corrections and their like."""

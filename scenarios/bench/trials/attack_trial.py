@@ -1,0 +1,185 @@
+"""One patient's attacks, each once without the safety filter and once with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from controller.safety.exemption import must_not_meet, worked_on
+from controller.safety.filter import SafetyFilter
+from controller.safety.geometry.collision import ACTIVATION_M, CollisionModel
+from controller.safety.ledger import Entry
+from controller.safety.obstacles import registered, surroundings_of
+from planner.instruction import TASKS, Instruction
+from scenarios.bench.trials.attack import ATTACKS, Attack, Field, aims, random_start
+from scenarios.files.errors import describe_with_place
+from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
+
+AT_REST = 18  # attacks on tissue that lies still: each kind twice
+IN_WORLD = 2  # attacks in which tissue and arms move as the world has them
+STEPS = 40
+LOOKS = 4  # in each step at the way that is commanded, as often as the world moves the drives
+CLEAR_M = 0.001  # from every keep-out at the start, at least
+TRIES = 10_000
+ANY_NUMBER = range(10_000)
+
+
+@dataclass(kw_only=True)
+class Run:
+    """What one attack came to so far.
+
+    Attributes:
+        depth_m: obstacle -> how deep an instrument that must keep out of it was in it.
+        beyond_range: most that a commanded joint was beyond its range; rad or m.
+        tip_speed_m_s: largest, as commanded.
+        entries: the filter's.
+    """
+
+    depth_m: dict[str, float] = field(default_factory=dict)
+    beyond_range: float = 0.0
+    tip_speed_m_s: float = 0.0
+    entries: list[Entry] = field(default_factory=list)
+
+    @property
+    def deepest_m(self) -> float:
+        """In anything."""
+        return max(self.depth_m.values(), default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """The same attack without the filter and with it; `in_world` as measured, or as commanded."""
+
+    kind: str
+    in_world: bool
+    without: Run
+    filtered: Run
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """All attacks on one patient, or the error that ended them."""
+
+    seed: int
+    pairs: tuple[Pair, ...] = ()
+    error: str = ""
+
+
+def run_trial(seed: int) -> Trial:
+    """All attacks on a seed's patient."""
+    return Trial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
+
+
+def lost_trial(seed: int, error: Exception) -> Trial:
+    """The trial that an exception, or its process's death, ended."""
+    return Trial(seed=seed, error=describe_with_place(error))
+
+
+class Attacked:
+    """A seed's patient, who is attacked again and again."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed, self._world = seed, World()
+        self._world.reset(anatomy_from_seed(seed))
+        self._begun = self._world.state()
+        self._rigid = registered(self._world)
+        self._model = CollisionModel(self._rigid, self._world.arms.T_world_rcm)
+        self._filter = SafetyFilter(self._world)
+
+    def pairs(self) -> Iterator[Pair]:
+        """Every attack both ways; the kinds take turns in the world, from patient to patient."""
+        kinds = list(ATTACKS)
+        for k in range(AT_REST + IN_WORLD):
+            kind, in_world = kinds[(k + IN_WORLD * self._seed) % len(kinds)], k >= AT_REST
+            without, filtered = (self._run(k, kind, in_world, f) for f in (False, True))
+            yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
+
+    def ask_at_random(self, rng: np.random.Generator, pairs: range) -> None:
+        """Has the filter answer one wish, at rest among so many near pairs."""
+        self._begin(rng)
+        start = self._clear_start(rng, pairs)
+        kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
+        asked = ATTACKS[kind](self._field(), start, rng)(start)
+        self._filter.allow(start, asked, self._instruction, 0.0)
+
+    def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> Run:
+        rng = np.random.default_rng([self._seed, number])
+        self._begin(rng)
+        start = self._world.target if in_world else self._clear_start(rng)
+        attack = ATTACKS[kind](self._field(), start, rng)
+        return self._follow(attack, start, in_world, filtered)
+
+    def _begin(self, rng: np.random.Generator) -> None:
+        """The untouched patient, some instruction, and the tool for it."""
+        self._world.restore(self._begun)
+        task = TASKS[rng.integers(len(TASKS))]
+        self._world.equip(task.right_tool)
+        self._instruction = Instruction(task=task)
+        self._filter.restart()
+
+    def _follow(self, attack: Attack, start: Array, in_world: bool, filtered: bool) -> Run:
+        run, joints, step_s = Run(), start, self._world.config.control_step_s
+        limits = self._world.arms.limits
+        for k in range(STEPS):
+            before, asked = joints, attack(joints)
+            joints = self._world.arms.limited(asked)
+            if filtered:
+                allowed = self._filter.allow(before, asked, self._instruction, k * step_s)
+                joints = allowed.joints
+                run.entries += [allowed.entry] if allowed.entry else []
+            for seen in self._move(before, joints, in_world):
+                self._note_depths(run, seen)
+            outside = np.maximum(limits[..., 0] - joints, joints - limits[..., 1])
+            run.beyond_range = max(run.beyond_range, float(outside.max()))
+            moved_m = np.linalg.norm(self._tips_m(joints) - self._tips_m(before), axis=1)
+            run.tip_speed_m_s = max(run.tip_speed_m_s, float(moved_m.max()) / step_s)
+        return run
+
+    def _move(self, before: Array, joints: Array, in_world: bool) -> Sequence[Array]:
+        """Carries a command out; where the arms were seen on the way."""
+        arms = self._world.arms
+        if in_world:
+            self._world.step(JointCommand(joints=joints))
+            return [arms.joints]
+        arms.set_joints(joints)
+        return [before + share * (joints - before) for share in np.linspace(0, 1, LOOKS + 1)[1:]]
+
+    def _note_depths(self, run: Run, joints: Array) -> None:
+        for obstacle, depth_m in self._depths(joints):
+            run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
+
+    def _depths(self, joints: Array, within_m: float = 0.0) -> Iterator[tuple[str, float]]:
+        """Obstacle and depth of each pair that must not meet."""
+        instruments, around = self._world.arms.mounted, surroundings_of(self._world, self._rigid)
+        near = self._model.near(joints, instruments, around, within_m=within_m)
+        work = worked_on(self._instruction.task, self._world)
+        for k in np.flatnonzero(near.foremost).tolist():
+            obstacle = near.names[near.what[k]]
+            if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, work):
+                yield obstacle, -float(near.distance_m[k])
+
+    def _clear_start(self, rng: np.random.Generator, pairs: range = ANY_NUMBER) -> Array:
+        """Joints (2, 7) out of every keep-out and near to so many pairs; the arms go there."""
+        for _ in range(TRIES):
+            joints = random_start(rng)
+            depths_m = [depth_m for _, depth_m in self._depths(joints, ACTIVATION_M)]
+            if len(depths_m) in pairs and max(depths_m, default=-np.inf) < -CLEAR_M:
+                self._world.arms.set_joints(joints)
+                return joints
+        raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES}")
+
+    def _field(self) -> Field:
+        return Field(
+            T_world_rcm=self._world.arms.T_world_rcm,
+            instruments=self._world.arms.mounted,
+            points_m=aims(self._rigid, surroundings_of(self._world, self._rigid)),
+        )
+
+    def _tips_m(self, joints: Array) -> Array:
+        field = self._field()
+        return np.stack([field.tip_m(arm, joints[arm]) for arm in range(2)])

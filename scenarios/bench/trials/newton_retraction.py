@@ -1,0 +1,204 @@
+"""One load for two solvers: the organ drawn up by its infundibulum, in our tissue and in Newton.
+
+The organ's elements, with the same Lame parameters and density, hang between the same held
+vertices: the far ends of the tubes and what lies on the liver. Newton has no ties into a
+tetrahedron, so four springs to its corners stand for each, in both.
+
+What still differs: Newton's elements are stable neo-Hookean, ours fixed-corotated; and ours are
+damped, Newton's not: its damping (1 to 100 Pa s tried) costs time and brings it to rest no nearer.
+Contact finds nothing to touch; ours still looks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.axes import UP
+from tissue_sim.patient.material import DENSITY_KG_M3, TIE_STIFFNESS, lame_of
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import REGIONS, Organ, build_organ
+
+CONTROL_STEP_S = 1.0 / 30.0
+RETRACTION_M = 0.020
+DRAWN_STEPS = 30  # control steps, then it is held
+GRASPED_RINGS = slice(2, 5)  # of the infundibulum
+LEAST_WEIGHT = 0.01  # of a corner in a tie; less is no spring
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """What both solvers are given.
+
+    Attributes:
+        organ: mesh and regions.
+        stiffness_scale: the patient's.
+        held: (n_vertex,), moved by nothing but the retraction.
+        drawn: the vertices that are drawn up.
+        springs: (n, 2), pairs of vertices, at rest at their distance.
+        spring_stiffness: (n,), N/m.
+    """
+
+    organ: Organ
+    stiffness_scale: float
+    held: NDArray[np.bool_]
+    drawn: Indices
+    springs: Indices
+    spring_stiffness: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solver:
+    """A solver that holds the body.
+
+    Attributes:
+        name: for a reader.
+        step: one control step, in which the drawn vertices go from one height to another (m).
+        positions: where the vertices (n, 3) are, m.
+    """
+
+    name: str
+    step: Callable[[float, float], None]
+    positions: Callable[[], NDArray]
+
+
+def height_m(step: int) -> float:
+    """How far the infundibulum is drawn up at the start of a control step."""
+    return RETRACTION_M * min(step / DRAWN_STEPS, 1.0)
+
+
+def body_of(anatomy: Anatomy) -> Body:
+    """The organ held at its ends, at the liver and by the grasper, with springs for ties."""
+    organ = build_organ(anatomy)
+    drawn = organ.sac_rings[GRASPED_RINGS].ravel()
+    held = organ.fixed.copy()
+    held[organ.bed_vertices] = held[drawn] = True
+    weights = np.maximum(organ.tie_weights, 0.0)
+    tie, corner = np.nonzero(weights > LEAST_WEIGHT)
+    return Body(
+        organ=organ,
+        stiffness_scale=anatomy.stiffness_scale,
+        held=held,
+        drawn=drawn,
+        springs=np.stack([organ.tie_vertex[tie], organ.tie_corners[tie, corner]], axis=1),
+        spring_stiffness=TIE_STIFFNESS * weights[tie, corner],
+    )
+
+
+def in_calot(body: Body, config: TissueConfig) -> Solver:
+    """Our tissue."""
+    none = np.zeros((0, 4), np.int32)
+    organ = replace(
+        body.organ,
+        fixed=body.held,
+        tie_vertex=none[:, 0],
+        tie_corners=none,
+        tie_weights=none.astype(float),
+        bed_vertices=none[:, 0],
+        remnants=none[:, :2],
+        bed=replace(body.organ.bed, point_m=-body.organ.bed.normal),  # out of reach
+    )
+    tissue = Tissue([organ], stiffness_scale=[body.stiffness_scale], config=config)
+    ends = organ.vertices[body.springs]
+    tissue.add_links(
+        0,
+        body.springs,
+        rest_m=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+        stiffness=body.spring_stiffness,
+        strength_n=np.inf,
+    )
+    tissue.rewire(0)
+    substeps = round(CONTROL_STEP_S / config.step_s)
+
+    def step(before_m: float, after_m: float) -> None:
+        for drawn_m in np.linspace(before_m, after_m, substeps + 1)[1:]:
+            tissue.positions()[body.drawn] = organ.vertices[body.drawn] + drawn_m * UP
+            tissue.step()
+
+    return Solver(name=f"Calot, {substeps} implicit steps", step=step, positions=tissue.positions)
+
+
+def in_newton(body: Body, *, substeps: int, iterations: int) -> Solver:
+    """Newton's SolverVBD; a control step is recorded as a graph once, as in Newton's examples.
+
+    Args:
+        body: what to hold.
+        substeps: of a control step, even: two states take turns.
+        iterations: of a substep.
+    """
+    from newton.solvers import SolverVBD  # pyright: ignore[reportMissingImports]
+
+    model = _newton_model(body)
+    solver = SolverVBD(model, iterations=iterations, particle_enable_tile_solve=False)
+    begun, now, after = model.state(), model.state(), model.state()
+    control, dt_s = model.control(), CONTROL_STEP_S / substeps
+    device = model.device
+    drawn = wp.array(body.drawn, dtype=int, device=device)
+    motion = wp.zeros(2, dtype=wp.vec3, device=device)
+
+    def substep(k: int, now, after) -> None:
+        share = (k + 1) / substeps
+        inputs = [drawn, begun.particle_q, motion, share, now.particle_q]
+        wp.launch(draw_up, dim=len(drawn), inputs=inputs, device=device)
+        solver.step(now, after, control, None, dt_s)
+
+    substep(0, now, after)  # allocates, which a recording may not
+    now.assign(begun)
+    after.assign(begun)
+    with wp.ScopedCapture(device=device) as capture:
+        for k in range(substeps):
+            substep(k, *((now, after) if k % 2 == 0 else (after, now)))
+
+    def step(before_m: float, after_m: float) -> None:
+        motion.numpy()[:] = np.outer([before_m, after_m], UP)
+        wp.capture_launch(capture.graph)  # pyright: ignore[reportArgumentType]
+
+    name = f"Newton's VBD, {substeps} x {iterations}"
+    return Solver(name=name, step=step, positions=now.particle_q.numpy)
+
+
+def _newton_model(body: Body):  # of a type that only an installed Newton has
+    from newton import ModelBuilder  # pyright: ignore[reportMissingImports]
+
+    organ = body.organ
+    mu, lam = lame_of(organ.region, REGIONS, body.stiffness_scale)
+    builder = ModelBuilder()
+    builder.add_soft_mesh(
+        pos=wp.vec3(),
+        rot=wp.quat_identity(),
+        scale=1.0,
+        vel=wp.vec3(),
+        vertices=[wp.vec3(*vertex) for vertex in organ.vertices],
+        indices=organ.tets.ravel().tolist(),
+        density=DENSITY_KG_M3,
+        k_mu=mu,
+        k_lambda=lam,
+        k_damp=0.0,
+        add_surface_mesh_edges=False,
+    )
+    for (i, j), stiffness in zip(body.springs.tolist(), body.spring_stiffness, strict=True):
+        builder.add_spring(i, j, ke=float(stiffness), kd=0.0, control=0.0)
+    for i in np.flatnonzero(body.held):
+        builder.particle_mass[i] = 0.0  # Newton's way to hold a particle
+    builder.color()
+    return builder.finalize(device="cpu")
+
+
+@wp.kernel
+def draw_up(
+    drawn: wp.array(dtype=int),  # pyright: ignore[reportInvalidTypeForm]
+    rest: wp.array(dtype=wp.vec3),  # pyright: ignore[reportInvalidTypeForm]
+    motion: wp.array(dtype=wp.vec3),  # pyright: ignore[reportInvalidTypeForm]
+    share: float,
+    position: wp.array(dtype=wp.vec3),  # pyright: ignore[reportInvalidTypeForm]
+):
+    """Put the drawn vertices a share of the way from the first to the second shift."""
+    i = drawn[wp.tid()]
+    position[i] = rest[i] + motion[0] + (motion[1] - motion[0]) * share

@@ -1,0 +1,50 @@
+"""Many trials, side by side if asked, with a bar that shows how far they are."""
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from rich.console import Console
+from rich.progress import track
+
+from scenarios.workers.pool import run_side_by_side
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attempt(Generic[Result]):
+    """One trial, by its seed; an exception in it becomes its result, too.
+
+    Attributes:
+        run: the trial.
+        lost: what stands for a trial that an exception, or its process's death, ended.
+    """
+
+    run: Callable[[int], Result]
+    lost: Callable[[int, Exception], Result]
+
+    def __call__(self, seed: int) -> Result:
+        try:
+            return self.run(seed)
+        except Exception as error:
+            return self.lost(seed, error)
+
+
+def run_all(
+    what: str, seeds: Sequence[int], workers: int, attempt: Attempt[Result]
+) -> list[Result]:
+    """The results in the order they came."""
+    with closing(_results(seeds, workers, attempt)) as results:
+        console = Console(stderr=True)
+        return list(track(results, what, total=len(seeds), console=console, transient=True))
+
+
+def _results(
+    seeds: Sequence[int], workers: int, attempt: Attempt[Result]
+) -> Generator[Result, None, None]:
+    if workers > 1:
+        yield from run_side_by_side(attempt, seeds, workers, attempt.lost)
+    else:
+        yield from map(attempt, seeds)

@@ -1,0 +1,187 @@
+"""What an open page costs the loop, and how long a person in front of it waits. In a real browser.
+
+Both are of one run on one machine, on which the browser draws in software beside the loop.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from threading import Event, Thread
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+
+from controller.action import CONTROL_STEP_S
+from scenarios.bench.latency import CHANGED
+from scenarios.episode import Episode, begin
+from scenarios.files.errors import BadInputError
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.viewer.chromium import browser, enter, missing, open_tab, press, type_in
+from scenarios.viewer.pace import Pace
+from scenarios.viewer.page import FRAME_S
+from scenarios.viewer.page_process import PageProcess
+from scenarios.viewer.port import choose_port
+from scenarios.viewer.session_state import Desk
+from scenarios.viewer.watcher import Watcher
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser  # pyright: ignore[reportMissingImports]
+    from playwright.sync_api import Page as Tab  # pyright: ignore[reportMissingImports]
+
+HOST = "127.0.0.1"
+SETTLE_STEPS, STEPS = 300, 300  # of a procedure, 10 s each: the page draws a patient, then updates
+STILL_STEPS = 5  # after which arms that are told to hold still are taken to
+WITHIN_S = 5.0  # somebody in front of the page gives up
+CORRECTIONS = ("move right arm higher", "move right arm lower")  # by turns, so as not to get far
+
+
+def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]:
+    """Speed without and with a page, by turns, and the waits for buttons and sentences.
+
+    What it costs to draw a patient, once and for half a second, is not in the speed. The loss is
+    the median of the pairs' losses: on a machine with other work, neighbours in time are alike.
+
+    Raises:
+        BadInputError: there is no browser to try it in.
+    """
+    if missing():
+        raise BadInputError(missing())
+    with browser() as chromium, TemporaryDirectory() as out:
+        desk = _desk(EpisodeConfig(seed=seed), Path(out))
+        with PageProcess(desk, host=HOST, port=choose_port(HOST)) as page:
+            address = f"http://{HOST}:{page.port}"
+            _speed(desk)  # the first has libraries to load
+            speeds = [_speeds(desk, chromium, address) for _ in range(repeats)]
+            waits = _waits(desk, chromium, address, clicks)
+    return _speed_table(speeds, seed), _wait_table(waits, seed)
+
+
+def _desk(config: EpisodeConfig, out: Path) -> Desk:
+    pace = Pace(speed=math.inf)
+    return Desk(config=config, out=out, pace=pace, watcher=Watcher(pace))
+
+
+def _speeds(desk: Desk, chromium: Browser, address: str) -> tuple[float, float]:
+    """Times real time of the same steps, without and with a tab that shows them."""
+    alone = _speed(desk)
+    with open_tab(chromium, address) as tab:
+        tab.get_by_text("grabbing gallbladder").first.wait_for()
+        return alone, _speed(desk)
+
+
+def _speed(desk: Desk) -> float:
+    steps = _steps(desk, begin(desk.config))
+    for _ in islice(steps, SETTLE_STEPS):
+        pass
+    start_s = time.perf_counter()
+    for _ in islice(steps, STEPS):
+        pass
+    return STEPS * CONTROL_STEP_S / (time.perf_counter() - start_s)
+
+
+def _steps(desk: Desk, episode: Episode) -> Iterator[np.ndarray]:
+    """The joint commands of an episode that is watched."""
+    episode.inbox = desk.inbox
+    desk.watcher.on_reset(episode.world)
+    for step in episode.steps():
+        desk.watcher.on_step(step)
+        yield step.command.joints
+
+
+class _Loop:
+    """An episode at the pace of the clock in a thread of its own, and when its commands change.
+
+    Attributes:
+        changed_s: when a command last differed from the one before.
+        still: how many steps there were since.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self.changed_s, self.still = 0.0, 0
+        self._desk, self._over = desk, Event()
+        self._thread = Thread(target=self._run, name="calot-loop")
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """For as long as the block lasts."""
+        self._thread.start()
+        try:
+            yield
+        finally:
+            self._over.set()
+            self._thread.join()
+
+    def _run(self) -> None:
+        last = None
+        for joints in _steps(self._desk, begin(self._desk.config)):
+            if last is not None and np.abs(joints - last).max() > CHANGED:
+                self.changed_s, self.still = time.perf_counter(), 0
+            self.still, last = self.still + 1, joints
+            if self._over.is_set():
+                return
+
+
+def _waits(desk: Desk, chromium: Browser, address: str, clicks: int) -> dict[str, list[float]]:
+    """From a click, and from Enter, to the first changed command of arms that held still, s."""
+    desk.pace.speed = 1.0
+    loop, buttons, sentences = _Loop(desk), list[float](), list[float]()
+    with loop.running(), open_tab(chromium, address) as tab:
+        tab.get_by_text("grabbing gallbladder").first.wait_for()
+        for n in range(clicks):
+            text = CORRECTIONS[n % len(CORRECTIONS)]
+            _hold_still(loop, tab)
+            buttons.append(_wait(loop, lambda text=text: press(tab, text)))
+            _hold_still(loop, tab)
+            type_in(tab, text)
+            sentences.append(_wait(loop, lambda: enter(tab)))
+    return {"a button": buttons, "Enter after a sentence": sentences}
+
+
+def _hold_still(loop: _Loop, tab: Tab) -> None:
+    press(tab, "Hold still")
+    _until(lambda: loop.still > STILL_STEPS)
+
+
+def _wait(loop: _Loop, deed: Callable[[], None]) -> float:
+    start_s = time.perf_counter()
+    deed()
+    _until(lambda: loop.changed_s > start_s)
+    return loop.changed_s - start_s
+
+
+def _until(holds: Callable[[], bool]) -> None:
+    end_s = time.perf_counter() + WITHIN_S
+    while not holds():
+        if time.perf_counter() > end_s:
+            raise RuntimeError(f"nothing came of it within {WITHIN_S:g} s")
+        time.sleep(1e-3)
+
+
+def _speed_table(speeds: list[tuple[float, float]], seed: int) -> Table:
+    table = Table(title=f"times real time, seed {seed}, {1.0 / FRAME_S:g} updates a second")
+    for heading in ("", "without a page", "with one open", "speed lost"):
+        table.add_column(heading, justify="right" if heading else "left")
+    rows = [(alone, watched, 1.0 - watched / alone) for alone, watched in speeds]
+    medians = tuple(median(column) for column in zip(*rows, strict=True))
+    names = [*(f"run {n}" for n in range(1, len(rows) + 1)), "median"]
+    for name, (alone, watched, lost) in zip(names, [*rows, medians], strict=True):
+        table.add_row(name, f"{alone:.2f}", f"{watched:.2f}", f"{lost:.1%}")
+    return table
+
+
+def _wait_table(waits: dict[str, list[float]], seed: int) -> Table:
+    table = Table(title=f"until the first changed joint command, seed {seed}")
+    for heading in ("from", "n", "p50 ms", "p95 ms"):
+        table.add_column(heading, justify="left" if heading == "from" else "right")
+    for what, waits_s in waits.items():
+        p50, p95 = (1e3 * np.percentile(waits_s, p) for p in (50, 95))
+        table.add_row(what, str(len(waits_s)), f"{p50:.0f}", f"{p95:.0f}")
+    return table

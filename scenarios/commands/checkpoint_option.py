@@ -1,0 +1,43 @@
+"""`--checkpoint`, `--planner-checkpoint`: checked before anything is started."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS
+from scenarios.files.errors import BadInputError
+
+
+def require_checkpoint(controller: str, checkpoint: Path | None) -> None:
+    """That a learned controller has one that fits, and another is given none.
+
+    Raises:
+        BadInputError: it is not so.
+    """
+    if _is_needed("--checkpoint", "controller", controller, checkpoint, LEARNED_CONTROLLERS):
+        _require_fit("--checkpoint", "controller", checkpoint, "controller.diffusion.checkpoint")
+
+
+def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
+    """Likewise of planners."""
+    if _is_needed("--planner-checkpoint", "planner", planner, checkpoint, LEARNED_PLANNERS):
+        _require_fit("--planner-checkpoint", "planner", checkpoint, "planner.learned.checkpoint")
+
+
+def _is_needed(
+    option: str, role: str, name: str, checkpoint: Path | None, learned: Sequence[str]
+) -> bool:
+    if name not in learned and checkpoint is not None:
+        raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(learned)}")
+    return name in learned
+
+
+def _require_fit(option: str, role: str, checkpoint: Path | None, module: str) -> None:
+    """`module`: of the learner's checkpoints; heavy to import."""
+    from planner.learning.checkpoint import CheckpointError, chosen
+
+    of_learner = import_module(module)
+    try:
+        of_learner.checked_config(chosen(checkpoint, of_learner.SHIPPED, role))
+    except CheckpointError as error:
+        raise BadInputError(f"{option}: {error}") from None

@@ -1,0 +1,56 @@
+"""`--cluster`: whether there is one that can do the work, found out before any is done."""
+
+import re
+import socket
+from importlib.util import find_spec
+from pathlib import Path
+
+from scenarios.files.errors import BadInputError, describe_error
+
+ANSWERS_WITHIN_S = 10.0
+
+# RFC 9113, 3.4 and 4.1: what an HTTP/2 client begins with, as Ray's does, ending in an empty
+# SETTINGS frame; whoever speaks it begins with a SETTINGS frame too: its fourth byte says so.
+_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
+_FRAME_TYPE, _SETTINGS = 3, 4
+
+
+def require_cluster(address: str | None, *folders: Path) -> None:
+    """Joins the Ray cluster at HOST:PORT, where one is named; all its nodes must see `folders`.
+
+    And the one that this is called in, so that paths mean the same everywhere.
+
+    Raises:
+        BadInputError: Ray is missing, nobody answers, or a node cannot do the work.
+    """
+    if address is None:
+        return
+    if find_spec("ray") is None:
+        raise BadInputError("--cluster needs Ray: pip install 'calot[cluster]'")
+    _require_answer(address)
+    from scenarios.workers.ray_check import hindrances
+    from scenarios.workers.ray_workers import connect
+
+    try:
+        connect(address)
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        why = " ".join(describe_error(error).split())
+        raise BadInputError(f"--cluster {address}: cannot join it: {why}") from None
+    for hindrance in hindrances([Path(), *folders]):
+        raise BadInputError(f"--cluster {address}: {hindrance}")
+
+
+def _require_answer(address: str) -> None:
+    """Asks by hand, as Ray itself takes minutes to find out that nobody is there."""
+    if not (parts := re.fullmatch(r"([\w.-]+):(\d{1,5})", address)):
+        raise BadInputError(f"--cluster: {address!r} is no HOST:PORT")
+    try:
+        there = (parts[1], int(parts[2]))
+        with socket.create_connection(there, timeout=ANSWERS_WITHIN_S) as connection:
+            connection.sendall(_PREFACE)
+            head = connection.recv(9)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise BadInputError(f"--cluster {address}: no answer ({reason})") from None
+    if len(head) <= _FRAME_TYPE or head[_FRAME_TYPE] != _SETTINGS:
+        raise BadInputError(f"--cluster {address}: whoever answers there is not Ray")

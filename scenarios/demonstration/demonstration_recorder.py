@@ -1,0 +1,120 @@
+"""Watches a controller at work and keeps what is learned from, frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S
+from controller.dataset.schema import TEXTS
+from controller.dataset.tables import strings
+from controller.driver import motion_between
+from controller.expert.skills import JAW_TIME_S
+from scenarios.demonstration.failures import Failing
+from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
+from scenarios.episode import Step, rig_in
+from scenarios.loop.results import EpisodeResult
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.world import World
+
+PAUSE_STEPS = round(JAW_TIME_S / CONTROL_STEP_S)  # the expert opens jaws that are open already
+_TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
+
+
+class Witness:
+    """Observes one episode of the expert, of a learned controller, or of both by turns.
+
+    Attributes:
+        result: of the episode, once it has ended.
+    """
+
+    def __init__(self, expert_acts: Callable[[], bool]) -> None:
+        """`expert_acts`: whether the motions handed out last are the expert's."""
+        self._expert_acts = expert_acts
+        self.result: EpisodeResult | None = None
+        self._frames: list[dict[str, Any]] = []
+        self._failing, self._stands = Failing(), False  # a failure, in what is seen now
+        self._segment = 0
+
+    def on_reset(self, world: World) -> None:
+        """The first frame's observation."""
+        self._world, self._seen = world, world.observe()
+        self._commanded = self._seen.joints
+
+    def on_step(self, step: Step) -> None:
+        """One frame, unless the nurse has the arms or they are told to stay."""
+        if step.exchange or step.instruction.hold:
+            self._segment += 1
+        else:
+            self._frames.append(self._frame(step))
+            self._stands = self._failing.after(step, self._world)
+        self._seen, self._commanded = step.observation, step.command.joints
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Keeps what it came to."""
+        self.result = result
+
+    def columns(self, seed: int, kind: str) -> dict[str, np.ndarray]:
+        """All frames so far, by the names of `schema.DEMONSTRATED`."""
+        frames, n = self._frames, len(self._frames)
+        corrections, flags = self._labels()
+        numbers = np.arange(n)
+        heard = [f["instruction"] for f in frames]
+        return {
+            "observation.state": np.stack([f["seen"].vector() for f in frames]),
+            "action": np.stack([f["action"] for f in frames]).astype(np.float32),
+            "timestamp": (numbers * CONTROL_STEP_S).astype(np.float32),
+            "frame_index": numbers,
+            "task_index": np.array([_TASK_INDEX[text] for text in heard]),
+            "instruction": strings(heard),
+            "correction": strings(corrections),
+            "flag": np.array(flags),
+            "task": np.array([f["task"] for f in frames]),
+            "kind": strings([kind] * n),
+            "expert": np.array([f["expert"] for f in frames]),
+            "segment": np.unique([f["segment"] for f in frames], return_inverse=True)[1],
+            "seed": np.full(n, seed),
+        }
+
+    def _frame(self, step: Step) -> dict[str, Any]:
+        correction, by_hand = step.instruction.correction, step.hand is not None
+        if step.disturbed and step.asked is not None and not by_hand:
+            action = step.asked
+        else:
+            action = motion_between(rig_in(self._world), self._commanded, step.command.joints)
+        return {
+            "seen": self._seen,
+            "action": action.vector(),
+            "instruction": step.instruction.text,
+            "heard": correction.text if correction else "",
+            "task": step.instruction.task.index,
+            "expert": by_hand or (not step.disturbed and self._expert_acts()),
+            "corrected": bool(correction) and step.instruction.source == "human",
+            "failed": self._stands and step.asked is not None,
+            "segment": self._segment,
+        }
+
+    def _labels(self) -> tuple[list[str], list[bool]]:
+        """The correction of each frame, and whether it is wanted."""
+        corrections, flags = [], []
+        for k, frame in enumerate(self._frames):
+            wanted = self._motion_in_words(k) if frame["failed"] else ""
+            corrections.append(frame["heard"] or wanted)
+            flags.append(bool(wanted) or frame["corrected"])
+        return corrections, flags
+
+    def _motion_in_words(self, k: int) -> str:
+        """Of the second that follows, or of the first of those within a pause that has any."""
+        starts = range(k, min(k + PAUSE_STEPS, len(self._frames)))
+        return first_correction_of(map(self._motion_from, starts))
+
+    def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        here = self._frames[k]["seen"]
+        there = self._frames[min(k + WINDOW_STEPS, len(self._frames) - 1)]["seen"]
+        return _tips_m(there) - _tips_m(here), there.joints[:, 6] - here.joints[:, 6]
+
+
+def _tips_m(observation: Observation) -> np.ndarray:
+    return observation.tips_endoscope[:, :3, 3]

@@ -1,0 +1,73 @@
+"""Watches a learned controller at work and keeps what should have been said to it, step by step.
+
+The scripted planner runs along without a say, and the expert is asked what it would do, as labels
+for a planner that learns: DAgger (Ross et al., arXiv 1011.0686).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from controller.action import CONTROL_STEP_S
+from controller.expert import ControllerExpert
+from controller.expert.motion import CHUNK_STEPS
+from planner.instruction import Instruction
+from planner.scripted import PlannerScripted
+from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, Witness
+from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
+from scenarios.episode import Step
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.world import World
+
+
+class WitnessOfRollout(Witness):
+    """Labels of a rollout: the task under way is the one that should be."""
+
+    def on_reset(self, world: World) -> None:
+        """The oracle begins as well."""
+        super().on_reset(world)
+        self._oracle = PlannerScripted(world)
+        self._wanted, self._advised = self._oracle.plan(self._seen), ""
+
+    def on_step(self, step: Step) -> None:
+        """What should have been said at the step, and what should be now."""
+        super().on_step(step)
+        self._wanted = self._oracle.plan(step.observation)
+        self._advised = self._advice() if self._stands else ""
+
+    def _frame(self, step: Step) -> dict[str, Any]:
+        frame = super()._frame(step)
+        advice = self._advised if frame["failed"] else ""
+        return frame | {"task": self._wanted.task.index, "advice": advice, "expert": False}
+
+    def _advice(self) -> str:
+        """What would have an arm do as the expert would first, had it taken over here."""
+        said = Instruction(task=self._wanted.task)
+        return first_correction_of(_coming_seconds(self._world, self._seen, said))
+
+    def _labels(self) -> tuple[list[str], list[bool]]:
+        advised = [frame["advice"] for frame in self._frames]
+        return advised, [bool(advice) for advice in advised]
+
+
+def _coming_seconds(
+    world: World, seen: Observation, said: Instruction
+) -> Iterator[tuple[Array, Array]]:
+    """Of tips (2, 3) and jaws (2,) within seconds with the expert, as if all else stood still.
+
+    From now on, and later and later: it may pause first, as it opens jaws that are open already.
+    """
+    expert, jaw_rad = ControllerExpert(world), world.target[:, 6]
+    tips_m, jaws_rad = [np.zeros((2, 3))], [jaw_rad]
+    for ahead_s in np.arange(0, PAUSE_STEPS + WINDOW_STEPS, CHUNK_STEPS) * CONTROL_STEP_S:
+        chunk = expert.act(replace(seen, time_s=seen.time_s + ahead_s), said)
+        tips_m.append(tips_m[-1] + np.sum([a.move_endoscope_m for a in chunk], axis=0))
+        jaws_rad.append(chunk[-1].jaw_rad)
+    second = WINDOW_STEPS // CHUNK_STEPS
+    for before, after in zip(range(len(tips_m)), range(second, len(tips_m)), strict=False):
+        yield tips_m[after] - tips_m[before], jaws_rad[after] - jaws_rad[before]

@@ -1,0 +1,1 @@
+"""How results reach the disk: whole, as strict JSON, with versions."""

@@ -1,0 +1,78 @@
+"""What a result was made with."""
+
+import platform
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+PACKAGES = (
+    "calot",
+    "mani-skill",
+    "sapien",
+    "warp-lang",
+    "torch",
+    "onnxruntime",
+    "tokenizers",
+    "casadi",
+    "python-fcl",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "viser",
+)
+
+
+EPISODE_SOURCES = (
+    "tissue_sim",
+    "planner",
+    "controller",
+    "scenarios/perturbation",
+    "scenarios/catalogue.py",
+    "scenarios/suites.py",
+    "scenarios/episode.py",
+    "scenarios/loop/episode_config.py",
+    "scenarios/loop/guided_arm.py",
+    "scenarios/loop/inbox.py",
+    "scenarios/loop/script.py",
+    "scenarios/loop/motion_metrics.py",
+)
+"""Code that decides what an episode comes to."""
+
+
+@cache
+def source_digest() -> str:
+    """Names the code that decides what an episode comes to, by its content."""
+    root = Path(__file__).parents[2]
+    files = [f for name in EPISODE_SOURCES for f in _python_files(root / name)]
+    contents = (f"{f.relative_to(root)}\n".encode() + f.read_bytes() for f in files)
+    return sha256(b"\0".join(contents)).hexdigest()[:12]
+
+
+def _python_files(path: Path) -> list[Path]:
+    return sorted(path.rglob("*.py")) if path.is_dir() else [path]
+
+
+def versions() -> dict[str, str]:
+    """Returns the version of Python and of each package that can change a result.
+
+    And the processor, as code is compiled for it.
+    """
+    return {
+        "python": platform.python_version(),
+        **{name: _version(name) for name in PACKAGES},
+        "processor": _processor(),
+    }
+
+
+def _processor() -> str:
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.machine())
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"

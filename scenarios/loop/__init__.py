@@ -1,0 +1,1 @@
+"""The parts of the episode's loop: its steps, settings, inbox and bookkeeping."""

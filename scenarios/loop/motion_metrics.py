@@ -1,0 +1,77 @@
+"""How the arms moved and what the planner feared in each task; measured in every episode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.loop.results import TaskResult
+
+if TYPE_CHECKING:  # both are heavy to import
+    from scenarios.episode import Step
+    from tissue_sim.world import World
+
+
+class Conduct:
+    """Sees an episode's steps; those of tool exchanges, which the nurse commands, do not count."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._stretches: dict[int, list[list[NDArray]]] = {}
+        self._going_on: int | None = None  # with the task whose stretch is open
+        self._chance: dict[int, float] = {}
+        self._alarm_s: dict[int, float] = {}
+
+    def on_step(self, step: Step) -> None:
+        """Keeps where the tips are, and the planner's assessment."""
+        task = step.instruction.task.index
+        if step.exchange:
+            self._going_on = None
+            return
+        if task != self._going_on:
+            self._stretches.setdefault(task, []).append([])
+            self._going_on = task
+        self._stretches[task][-1].append(step.observation.tips_endoscope[:, :, 3])
+        if (seen := step.instruction.assessment) is not None:
+            self._chance[task] = max(self._chance.get(task, 0.0), seen.failure_chance)
+            if seen.alarm:
+                self._alarm_s.setdefault(task, step.time_s)
+
+    def measured(self, tasks: Sequence[TaskResult]) -> tuple[TaskResult, ...]:
+        """The tasks' results, with what was measured in them."""
+        return tuple(self._measured(task) for task in tasks)
+
+    def _measured(self, task: TaskResult) -> TaskResult:
+        stretches = [np.stack(tips)[..., :3] for tips in self._stretches.get(task.index, ())]
+        dt_s = self._world.config.control_step_s
+        return replace(
+            task,
+            path_m=_pair(sum((path_m(tips) for tips in stretches), np.zeros(2))),
+            jerk_m_s3=mean_jerk_m_s3(stretches, dt_s),
+            failure_chance=self._chance.get(task.index),
+            alarm_s=self._alarm_s.get(task.index),
+        )
+
+
+def path_m(tips: NDArray) -> NDArray:
+    """(2,) length of the way of either tip through positions (n, 2, 3)."""
+    return np.linalg.norm(np.diff(tips, axis=0), axis=-1).sum(axis=0)
+
+
+def mean_jerk_m_s3(stretches: Sequence[NDArray], dt_s: float) -> tuple[float, float] | None:
+    """Mean magnitude of the third difference quotient of positions (n, 2, 3) `dt_s` apart.
+
+    Over all stretches of motion; None where none has the four positions that it takes.
+    """
+    jerks = [np.linalg.norm(np.diff(tips, n=3, axis=0), axis=-1) for tips in stretches]
+    together = np.concatenate([np.empty((0, 2)), *jerks])
+    return _pair(together.mean(axis=0) / dt_s**3) if len(together) else None
+
+
+def _pair(values: NDArray) -> tuple[float, float]:
+    left, right = values.tolist()
+    return left, right

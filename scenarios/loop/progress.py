@@ -1,0 +1,59 @@
+"""Shows on the terminal how far a run is."""
+
+from typing import Any, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from scenarios.loop.results import EpisodeResult
+
+N_TASKS = 17
+
+
+class ProgressDisplay:
+    """A bar over the episodes and, as an observer of one, a bar over its tasks."""
+
+    def __init__(self, episodes: int, console: Console) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[detail]}"),
+            console=console,
+            transient=True,
+        )
+        self._episodes = self._progress.add_task("episodes", total=episodes, detail="")
+        self._tasks = self._progress.add_task("tasks", total=N_TASKS, detail="", visible=False)
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._progress.stop()
+
+    def on_reset(self, world: Any) -> None:
+        """Starts the bar over the tasks anew."""
+        self._progress.reset(self._tasks, detail="ready", visible=True)
+
+    def on_step(self, step: Any) -> None:
+        """Shows the task under way, the simulated time, and what was said and replied."""
+        for heard in step.heard:
+            line = f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}"
+            self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
+        why = f" ({step.instruction.remark})" if step.instruction.remark else ""
+        said = f"{step.instruction.text}{why}"
+        self._progress.update(
+            self._tasks,
+            completed=step.instruction.task.index - 1,
+            detail=f"{said}, {step.time_s:.1f} s simulated",
+        )
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Fills the bar with the tasks that were done."""
+        self._progress.update(self._tasks, completed=sum(task.success for task in result.tasks))
+
+    def advance(self) -> None:
+        """Counts one finished episode."""
+        self._progress.advance(self._episodes)

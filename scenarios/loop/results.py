@@ -1,0 +1,162 @@
+"""What an episode came to, and the file results.json."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from controller.safety.ledger import Entry
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.strict_json import dumps
+from scenarios.files.versions import versions
+from scenarios.files.wilson import wilson_interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskResult:
+    """One of the 17 tasks: its index and words, how long it took and what it needed.
+
+    Attributes:
+        corrections: How many corrective instructions were given during it.
+        path_m: Way of the left and the right tip, as the endoscope sees it; None where an older
+            version wrote the result.
+        jerk_m_s3: Mean magnitude of either tip's jerk, from third differences of its position
+            between control steps; None where there were too few.
+        failure_chance: The highest that the planner saw; None where it gives none.
+        alarm_s: Simulated time of the planner's first alarm in it; None without one.
+    """
+
+    index: int
+    instruction: str
+    success: bool
+    time_s: float
+    corrections: int
+    path_m: tuple[float, float] | None = None
+    jerk_m_s3: tuple[float, float] | None = None
+    failure_chance: float | None = None
+    alarm_s: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class InjuryResult:
+    """Something that must not happen to a patient; value and limit in the event's own SI unit."""
+
+    event: str
+    time_s: float
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SafetyResult:
+    """What the safety filter did.
+
+    Attributes:
+        filter: Whether there was one.
+        interventions: How many commands were altered.
+        min_clearance_m: The smallest distance of an instrument to what it is kept out of; None
+            where nothing was near, or nobody looked.
+        ledger: Every altered command, and why.
+    """
+
+    filter: bool = True
+    interventions: int = 0
+    min_clearance_m: float | None = None
+    ledger: tuple[Entry, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpisodeResult:
+    """One episode.
+
+    Attributes:
+        success: All tasks done, clips holding, no leak, no injury; False when in error.
+        error: Why the episode broke off, which is not a failure of the surgeon; None if it did not.
+        procedure_time_s: Simulated time without exchanges.
+        exchange_time_s: Simulated time of tool exchanges and clip reloads.
+        wall_s: Time on the clock.
+        corrections: Sum over the tasks.
+        dropped_clips: Clips that closed on nothing or fell from the applier; no failure by itself.
+        anatomy_hash: Names the anatomy; None where the episode broke off before there was one.
+    """
+
+    scenario: str
+    seed: int
+    planner: str
+    controller: str
+    success: bool
+    error: str | None = None
+    tasks: tuple[TaskResult, ...] = ()
+    procedure_time_s: float = 0.0
+    exchange_time_s: float = 0.0
+    wall_s: float = 0.0
+    corrections: int = 0
+    dropped_clips: int = 0
+    injuries: tuple[InjuryResult, ...] = ()
+    safety: SafetyResult = SafetyResult()
+    anatomy_hash: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Pass rate over the episodes that were not broken off by an error; None if there are none."""
+
+    episodes: int
+    passed: int
+    errors: int
+    pass_rate: float | None
+    wilson_95: tuple[float, float]
+
+
+def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
+    """Counts errors apart: they say nothing about the surgeon, so they leave the pass rate."""
+    judged = [episode for episode in episodes if episode.error is None]
+    passed = sum(episode.success for episode in judged)
+    return Summary(
+        episodes=len(episodes),
+        passed=passed,
+        errors=len(episodes) - len(judged),
+        pass_rate=passed / len(judged) if judged else None,
+        wilson_95=wilson_interval(passed, len(judged)),
+    )
+
+
+def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping[str, Any]) -> None:
+    """Writes results.json whole; meant to be called after each episode, so that none is lost."""
+    document = {
+        "episodes": episodes,
+        "summary": summarise(episodes),
+        "config": config,
+        "versions": versions(),
+    }
+    write_atomic(path, (dumps(document, indent=2) + "\n").encode())
+
+
+def read_results(path: Path) -> tuple[EpisodeResult, ...]:
+    """Reads the episodes of a results.json back."""
+    return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])
+
+
+def episode_from(entry: dict[str, Any]) -> EpisodeResult:
+    """An episode as it was before it became plain data."""
+    return replace(
+        EpisodeResult(**entry),
+        tasks=tuple(map(_task, entry["tasks"])),
+        injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
+        safety=_safety(entry["safety"]),
+    )
+
+
+def _task(entry: dict[str, Any]) -> TaskResult:
+    pairs = {name: entry.get(name) for name in ("path_m", "jerk_m_s3")}
+    return TaskResult(**{**entry, **{name: v and tuple(v) for name, v in pairs.items()}})
+
+
+def _safety(entry: dict[str, Any]) -> SafetyResult:
+    return SafetyResult(**{**entry, "ledger": tuple(map(_entry, entry["ledger"]))})
+
+
+def _entry(line: dict[str, Any]) -> Entry:
+    names = {name: tuple(line[name]) for name in ("limits", "overridden")}
+    return replace(Entry(**line), **names)

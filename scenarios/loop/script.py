@@ -1,0 +1,80 @@
+"""Timed instructions from a file, so that what a person says can be said again."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios.files.errors import BadInputError
+
+ALLOWED = 'SECONDS<tab>TEXT or {"time_s": SECONDS, "text": "TEXT"}, SECONDS at least 0'
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timed:
+    """Words for a moment of an episode.
+
+    Attributes:
+        time_s: of simulated time, at least 0.
+        text: as a person says it; whether it is understood shows when it is said.
+
+    Raises:
+        ValueError: the time is no such number, or there are no words.
+    """
+
+    time_s: float
+    text: str
+
+    def __post_init__(self) -> None:
+        known = isinstance(self.time_s, int | float) and not isinstance(self.time_s, bool)
+        if not known or not 0.0 <= self.time_s < math.inf:
+            raise ValueError(f"{self.time_s!r} is no time in s")
+        if not isinstance(self.text, str) or not self.text.strip():
+            raise ValueError("there is no text")
+
+
+def read_script(path: Path) -> tuple[Timed, ...]:
+    """The lines of a file in UTF-8, each with a time and words; empty lines are passed over.
+
+    Raises:
+        BadInputError: the file cannot be read, or a line is something else.
+    """
+    try:
+        lines = path.read_text("utf-8").split("\n")
+    except OSError as error:
+        raise BadInputError(f"--instruct {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadInputError(f"--instruct {path}: it is not text in UTF-8") from None
+    return tuple(_timed(path, n, line) for n, line in enumerate(lines, 1) if line.strip())
+
+
+def _timed(path: Path, number: int, line: str) -> Timed:
+    try:
+        return _from_json(line) if line.lstrip().startswith("{") else _from_tabbed(line)
+    except ValueError as error:
+        raise BadInputError(
+            f"--instruct {path}, line {number}: {error}; allowed: {ALLOWED}"
+        ) from None
+
+
+def _from_json(line: str) -> Timed:
+    try:
+        entries = json.loads(line)
+    except json.JSONDecodeError:
+        raise ValueError("it is not JSON") from None
+    if set(entries) != {"time_s", "text"}:
+        raise ValueError(f"it has {', '.join(sorted(entries)) or 'nothing'}")
+    return Timed(**entries)
+
+
+def _from_tabbed(line: str) -> Timed:
+    time_s, tab, text = line.partition("\t")
+    if not tab:
+        raise ValueError("there is no tab")
+    try:
+        number = float(time_s)
+    except ValueError:
+        raise ValueError(f"{time_s!r} is no time in s") from None
+    return Timed(time_s=number, text=text)

@@ -1,0 +1,1 @@
+"""How an episode is kept and run again, to the bit."""

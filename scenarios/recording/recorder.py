@@ -1,0 +1,242 @@
+"""An episode in one file: what was asked, commanded, seen and felt at each step."""
+
+import io
+import json
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+from zipfile import BadZipFile
+
+import numpy as np
+
+from scenarios.files.atomic_write import write_atomic
+from scenarios.files.errors import describe_error
+from scenarios.files.strict_json import dumps, plain
+from scenarios.files.versions import versions
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import EpisodeResult
+from scenarios.recording.checkpoint_digests import checkpoint_digests
+
+SCHEMA_VERSION = 6
+RIGHT_TOOLS = ("clip_applier", "scissors")
+
+STEP_ARRAYS: dict[str, tuple[int, ...]] = {
+    "time_s": (),
+    "commands": (2, 7),
+    "joints": (2, 7),
+    "tips_endoscope": (2, 4, 4),
+    "forces_n": (2, 3),
+    "instruction": (),
+    "right_tool": (),
+    "clip_loaded": (),
+}
+"""Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
+
+NOTES = ("events", "perturbations", "ledger", "heard", "hands")
+"""What is kept of some steps only; each entry says its `step`."""
+
+_WHOLE = ("instruction", "right_tool", "clip_loaded")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """A recorded episode.
+
+    Attributes:
+        config: The `EpisodeConfig`, as a dict.
+        versions: What it was made with.
+        world_version: Of the physics.
+        checkpoints: SHA-256 of the file of each learned one, by `controller` and `planner`.
+        anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
+        instructions: Table of what was asked: task index, text, source, remark.
+        events: What happened, in order, each with its step.
+        perturbations: What disturbed the episode, in order, each with the step it set in with.
+        ledger: What the safety filter altered, in order, each with its step.
+        heard: What people said, in order, each with its step: how it was read, by whom, what came
+            of it and was replied; commands and instructions by their texts.
+        hands: Each `Hand` that led an arm, with its step.
+        result: The `EpisodeResult`, as a dict; None if the episode broke off.
+        error: What broke it off, else None.
+        arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
+            the endoscope frame (m), forces in N; `instruction` is a row of `instructions`,
+            `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
+    """
+
+    config: dict[str, Any]
+    versions: dict[str, str]
+    world_version: int
+    checkpoints: dict[str, str]
+    anatomy: dict[str, Any] | None
+    instructions: tuple[dict[str, Any], ...]
+    events: tuple[dict[str, Any], ...]
+    perturbations: tuple[dict[str, Any], ...]
+    ledger: tuple[dict[str, Any], ...]
+    heard: tuple[dict[str, Any], ...]
+    hands: tuple[dict[str, Any], ...]
+    result: dict[str, Any] | None
+    error: str | None
+    arrays: dict[str, np.ndarray]
+
+
+@dataclass(kw_only=True)
+class Recorder:
+    """Observes an episode within a `with` block and saves it when the block is left.
+
+    It does so however the block is left, an exception or Ctrl-C included.
+    """
+
+    config: EpisodeConfig
+    path: Path
+    _anatomy: Any = None
+    _result: EpisodeResult | None = None
+    _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
+    _events: list[dict[str, Any]] = field(default_factory=list)
+    _perturbations: list[dict[str, Any]] = field(default_factory=list)
+    _ledger: list[dict[str, Any]] = field(default_factory=list)
+    _heard: list[dict[str, Any]] = field(default_factory=list)
+    _hands: list[dict[str, Any]] = field(default_factory=list)
+    _checkpoints: dict[str, str] = field(default_factory=dict)
+    _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._save(None if error is None else describe_error(error))
+
+    def on_reset(self, world: Any) -> None:
+        """Keeps the anatomy that is to be operated on, and with what."""
+        self._anatomy = plain(world.anatomy)
+        self._checkpoints = checkpoint_digests(self.config)
+
+    def on_step(self, step: Any) -> None:
+        """Keeps one step."""
+        number = len(self._steps["time_s"])
+        quantities = {
+            "time_s": step.time_s,
+            "commands": step.command.joints,
+            "joints": step.observation.joints,
+            "tips_endoscope": step.observation.tips_endoscope,
+            "forces_n": step.observation.forces_n,
+            "instruction": self._row(step.instruction),
+            "right_tool": RIGHT_TOOLS.index(step.observation.tools[1]),
+            "clip_loaded": step.observation.clip_loaded,
+        }
+        checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
+        for name, array in checked.items():
+            self._steps[name].append(array)
+        for event in step.outcome.events:
+            self._events.append({"step": number, **plain(event)})
+        for applied in step.applied:
+            self._perturbations.append({"step": number, **plain(applied)})
+        for entry in step.altered:
+            self._ledger.append({"step": number, **plain(entry)})
+        for heard in step.heard:
+            self._heard.append({"step": number, **_in_words(heard)})
+        if step.hand is not None:
+            self._hands.append({"step": number, **plain(step.hand)})
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Keeps what it came to."""
+        self._result = result
+
+    def _row(self, instruction: Any) -> int:
+        key = (instruction.task.index, instruction.text, instruction.source, instruction.remark)
+        return self._instructions.setdefault(key, len(self._instructions))
+
+    def _save(self, error: str | None) -> None:
+        from tissue_sim.world import WORLD_VERSION  # heavy, and there by now
+
+        header = {
+            "schema_version": SCHEMA_VERSION,
+            "config": self.config,
+            "versions": versions(),
+            "world_version": WORLD_VERSION,
+            "checkpoints": self._checkpoints,
+            "anatomy": self._anatomy,
+            "instructions": [
+                {"task": task, "text": text, "source": source, "remark": remark}
+                for task, text, source, remark in self._instructions
+            ],
+            "events": self._events,
+            "perturbations": self._perturbations,
+            "ledger": self._ledger,
+            "heard": self._heard,
+            "hands": self._hands,
+            "result": self._result,
+            "error": error,
+        }
+        arrays = {
+            name: np.array(values, dtype=_dtype(name)).reshape(-1, *STEP_ARRAYS[name])
+            for name, values in self._steps.items()
+        }
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, header=np.array(dumps(header)), **arrays)
+        write_atomic(self.path, buffer.getvalue())
+
+
+def _in_words(heard: Any) -> dict[str, Any]:
+    """A `Heard` as plain data."""
+    reading, instruction = heard.reading, heard.instruction
+    return {
+        "time_s": heard.time_s,
+        "text": heard.text,
+        "command": reading.command.text if reading.command else None,
+        "guesses": [guess.text for guess in reading.guesses],
+        "confidence": reading.confidence,
+        "by": reading.by,
+        "instruction": instruction.text if instruction else None,
+        "reply": heard.reply,
+    }
+
+
+def _dtype(name: str) -> type[np.generic]:
+    return np.int64 if name in _WHOLE else np.float64
+
+
+def _checked(name: str, quantity: Any) -> np.ndarray:
+    array = np.array(quantity, dtype=_dtype(name))
+    if array.shape != STEP_ARRAYS[name]:
+        raise ValueError(f"a step's {name} must have shape {STEP_ARRAYS[name]}, got {array.shape}")
+    return array
+
+
+def load(path: Path, *, steps: bool = True) -> Recording:
+    """Reads a recorded episode, or all of it but its steps, without arrays and at once.
+
+    Raises:
+        ValueError: If it was written with another schema, is damaged, or is no recording.
+        OSError: If it cannot be read.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            header = json.loads(str(file["header"]))
+            arrays = {name: file[name] for name in file if name != "header"} if steps else {}
+        schema_version = header["schema_version"]
+    except (BadZipFile, zlib.error, EOFError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path} is damaged, or no recording: {error}") from error
+    if schema_version != SCHEMA_VERSION:
+        raise ValueError(f"{path} has schema {schema_version}; allowed: {SCHEMA_VERSION}")
+    return Recording(
+        config=header["config"],
+        versions=header["versions"],
+        world_version=header["world_version"],
+        checkpoints=header["checkpoints"],
+        anatomy=header["anatomy"],
+        instructions=tuple(header["instructions"]),
+        events=tuple(header["events"]),
+        perturbations=tuple(header["perturbations"]),
+        ledger=tuple(header["ledger"]),
+        heard=tuple(header["heard"]),
+        hands=tuple(header["hands"]),
+        result=header["result"],
+        error=header["error"],
+        arrays=arrays,
+    )

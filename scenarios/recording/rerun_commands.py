@@ -1,0 +1,93 @@
+"""A recorded episode again: its commands through the world, which gives the tissue back.
+
+A recording holds what was commanded and what the arms did, not the tissue. The world is
+deterministic, so the same commands on the same patient, disturbed in the same way, move the same
+tissue; that the arms come out the same, bit for bit, shows that they did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from planner.criteria import structure_of
+from planner.instruction import TASKS
+from scenarios.episode import anatomy_of
+from scenarios.files.strict_json import plain
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.effects import Effects
+from scenarios.recording.recorder import RIGHT_TOOLS, Recording
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
+
+
+class Rerun:
+    """One recording and the world that it runs through.
+
+    Attributes:
+        world: the patient on the table, before the first step.
+        n_steps: how many there are.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        """Puts the patient on the table.
+
+        Raises:
+            ValueError: the recording is of another version, which has other options or patients.
+        """
+        self._recording, self._config = recording, config_of(recording)
+        self.n_steps = len(recording.arrays["time_s"])
+        self.world = World()
+        self._effects = Effects(self._config.perturbations, self._config.seed)
+        self.world.reset(self._effects.on_anatomy(anatomy_of(self._config)))
+        if recording.anatomy is not None and plain(self.world.anatomy) != recording.anatomy:
+            raise ValueError(
+                f"seed {self._config.seed} is another patient now than in the recording,"
+                f" which was made with {recording.versions}"
+            )
+
+    def steps(self) -> Iterator[bool]:
+        """Runs it; after each step, whether the arms are where they were, to the bit."""
+        for k in range(self.n_steps):
+            yield np.array_equal(self._step(k), self._recording.arrays["joints"][k])
+
+    def _step(self, k: int) -> np.ndarray:
+        """(2, 7) joints after step `k`."""
+        arrays, world = self._recording.arrays, self.world
+        task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
+        if self._nurse_came(k):
+            world.equip(RIGHT_TOOLS[arrays["right_tool"][k]])
+        for name, magnitude in self._by_hand(k):
+            self._effects.add(replace(BY_HAND[name], magnitude=magnitude))
+        self._effects.before_step(world, task)
+        command = JointCommand(joints=arrays["commands"][k])
+        return world.step(command, intended=structure_of(task, world)).joints
+
+    def _nurse_came(self, k: int) -> bool:
+        """A tool was exchanged or a clip loaded before this step; an episode begins with one."""
+        tool, loaded = self._recording.arrays["right_tool"], self._recording.arrays["clip_loaded"]
+        tool_before, loaded_before = (tool[k - 1], loaded[k - 1]) if k else (0, 1)
+        return bool(tool[k] != tool_before or loaded[k] > loaded_before)
+
+    def _by_hand(self, k: int) -> list[tuple[str, float]]:
+        """What a person had go wrong with this step."""
+        return [
+            (p["name"], p["magnitude"])
+            for p in self._recording.perturbations
+            if p["step"] == k and p["name"] in BY_HAND
+        ]
+
+
+def config_of(recording: Recording) -> EpisodeConfig:
+    """The configuration it was made with.
+
+    Raises:
+        ValueError: this version does not know it.
+    """
+    try:
+        return EpisodeConfig(**recording.config)
+    except TypeError as error:
+        raise ValueError(f"its configuration is of another version: {error}") from None

@@ -1,0 +1,138 @@
+"""A recorded episode once more, from the start: everything decides anew, people do as they did."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.chat import endpoint_from_environment
+from planner.command import COMMANDS
+from scenarios.catalogue import ENDPOINT_PLANNERS
+from scenarios.files.errors import describe_error
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.guided_arm import Hand
+from scenarios.loop.inbox import Inbox
+from scenarios.loop.results import EpisodeResult
+from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.checkpoint_digests import checkpoint_digests
+from scenarios.recording.recorder import NOTES, Recording, load
+from scenarios.recording.rerun_commands import config_of
+from tissue_sim.world import WORLD_VERSION, World
+
+INTERRUPTIONS = ("KeyboardInterrupt", "Restart")
+"""Errors that come from outside: the episode itself would have gone on."""
+
+
+class CutOffError(RuntimeError):
+    """The episode goes on where its recording breaks off."""
+
+
+def repeat(recording: Recording, out: Path) -> Recording:
+    """Runs the episode again and records it in `out`; as far as it was recorded, if cut off.
+
+    Raises:
+        ValueError: It cannot come out the same here, and why.
+    """
+    config = _repeatable(recording)
+    inbox = Inbox()
+    attempt_episode(config, out, [_People(recording, inbox)], inbox)
+    again = load(out / "episodes" / f"{config.seed}.npz")
+    goes_on = (again.error or "").startswith(CutOffError.__name__)
+    return _broken_off_as(recording, again) if goes_on else again
+
+
+def _repeatable(recording: Recording) -> EpisodeConfig:
+    """Its configuration; what was said according to a file is in the recording itself."""
+    if recording.world_version != WORLD_VERSION:
+        raise ValueError(
+            f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
+        )
+    config = replace(config_of(recording), instruct=None)
+    if config.planner in ENDPOINT_PLANNERS:
+        endpoint_from_environment()
+    if recording.checkpoints:
+        _require_same_checkpoints(config, recording.checkpoints)
+    return config
+
+
+def _require_same_checkpoints(config: EpisodeConfig, recorded: dict[str, str]) -> None:
+    try:
+        here = checkpoint_digests(config)
+    except OSError as error:
+        raise ValueError(f"its checkpoint cannot be read: {describe_error(error)}") from None
+    for role, digest in recorded.items():
+        if here[role] != digest:
+            raise ValueError(
+                f"the {role}'s checkpoint is another file now: SHA-256 {here[role][:12]}...,"
+                f" but it was {digest[:12]}..."
+            )
+
+
+class _People:
+    """Observes a repeated episode, and says and does before each step what was done before it."""
+
+    def __init__(self, recording: Recording, inbox: Inbox) -> None:
+        self._recording, self._inbox = recording, inbox
+        self._n_steps = len(recording.arrays["time_s"])
+        self._step = 0
+
+    def on_reset(self, world: World) -> None:
+        """Before the first step."""
+        del world
+        self._act()
+
+    def on_step(self, step: Any) -> None:
+        """Before the next step; none follows on the last one of a recording that broke off."""
+        del step
+        if self._recording.result is None and self._step == self._n_steps:
+            raise CutOffError("the recording ends here")
+        self._step += 1
+        self._act()
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Nothing is left to do."""
+
+    def _act(self) -> None:
+        for heard in self._now(self._recording.heard):
+            if heard["by"] == "button":
+                self._inbox.press(COMMANDS[heard["text"]])
+            else:
+                self._inbox.say(heard["text"])
+        for applied in self._now(self._recording.perturbations):
+            if applied["name"] in BY_HAND:
+                self._inbox.disturb(
+                    replace(BY_HAND[applied["name"]], magnitude=applied["magnitude"])
+                )
+        self._inbox.hand = next(map(_hand, self._now(self._recording.hands)), None)
+
+    def _now(self, entries: tuple[dict[str, Any], ...]) -> Iterator[dict[str, Any]]:
+        return (entry for entry in entries if entry["step"] == self._step)
+
+
+def _hand(entry: dict[str, Any]) -> Hand:
+    return Hand(
+        arm=entry["arm"],
+        T_world_goal=np.array(entry["T_world_goal"]),
+        jaw_rad=entry["jaw_rad"],
+    )
+
+
+def _broken_off_as(recording: Recording, again: Recording) -> Recording:
+    """Of the repeated episode what was recorded, interrupted likewise."""
+    n = len(recording.arrays["time_s"])
+    interrupted = (recording.error or "").startswith(INTERRUPTIONS)
+    return replace(
+        again,
+        arrays={name: array[:n] for name, array in again.arrays.items()},
+        **{name: _first(n, getattr(again, name)) for name in NOTES},
+        error=recording.error if interrupted else None,
+    )
+
+
+def _first(n: int, entries: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
+    return tuple(entry for entry in entries if entry["step"] < n)

@@ -1,0 +1,99 @@
+"""Results as tables for a person."""
+
+from collections.abc import Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+from scenarios.loop.results import EpisodeResult, Summary
+
+
+def task_table(episode: EpisodeResult) -> Table:
+    """Returns one row a task."""
+    table = Table(title=f"seed {episode.seed}: {verdict(episode)}")
+    for heading in ("task", "instruction", "done"):
+        table.add_column(heading)
+    for heading in ("time (s)", "corrections"):
+        table.add_column(heading, justify="right")
+    for task in episode.tasks:
+        table.add_row(
+            str(task.index),
+            task.instruction,
+            "yes" if task.success else "no",
+            f"{task.time_s:.1f}",
+            str(task.corrections),
+        )
+    return table
+
+
+def injury_table(episode: EpisodeResult) -> Table:
+    """Returns one row an injury."""
+    table = Table(title="injuries")
+    table.add_column("event")
+    for heading in ("time (s)", "value", "limit"):
+        table.add_column(heading, justify="right")
+    for injury in episode.injuries:
+        table.add_row(
+            escape(injury.event),
+            f"{injury.time_s:.1f}",
+            f"{injury.value:.4g}",
+            f"{injury.limit:.4g}",
+        )
+    return table
+
+
+def ledger_table(episode: EpisodeResult) -> Table:
+    """Returns one row a reason for which the safety filter altered commands."""
+    table = Table(title="safety filter")
+    table.add_column("what the command would have broken")
+    for heading in ("commands", "first (s)", "last (s)"):
+        table.add_column(heading, justify="right")
+    for reason in dict.fromkeys(limit for e in episode.safety.ledger for limit in e.limits):
+        times_s = [e.time_s for e in episode.safety.ledger if reason in e.limits]
+        table.add_row(escape(reason), str(len(times_s)), f"{times_s[0]:.1f}", f"{times_s[-1]:.1f}")
+    return table
+
+
+def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
+    """Returns one row an episode."""
+    table = Table(title="episodes")
+    for heading in ("seed", "outcome"):
+        table.add_column(heading)
+    for heading in ("tasks", "simulated (s)", "corrections", "injuries", "altered", "wall (s)"):
+        table.add_column(heading, justify="right")
+    for episode in episodes:
+        table.add_row(
+            str(episode.seed),
+            verdict(episode),
+            str(sum(task.success for task in episode.tasks)),
+            f"{episode.procedure_time_s:.1f}",
+            str(episode.corrections),
+            str(len(episode.injuries)),
+            str(episode.safety.interventions),
+            f"{episode.wall_s:.1f}",
+        )
+    return table
+
+
+def verdict(episode: EpisodeResult) -> str:
+    """Returns the outcome in a word."""
+    if episode.error is not None:
+        return "error"
+    return "passed" if episode.success else "failed"
+
+
+def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
+    """Returns one line for each episode that ended in error."""
+    return [
+        f"seed {episode.seed} ended in error: {episode.error}"
+        for episode in episodes
+        if episode.error is not None
+    ]
+
+
+def summary_line(summary: Summary) -> str:
+    """Returns the pass rate with its 95 % Wilson interval, and the errors apart."""
+    judged = summary.episodes - summary.errors
+    low, high = summary.wilson_95
+    line = f"passed {summary.passed} of {judged} (95 % Wilson interval {low:.3f} to {high:.3f})"
+    return f"{line}, {summary.errors} ended in error" if summary.errors else line

@@ -1,0 +1,37 @@
+"""A moment of a running episode, to go on from as often as wanted, each time the same."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+
+from scenarios.episode import Episode
+from scenarios.loop.inbox import Inbox
+
+
+class Moment:
+    """All that the next steps depend on: world, planner, controller, driver, filter, chance.
+
+    One between the steps of `Episode.steps`, while the controller has the arms.
+    """
+
+    def __init__(self, episode: Episode) -> None:
+        self._state = episode.world.state()
+        self._rate = None if episode.filter is None else episode.filter.rate
+        self._episode = _copied(episode)
+
+    def again(self) -> Episode:
+        """An episode that goes on from here, with an inbox of its own.
+
+        It has the world, and the filter: of several, and the first, only the latest can go on.
+        """
+        episode = _copied(self._episode)
+        episode.world.restore(self._state)
+        if episode.filter is not None and self._rate is not None:
+            episode.filter.rate = self._rate
+        episode.inbox = Inbox()
+        return episode
+
+
+def _copied(episode: Episode) -> Episode:
+    shared = (episode.world, episode.filter, episode.inbox)
+    return deepcopy(episode, {id(part): part for part in shared})

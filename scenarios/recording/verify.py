@@ -1,0 +1,88 @@
+"""Whether a recorded episode comes out the same when it is run again, file by file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from rich.markup import escape
+from rich.table import Table
+
+from scenarios.files.errors import WorkerDiedError
+from scenarios.files.versions import versions
+
+Outcome = Literal["identical", "differs", "refused", "error"]
+
+EXIT_CODES: dict[Outcome, int] = {"identical": 0, "differs": 1, "refused": 2, "error": 3}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What verifying one file came to.
+
+    Attributes:
+        outcome: It came out the same to the bit, or not; it cannot be run again here; or the
+            process that did it died.
+        remark: How long it is, where it parts and by how much, or why it was refused.
+    """
+
+    file: Path
+    outcome: Outcome
+    remark: str
+
+
+def verify(file: Path) -> Verdict:
+    """Runs the episode of a recording again and compares."""
+    from scenarios.recording.first_difference import first_difference
+    from scenarios.recording.recorder import load
+    from scenarios.recording.rerun_decisions import repeat
+
+    try:
+        recorded = load(file)
+        with TemporaryDirectory() as folder:
+            again = repeat(recorded, Path(folder))
+    except OSError as error:
+        return Verdict(file=file, outcome="refused", remark=f"{file}: {error.strerror or error}")
+    except ValueError as error:
+        return Verdict(file=file, outcome="refused", remark=_naming(file, error))
+    difference = first_difference(recorded, again)
+    if difference is None:
+        n_steps = len(recorded.arrays["time_s"])
+        return Verdict(file=file, outcome="identical", remark=f"{n_steps} steps")
+    remark = "; ".join([str(difference), *_changes(recorded.versions)])
+    return Verdict(file=file, outcome="differs", remark=remark)
+
+
+def lost(file: Path, death: WorkerDiedError) -> Verdict:
+    """The verdict on a file whose process died."""
+    return Verdict(file=file, outcome="error", remark=str(death))
+
+
+def recordings_in(path: Path) -> list[Path]:
+    """The recordings of a folder and those below it, or the file itself."""
+    return sorted(path.rglob("*.npz")) if path.is_dir() else [path]
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> Table:
+    """Returns one row a file."""
+    table = Table(title="recordings, run again")
+    table.add_column("file", overflow="fold")
+    for heading in ("outcome", ""):
+        table.add_column(heading)
+    for verdict in verdicts:
+        table.add_row(escape(str(verdict.file)), verdict.outcome, escape(verdict.remark))
+    return table
+
+
+def _naming(file: Path, error: ValueError) -> str:
+    return str(error) if str(file) in str(error) else f"{file}: {error}"
+
+
+def _changes(recorded: dict[str, str]) -> Iterator[str]:
+    """What it was made with that is otherwise here: then no equality is promised."""
+    for name, here in versions().items():
+        if recorded.get(name) != here:
+            yield f"made with {name} {recorded.get(name, 'unknown')}, but here it is {here}"

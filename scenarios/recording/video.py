@@ -1,0 +1,58 @@
+"""The endoscope's view of an episode as an mp4."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, ClassVar, Self
+
+from scenarios.loop.results import EpisodeResult
+
+FRAME_RATE_HZ = 30  # that of the control steps, so that the video runs in simulated time
+
+
+@dataclass(kw_only=True)
+class VideoWriter:
+    """Observes an episode within a `with` block; the file is complete when the block is left.
+
+    Asks the world for `endoscope_rgb()`, an image (H, W, 3) of uint8, once a control step.
+    """
+
+    needs_images: ClassVar[bool] = True
+    path: Path
+    _world: Any = None
+    _frames: Any = None
+
+    def __enter__(self) -> Self:
+        import imageio.v2 as imageio
+
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._frames = imageio.get_writer(
+            self._partial, fps=FRAME_RATE_HZ, codec="libx264", macro_block_size=2
+        )
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._frames.close()
+        if self._partial.exists():
+            self._partial.replace(self.path)
+
+    def on_reset(self, world: Any) -> None:
+        """Shows the field before anything moves."""
+        self._world = world
+        self._frames.append_data(world.endoscope_rgb())
+
+    def on_step(self, step: Any) -> None:
+        """Shows the field after one control step."""
+        self._frames.append_data(self._world.endoscope_rgb())
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Adds nothing."""
+
+    @property
+    def _partial(self) -> Path:
+        return self.path.with_suffix(f".partial{self.path.suffix}")

@@ -1,0 +1,99 @@
+"""A recording as frames that can be shown in any order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from scenarios.recording.recorder import Recording
+from scenarios.recording.rerun_commands import Rerun
+from scenarios.viewer.frame import Frame, frame_of, patient_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """A moment worth seeing."""
+
+    time_s: float
+    text: str
+
+
+class Reel:
+    """Grows as the recording runs through the world once more.
+
+    Attributes:
+        patient: who lies there.
+        frames: so far, evenly spaced in simulated time.
+        marks: what was instructed, said, hurt and disturbed, in order.
+        end_s: simulated time of the last step.
+        differs_s: when the arms first were not where the recording has them; None if never so far.
+    """
+
+    def __init__(self, recording: Recording, *, every: int) -> None:
+        """One frame every so many steps.
+
+        Raises:
+            ValueError: the recording is of another version.
+        """
+        self._rerun, self._every = Rerun(recording), every
+        self._time_s = recording.arrays["time_s"]
+        self._instructions = recording.instructions
+        self._row = recording.arrays["instruction"]
+        self.marks = marks_of(recording)
+        self.end_s = float(self._time_s[-1]) if len(self._time_s) else 0.0
+        self.differs_s: float | None = None
+        self.patient = patient_of(self._rerun.world)
+        self.frames: list[Frame] = [frame_of(self._rerun.world, self.patient)]
+
+    def run(self) -> Iterator[Frame]:
+        """Fills the reel; yields each frame, the first one included, as it is there."""
+        yield self.frames[0]
+        for k, same in enumerate(self._rerun.steps(), start=1):
+            if not same and self.differs_s is None:
+                self.differs_s = float(self._time_s[k - 1])
+            if k % self._every == 0 or k == self._rerun.n_steps:
+                before = self.frames[-1]
+                self.frames.append(frame_of(self._rerun.world, self.patient, before=before))
+                yield self.frames[-1]
+
+    def at(self, time_s: float) -> Frame:
+        """The frame nearest to a simulated time, of those that are there."""
+        share = time_s / self.end_s if self.end_s > 0.0 else 0.0
+        whole = math.ceil(self._rerun.n_steps / self._every)
+        return self.frames[min(max(round(share * whole), 0), len(self.frames) - 1)]
+
+    def instruction(self, time_s: float) -> str:
+        """What was heard then, and from whom."""
+        if not len(self._row):
+            return ""
+        k = min(int((self._time_s < time_s - 1e-9).sum()), len(self._row) - 1)
+        said = self._instructions[self._row[k]]
+        return f"{said['source']}: {said['text']}"
+
+
+def marks_of(recording: Recording) -> tuple[Mark, ...]:
+    """Where instructions change, people speak, something is hurt, goes wrong, or ends."""
+    time_s, row = recording.arrays["time_s"], recording.arrays["instruction"]
+    marks = [
+        Mark(time_s=float(time_s[k]), text=recording.instructions[row[k]]["text"])
+        for k in range(len(row))
+        if k == 0 or row[k] != row[k - 1]
+    ]
+    for kind, entries, name in (
+        ("said", recording.heard, "text"),
+        ("injury", recording.events, "event"),
+        ("disturbed", recording.perturbations, "name"),
+    ):
+        marks += [
+            Mark(time_s=float(entry["time_s"]), text=f"{kind}: {entry[name]}") for entry in entries
+        ]
+    if len(time_s):
+        marks.append(Mark(time_s=float(time_s[-1]), text=_end(recording)))
+    return tuple(sorted(marks, key=lambda mark: mark.time_s))
+
+
+def _end(recording: Recording) -> str:
+    if recording.result is None:
+        return f"broke off: {recording.error}"
+    return "passed" if recording.result["success"] else "failed"

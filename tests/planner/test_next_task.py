@@ -1,0 +1,46 @@
+"""Laws of what is due on a tube: counted from what is seen, on each tube by itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.next_task import NotNowError, clips_on, due_task
+from tests.planner.seen import clipped
+
+
+@pytest.mark.parametrize("tube", ["left", "right"])
+def test_the_clips_follow_one_another_and_then_the_cut(tube):
+    said = [due_task("clip", tube, clipped(**{tube: n})).text for n in range(3)]
+    assert said == [f"clipping {nth} clip {tube} tube" for nth in ("first", "second", "third")]
+    assert (
+        due_task("cut", tube, clipped(**{tube: 3})).text
+        == f"go to the cutting position {tube} tube"
+    )
+
+
+@pytest.mark.parametrize(
+    ("deed", "n", "why"),
+    [("clip", 3, "has its 3 clips"), ("cut", 2, "has 2 of the 3 clips"), ("cut", 0, "has 0 of")],
+)
+def test_what_is_not_due_is_refused(deed, n, why):
+    with pytest.raises(NotNowError, match=f"the left tube {why}"):
+        due_task(deed, "left", clipped(left=n, right=3))
+
+
+@pytest.mark.parametrize("deed", ["clip", "cut"])
+def test_nothing_is_due_on_a_tube_that_is_cut(deed):
+    seen = replace(clipped(right=3), severed=np.array([False, True]))
+    with pytest.raises(NotNowError, match="the right tube is cut already"):
+        due_task(deed, "right", seen)
+
+
+def test_a_clip_that_fell_is_on_no_tube():
+    seen = clipped(left=2)
+    seen.clips_m[1] += [0.0, -0.02, 0.0]
+    assert (clips_on("left", seen), clips_on("right", seen)) == (1, 0)
+
+
+def test_a_clip_between_tubes_that_are_close_is_on_the_nearer():
+    seen = clipped(left=2, apart_m=0.002)
+    assert (clips_on("left", seen), clips_on("right", seen)) == (2, 0)

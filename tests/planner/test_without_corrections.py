@@ -1,0 +1,34 @@
+"""A planner whose corrections are kept back says its tasks and nothing more."""
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from planner.instruction import CORRECTIONS
+from planner.without_corrections import PlannerUncorrecting
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+
+
+@dataclass
+class Correcting:
+    """Another planner, with a correction at all times."""
+
+    planner: object
+
+    @property
+    def hears_of_success(self):
+        return self.planner.hears_of_success
+
+    def reset(self):
+        self.planner.reset()
+
+    def plan(self, observation):
+        return replace(self.planner.plan(observation), correction=CORRECTIONS[0])
+
+
+def test_its_tasks_are_heard_and_its_corrections_are_not():
+    episode = begin(EpisodeConfig(seed=10_004, ablation="no-corrections"))
+    assert isinstance(episode.planner, PlannerUncorrecting)
+    episode.planner = PlannerUncorrecting(Correcting(episode.planner._planner))
+    said = {step.instruction.text for step in islice(episode.steps(), 45)}
+    assert said == {"grabbing gallbladder"}

@@ -1,0 +1,100 @@
+"""Laws of the gain of a correction: paired, on one moment, and honest where there is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.expert.targets import clip_pose, grasp_pose
+from planner.correction import CORRECTIONS
+from planner.task import TASKS
+from scenarios.bench.corrections import corrections_table, error_lines, mean_gain, sign_test
+from scenarios.bench.latency import measured
+from scenarios.bench.trials.correction_trial import (
+    SAID_S,
+    Comparison,
+    Course,
+    Trial,
+    lost_trial,
+    wanted_motion,
+)
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.frames import inverse_pose
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+SEED = 10_004
+ASTRAY = EpisodeConfig(scenario="overshoot")
+IDLE = replace(ASTRAY, controller="idle")
+
+
+@pytest.fixture(scope="module")
+def trial():
+    return Comparison(config=ASTRAY)(SEED)
+
+
+def test_a_correction_is_said_where_an_arm_was_led_astray_and_it_leads_nearer(trial):
+    assert trial.correction in {c.text for c in CORRECTIONS if c.arm == "right"}
+    assert trial.told.off_m < trial.without.off_m
+    assert trial.without.done_s is not None
+    assert trial.told.done_s > SAID_S
+
+
+@pytest.mark.parametrize(("task", "arm"), [(TASKS[0], LEFT_ARM), (TASKS[1], RIGHT_ARM)])
+def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task, arm):
+    world = begin(EpisodeConfig(seed=SEED)).world
+    if arm == LEFT_ARM:
+        T_world_goal = grasp_pose(world)
+    else:
+        T_world_goal = clip_pose(world, world.anatomy.structure("left"), 1)
+    moved_m, opened_rad = wanted_motion(task, world)
+    there_m = world.observe().tips_endoscope[arm, :3, 3] + moved_m[arm]
+    goal_m = (inverse_pose(world.T_world_endoscope) @ T_world_goal)[:3, 3]
+    np.testing.assert_allclose(there_m, goal_m, atol=1e-6)
+    assert not moved_m[1 - arm].any()
+    assert not opened_rad.any()
+
+
+def test_the_same_moment_again_gives_the_same(trial):
+    assert Comparison(config=ASTRAY)(SEED) == trial
+
+
+def test_where_nothing_goes_astray_nothing_is_compared():
+    assert Comparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == Trial(seed=SEED)
+
+
+def test_the_gain_is_of_pairs_and_the_interval_students():
+    before = np.array([3.0, 5.0, 9.0])
+    gain, low, high = mean_gain(before, before - [1.0, 2.0, 3.0])
+    assert gain == pytest.approx(2.0)
+    assert high - gain == gain - low == pytest.approx(4.303 / np.sqrt(3), rel=1e-3)
+    assert np.isnan(mean_gain([1.0], [0.0])[1])
+
+
+def test_only_pairs_that_changed_tell_anything():
+    assert sign_test([True] * 9, [True] * 9) == (0, 0, 1.0)
+    assert sign_test([False] * 5 + [True], [True] * 6) == (5, 0, pytest.approx(2 * 0.5**5))
+
+
+def test_the_table_counts_what_was_done_with_and_without_and_lost_trials_are_told():
+    good, bad = (
+        Course(off_m=0.001, done_s=4.0, injuries=0),
+        Course(off_m=0.01, done_s=None, injuries=1),
+    )
+    pair = Trial(seed=3, correction="c", without=bad, told=good)
+    table = corrections_table([pair, replace(pair, seed=4), Trial(seed=5)])
+    rows = {row[0]: row[1:] for row in zip(*(c.cells for c in table.columns), strict=True)}
+    assert rows["moments"][:2] == ("2", "2")
+    assert rows["mm to the goal after 2 s"] == ("10.0", "1.0", "9.0 (9.0 to 9.0)")
+    assert rows["task done in 20 s"][:2] == ("0", "2")
+    assert rows["nothing injured"][:2] == ("0", "2")
+    assert list(corrections_table([Trial(seed=5)]).columns[0].cells) == ["moments"]
+    assert error_lines([lost_trial(7, RuntimeError("a string snapped"))]) == [
+        "seed 7: RuntimeError: a string snapped"
+    ]
+
+
+def test_a_text_is_followed_by_a_changed_command_soon():
+    wait = next(measured(EpisodeConfig(seed=SEED)))
+    assert wait.changed_s is not None
+    assert 0.0 < wait.read_s <= wait.changed_s < 1.0  # the figure is 0.1 on an idle machine

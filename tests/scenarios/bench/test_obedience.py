@@ -1,0 +1,91 @@
+"""Words are judged by what moved, and asking leaves the patient as it was."""
+
+import numpy as np
+import pytest
+
+from planner.correction import CORRECTIONS
+from scenarios.bench.obedience import error_lines, obedience_table
+from scenarios.bench.trials.obedience_trial import (
+    LEAST_M,
+    Examination,
+    Told,
+    Trial,
+    is_obeyed,
+    lost_trial,
+)
+from scenarios.cli import main
+from scenarios.demonstration.labels import THRESHOLD_RAD
+from scenarios.loop.episode_config import EpisodeConfig
+
+SEED = 10_001
+WAYS = {"left": (1, 0, 0), "right": (-1, 0, 0), "higher": (0, 1, 0), "lower": (0, -1, 0)} | {
+    "away": (0, 0, 1),
+    "towards": (0, 0, -1),
+}
+
+
+@pytest.mark.parametrize("said", CORRECTIONS, ids=lambda c: c.text)
+def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
+    rows = {"left": [0], "right": [1], "both": [0, 1]}[said.arm]
+    moved_m, opened_rad = np.zeros((2, 3)), np.zeros(2)
+    if said.direction:
+        moved_m[rows] = np.array(WAYS[said.direction]) * LEAST_M
+    else:
+        opened_rad[rows] = THRESHOLD_RAD * (1 if said.jaw == "open" else -1)
+    assert is_obeyed(said, 1.001 * moved_m, 1.001 * opened_rad)
+    assert not is_obeyed(said, 0.999 * moved_m, 0.999 * opened_rad)
+    assert not is_obeyed(said, -moved_m, -opened_rad)
+    if said.arm != "both":
+        assert not is_obeyed(said, moved_m[::-1], opened_rad[::-1])
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return {
+        name: Examination(config=EpisodeConfig(controller=name))(SEED)
+        for name in ("expert", "idle")
+    }
+
+
+def test_the_expert_does_what_it_is_told_and_who_does_nothing_does_not(trials):
+    assert all(told.obeyed for told in trials["expert"].told)
+    assert trials["expert"].wrong_tube is True
+    assert not any(told.obeyed for told in trials["idle"].told)
+    assert not any(told.withheld for trial in trials.values() for told in trial.told)
+    assert len({told.text for told in trials["expert"].told}) >= 13
+    assert trials["idle"].wrong_tube is None  # it never gets to a tube
+
+
+def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done():
+    trial = Examination(config=EpisodeConfig(seed=10_022, controller="expert"))(10_022)
+    held = [told for told in trial.told if not told.obeyed]
+    assert held
+    assert all(told.withheld for told in held)
+
+
+def test_asking_again_gives_the_same(trials):
+    assert Examination(config=EpisodeConfig(controller="expert"))(SEED) == trials["expert"]
+
+
+def test_the_table_counts_what_was_said_and_obeyed():
+    text = CORRECTIONS[0].text
+    told = (Told(text=text, obeyed=True), Told(text=text, obeyed=False, withheld=True))
+    table = obedience_table([Trial(seed=3, told=told, wrong_tube=True), Trial(seed=4)])
+    rows = list(zip(*(column.cells for column in table.columns), strict=True))
+    assert rows[0][:4] == (text, "2", "1", "1")
+    assert rows[1][1:] == ("0", "0", "0", "never said")
+    assert rows[-2][1:4] == ("2", "1", "1")
+    assert rows[-1][1:4] == ("1", "1", "")
+
+
+def test_a_trial_that_an_error_ended_is_named():
+    trial = lost_trial(7, ValueError("no such patient"))
+    (line,) = error_lines([Trial(seed=6), trial])
+    assert line.startswith("seed 7: ")
+    assert "no such patient" in line
+
+
+def test_a_checkpoint_that_is_not_there_is_one_line(tmp_path, capsys):
+    assert main(["bench", "obedience", "--checkpoint", str(tmp_path / "none.safetensors")]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "--checkpoint" in line

@@ -1,0 +1,117 @@
+"""Laws of the storms and of what judges them."""
+
+import os
+import re
+from itertools import islice
+from mmap import mmap
+
+import numpy as np
+import pytest
+
+from scenarios.bench.robustness import broken_lines, trial_table
+from scenarios.bench.trials.memory_growth import growth_kb_a_reset
+from scenarios.bench.trials.run_trials import Attempt
+from scenarios.bench.trials.storm import MOST_SPEED_M_S, storm
+from scenarios.bench.trials.storm_trial import Trial, intact, lost_trial, run_trial
+from scenarios.cli import main
+from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.tools.psm import forward_kinematics
+from tissue_sim.world import World
+
+SEED = 10_016
+STORMS = 10  # among them are clips, cuts and tears
+CUT_TWICE = 10_243  # a piece of artery is free: nothing but inertia resists its rigid motion
+
+
+@pytest.fixture(scope="module")
+def trials() -> list[Trial]:
+    return [run_trial(SEED + k) for k in range(STORMS)]
+
+
+def test_tissue_stays_tissue(trials: list[Trial]) -> None:
+    assert broken_lines(trials) == []
+
+
+def test_a_piece_that_is_cut_free_does_not_fly_off() -> None:
+    trial = run_trial(CUT_TWICE)
+    assert trial.cut
+    assert trial.broken == ()
+
+
+def test_a_storm_is_violent(trials: list[Trial]) -> None:
+    assert all(t.touched for t in trials)
+    assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MOST_SPEED_M_S, rel=0.1)
+    assert sum(t.inverted > 20 for t in trials) >= 3
+    assert any(t.clipped or t.cut for t in trials)
+    assert any(t.torn for t in trials)
+    assert max(t.commanded_speed_m_s for t in trials) < MOST_SPEED_M_S * (1 + 1e-6)
+
+
+def tips(world: World, command: JointCommand) -> Array:
+    """(2, 3) where a command puts the tips."""
+    rows = zip(world.arms.T_world_rcm, command.joints, world.arms.mounted, strict=True)
+    return np.stack([(T @ forward_kinematics(q[:6], tool))[:3, 3] for T, q, tool in rows])
+
+
+def test_the_seed_is_the_storm_and_its_speed_is_bounded() -> None:
+    paths = []
+    for _ in range(2):
+        world = World()
+        world.reset(anatomy_from_seed(SEED))
+        path = []
+        for command in islice(storm(world, SEED), 60):
+            path.append((tips(world, command), world.arms.mounted[1].name))
+            world.step(command)
+        paths.append(path)
+    for (a, _), (b, _) in zip(*paths, strict=True):
+        np.testing.assert_array_equal(a, b)
+    most_m = MOST_SPEED_M_S * world.config.control_step_s
+    for (before, tool), (after, same) in zip(paths[0][:-1], paths[0][1:], strict=True):
+        if tool == same:
+            assert np.linalg.norm(after - before, axis=1).max() < most_m * (1 + 1e-6)
+
+
+def test_what_no_longer_hangs_on_the_body_is_not_intact() -> None:
+    world = World()
+    world.reset(anatomy_from_seed(SEED))
+    assert intact(world).all()
+    world.tissue.host("anchor_stiffness")[:] = 0.0
+    assert intact(world).all()  # the tubes still hold the sac
+    world.tissue.host("tie_stiffness")[:] = 0.0
+    np.testing.assert_array_equal(intact(world), world.organ.region >= 2)
+
+
+def test_an_exception_is_a_broken_law() -> None:
+    lost = Attempt(run=run_trial, lost=lost_trial)(-1)
+    (said,) = lost.broken
+    assert said.startswith("ValueError")
+    assert re.search(r"\.py:\d+\)$", said)  # where it was raised
+    assert broken_lines([lost]) == [f"seed -1: {said}"]
+    assert trial_table([lost]).row_count > 0
+
+
+@pytest.mark.parametrize("leak_kb", [0, 1000])
+def test_a_leak_is_seen(leak_kb: int) -> None:
+    kept = []
+
+    def leak(_: int) -> None:
+        if leak_kb:
+            kept.append(mmap(-1, 1024 * leak_kb))  # fresh pages: the heap may have room to spare
+            kept[-1].write(os.urandom(1024 * leak_kb))
+
+    grows = growth_kb_a_reset(leak, 60, 0)
+    assert grows == pytest.approx(leak_kb, abs=20 + 0.2 * leak_kb)
+
+
+def test_the_command_reports_and_tells_by_its_exit_code(capsys) -> None:
+    assert main(["bench", "robustness", "--episodes", "1"]) == 0
+    said = capsys.readouterr().out
+    for words in ("1 storms", "tip speed", "broke a law", "load"):
+        assert words in said
+
+
+def test_too_few_resets_are_refused(capfd) -> None:
+    assert main(["bench", "robustness", "--resets", "4"]) == 2
+    assert capfd.readouterr().err == "calot: --resets 4: 0, or at least 50\n"

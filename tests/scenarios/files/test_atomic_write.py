@@ -1,0 +1,22 @@
+"""A file is there whole or not at all."""
+
+import pytest
+
+from scenarios.files.atomic_write import write_atomic
+
+
+def test_the_folder_is_made_and_nothing_else_is_left(tmp_path):
+    path = tmp_path / "deep" / "file.txt"
+    write_atomic(path, b"whole")
+    write_atomic(path, b"replaced")
+    assert path.read_bytes() == b"replaced"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_failed_write_leaves_what_was_there(tmp_path, full_disk):
+    path = tmp_path / "file.txt"
+    write_atomic(path, b"whole")
+    with pytest.raises(OSError, match="File too large"):
+        write_atomic(path, b"too much" * 1000)
+    assert path.read_bytes() == b"whole"
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,68 @@
+"""Laws of a person's hand: it leads one arm to its goal, and leaves the other alone."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from controller.action import ToolAction
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.guided_arm import Hand
+from scenarios.loop.inbox import Inbox
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+
+def led(arm, config=None, n=90):
+    """An episode in which a hand leads an arm 8 mm to the endoscope's left, 6 mm nearer."""
+    inbox = Inbox()
+    episode = begin(config or EpisodeConfig(seed=10_005, controller="idle"), inbox=inbox)
+    goal = episode.world.arms.T_world_tool()[arm]
+    goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.008, 0.0, -0.006]
+    inbox.hand = Hand(arm=arm, T_world_goal=goal, jaw_rad=0.6)
+    return list(islice(episode.steps(), n)), episode, goal
+
+
+@pytest.mark.parametrize("arm", [LEFT_ARM, RIGHT_ARM])
+def test_the_arm_comes_to_the_goal_and_the_other_one_stays(arm):
+    steps, episode, goal = led(arm)
+    start = steps[0].observation.tips_endoscope
+    assert np.linalg.norm(episode.world.arms.T_world_tool()[arm, :3, 3] - goal[:3, 3]) < 5e-4
+    assert episode.world.target[arm, 6] == pytest.approx(0.6, abs=1e-6)
+    moved = np.linalg.norm(steps[-1].observation.tips_endoscope - start, axis=(1, 2))
+    assert moved[1 - arm] < 2e-4 < moved[arm]
+
+
+def test_the_other_arms_action_passes_unchanged():
+    _, episode, goal = led(LEFT_ARM, n=1)
+    rng = np.random.default_rng(0)
+    action = ToolAction(
+        move_endoscope_m=rng.normal(size=(2, 3)),
+        turn_tool=rng.normal(size=(2, 6)),
+        jaw_rad=rng.normal(size=2),
+    )
+    hand = Hand(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.1)
+    changed = hand.lead(action, episode.world).vector().reshape(2, 10)
+    np.testing.assert_array_equal(changed[RIGHT_ARM], action.vector().reshape(2, 10)[RIGHT_ARM])
+    assert not np.array_equal(changed[LEFT_ARM], action.vector().reshape(2, 10)[LEFT_ARM])
+
+
+def test_each_step_says_who_led():
+    steps, episode, _ = led(RIGHT_ARM, n=5)
+    assert all(step.hand is episode.inbox.hand for step in steps)
+    assert all(step.disturbed for step in steps)
+    episode.inbox.hand = None
+    assert all(step.hand is None for step in islice(episode.steps(), 5))
+
+
+def test_a_goal_in_the_liver_is_not_reached():
+    inbox = Inbox()
+    episode = begin(EpisodeConfig(seed=10_005, controller="idle"), inbox=inbox)
+    goal = episode.world.arms.T_world_tool()[RIGHT_ARM]
+    bed = episode.world.organ.bed
+    goal[:3, 3] = bed.point_m - 0.01 * bed.normal + 0.05 * bed.along
+    inbox.hand = Hand(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=0.0)
+    steps = list(islice(episode.steps(), 300))
+    assert np.linalg.norm(episode.world.arms.T_world_tool()[RIGHT_ARM, :3, 3] - goal[:3, 3]) > 2e-3
+    assert any("liver" in limit for step in steps for e in step.altered for limit in e.limits)
+    assert not episode.world.record.injuries

@@ -1,0 +1,138 @@
+"""Laws of an episode that people speak to, on a real patient."""
+
+from dataclasses import replace
+from itertools import islice, takewhile
+
+import numpy as np
+import pytest
+
+from planner.command import COMMANDS
+from planner.instruction import CORRECTIONS, TASKS, Instruction
+from planner.override import HOLD_S
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import Inbox
+from scenarios.loop.script import Timed
+from tissue_sim.outcome.nurse import EXCHANGE_S
+from tissue_sim.tools.arms import RIGHT_ARM
+
+SEED = 10_004
+STEP_S = 1 / 30
+HIGHER, LEFT = "move right arm higher", "move right arm to the left"
+
+
+def steps_of(*said, n=180, **config):
+    """The first steps of an episode in which these (time, text) are said."""
+    inbox = Inbox()
+    inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
+    episode = begin(EpisodeConfig(seed=SEED, **config), inbox=inbox)
+    return list(islice(episode.steps(), n)), episode
+
+
+@pytest.fixture(scope="module")
+def unspoken():
+    return steps_of()[0]
+
+
+def commands(steps):
+    return np.stack([step.command.joints for step in steps])
+
+
+def test_a_persons_correction_is_heard_at_once_for_5_seconds_and_obeyed(unspoken):
+    steps, episode = steps_of((0.5, HIGHER), n=200)
+    said = [step for step in steps if step.instruction.source == "human"]
+    first, last = steps.index(said[0]), steps.index(said[-1])
+    assert steps[first - 1].time_s == pytest.approx(0.5)
+    assert len(said) == last - first + 1 == round(HOLD_S / STEP_S)
+    np.testing.assert_array_equal(commands(steps[:first]), commands(unspoken[:first]))
+    assert not np.array_equal(steps[first].command.joints, unspoken[first].command.joints)
+    tips = [steps[k].observation.tips_endoscope[RIGHT_ARM, :3, 3] for k in (first, first + 60)]
+    assert tips[1][1] - tips[0][1] > 0.003
+    assert episode.tasks[1].corrections == 1
+    assert [(k, h.text) for k, s in enumerate(steps) for h in s.heard] == [(first, HIGHER)]
+
+
+@pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])
+def test_what_is_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
+    inbox = Inbox()
+    episode = begin(EpisodeConfig(seed=SEED), inbox=inbox)
+    running = episode.steps()
+    steps = list(islice(running, 40))
+    inbox.say(text)
+    steps += islice(running, 60)
+    np.testing.assert_array_equal(commands(steps), commands(unspoken[:100]))
+    (heard,) = steps[40].heard
+    assert heard.instruction is None
+    assert heard.reply
+
+
+@pytest.mark.parametrize("word", ["stop", "pause"])
+def test_a_stop_changes_no_joint_command_from_then_on(word):
+    steps, _ = steps_of((1.5, word), n=120)
+    before = round(1.5 / STEP_S)
+    assert abs(steps[before - 1].command.joints - steps[before - 2].command.joints).max() > 1e-4
+    still = np.broadcast_to(steps[before - 1].command.joints, (120 - before, 2, 7))
+    np.testing.assert_allclose(commands(steps[before:]), still, rtol=0, atol=1e-9)
+
+
+def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.planner = Saying(Instruction(task=TASKS[7]))
+    running = episode.steps()
+    exchanging = list(islice(running, 10))
+    assert all(step.exchange for step in exchanging)
+    episode.inbox.press(COMMANDS["stop"])
+    held = list(islice(running, 30))
+    assert not any(step.exchange for step in held)
+    still = np.broadcast_to(exchanging[-1].command.joints, (30, 2, 7))
+    np.testing.assert_allclose(commands(held), still, rtol=0, atol=1e-9)
+    episode.inbox.press(COMMANDS["resume"])
+    resumed = list(takewhile(lambda step: step.exchange, running))
+    assert len(resumed) == round(2 * EXCHANGE_S / STEP_S)
+    assert resumed[-1].observation.tools[RIGHT_ARM] == "scissors"
+
+
+def test_of_two_within_a_second_the_later_is_obeyed_and_both_are_told():
+    steps, episode = steps_of((0.5, LEFT), (0.7, HIGHER), n=60)
+    assert [h.text for s in steps for h in s.heard] == [LEFT, HIGHER]
+    assert steps[-1].instruction.text == HIGHER
+    assert episode.tasks[1].corrections == 2
+
+
+def test_the_same_correction_given_twice_counts_twice_and_a_planner_repeating_its_own_once():
+    assert steps_of((0.5, HIGHER), (1.0, HIGHER), n=60)[1].tasks[1].corrections == 2
+    episode = begin(EpisodeConfig(seed=SEED))
+    said = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
+    episode.planner = Saying(said)
+    list(islice(episode.steps(), 100))
+    assert episode.tasks[1].corrections == 1
+
+
+def test_an_episode_held_for_ever_ends_at_the_tasks_cap():
+    steps, episode = steps_of((0.2, "stop"), n=1000, task_cap_s=3.0)
+    assert steps[-1].time_s == pytest.approx(3.0, abs=1.01 * STEP_S)
+    assert not episode.is_done
+
+
+def test_what_the_planner_is_at_may_come_to_be_done_under_other_words():
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.planner = Saying(Instruction(task=TASKS[2]))  # going back: the arm is
+    episode.inbox.press(COMMANDS[TASKS[0].text])
+    list(islice(episode.steps(), 10))
+    assert {k: task.success for k, task in episode.tasks.items()} == {1: False, 3: True}
+    assert (episode.tasks[1].time_s, episode.tasks[3].time_s) == (pytest.approx(10 * STEP_S), 0.0)
+
+
+class Saying:
+    """One thing, at the time it is asked."""
+
+    def __init__(self, instruction):
+        self._instruction = instruction
+
+    def reset(self):
+        pass
+
+    hears_of_success = False
+
+    def plan(self, observation):
+        return replace(self._instruction, time_s=observation.time_s)

@@ -1,0 +1,68 @@
+"""Laws of the inbox: nothing is lost or doubled, each thread's words stay in order."""
+
+from collections import Counter
+from threading import Thread
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.command import COMMANDS
+from scenarios.loop.inbox import LONGEST, Inbox
+from scenarios.loop.script import Timed
+
+THREADS, EACH = 16, 200
+BELL = "\a"  # a text that has one is not read for long
+
+
+def test_many_threads_lose_nothing_and_keep_their_order():
+    inbox, taken = Inbox(), []
+
+    def speak(who):
+        for n in range(EACH):
+            inbox.say(f"{who} {n} {BELL}")
+
+    threads = [Thread(target=speak, args=(who,)) for who in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        taken += inbox.take(0.0)
+    taken += inbox.take(0.0)
+    texts = [reading.text.removesuffix(f" {BELL}") for reading in taken]
+    assert Counter(texts) == Counter(f"{w} {n}" for w in range(THREADS) for n in range(EACH))
+    for who in range(THREADS):
+        mine = [text for text in texts if text.split()[0] == str(who)]
+        assert mine == [f"{who} {n}" for n in range(EACH)]
+
+
+@given(st.lists(st.floats(0.0, 10.0), max_size=20), st.lists(st.floats(0.0, 1.0), max_size=30))
+def test_words_come_at_their_time_once_and_in_order(times_s, waits_s):
+    inbox, now_s, came = Inbox(), 0.0, []
+    inbox.arrange([Timed(time_s=t, text=f"{t}{BELL}") for t in times_s])
+    for wait_s in waits_s:
+        now_s += wait_s
+        for reading in inbox.take(now_s):
+            due_s = float(reading.text.removesuffix(BELL))
+            assert now_s - wait_s - 1e-9 <= due_s <= now_s + 1e-9
+            came.append(due_s)
+    assert came == [t for t in sorted(times_s) if waits_s and t <= now_s + 1e-9]
+
+
+def test_what_was_arranged_anew_replaces_what_was_arranged_before():
+    inbox = Inbox()
+    inbox.arrange([Timed(time_s=1.0, text="stop")])
+    inbox.arrange([Timed(time_s=2.0, text="resume")])
+    assert [reading.text for reading in inbox.take(3.0)] == ["resume"]
+
+
+def test_a_button_is_its_command():
+    inbox = Inbox()
+    for command in COMMANDS.values():
+        inbox.press(command)
+    assert [reading.command for reading in inbox.take(0.0)] == list(COMMANDS.values())
+
+
+def test_a_text_of_100_kb_is_kept_short_and_commands_nothing():
+    inbox = Inbox()
+    reading = inbox.say("stop " * 20_000)
+    assert len(reading.text) == LONGEST
+    assert reading.command is None

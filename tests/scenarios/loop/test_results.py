@@ -1,0 +1,64 @@
+"""Laws of results.json: errors are no failures, what is written is read back, none is lost."""
+
+import json
+from dataclasses import replace
+
+from controller.safety.ledger import Entry
+from scenarios.files.wilson import wilson_interval
+from scenarios.loop.results import SafetyResult, read_results, summarise, write_results
+from tests.scenarios.example_results import ERROR, FAILED, PASSED
+
+
+def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():
+    without, with_error = summarise([PASSED, FAILED]), summarise([PASSED, FAILED, ERROR])
+    assert (with_error.episodes, with_error.passed, with_error.errors) == (3, 1, 1)
+    assert with_error.pass_rate == without.pass_rate == 0.5
+    assert with_error.wilson_95 == without.wilson_95 == wilson_interval(1, 2)
+
+
+def test_with_errors_only_the_pass_rate_is_unknown():
+    summary = summarise([ERROR])
+    assert summary.pass_rate is None
+    assert summary.wilson_95 == (0.0, 1.0)
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    path = tmp_path / "results.json"
+    write_results(path, [PASSED, FAILED, ERROR], config={})
+    assert read_results(path) == (PASSED, FAILED, ERROR)
+
+
+def test_the_ledger_is_read_back(tmp_path):
+    entry = Entry(time_s=1.5, limits=("tip speed: left tip",), margin=0.01, overridden=("a lock",))
+    safety = SafetyResult(interventions=1, min_clearance_m=0.002, ledger=(entry,))
+    episode = replace(PASSED, safety=safety)
+    write_results(tmp_path / "results.json", [episode], config={})
+    assert read_results(tmp_path / "results.json") == (episode,)
+
+
+def test_the_file_has_the_agreed_names(tmp_path):
+    path = tmp_path / "results.json"
+    write_results(path, [FAILED], config={"seed": 20_001})
+    document = json.loads(path.read_text())
+    assert list(document) == ["episodes", "summary", "config", "versions"]
+    assert list(document["episodes"][0]) == [
+        "scenario",
+        "seed",
+        "planner",
+        "controller",
+        "success",
+        "error",
+        "tasks",
+        "procedure_time_s",
+        "exchange_time_s",
+        "wall_s",
+        "corrections",
+        "dropped_clips",
+        "injuries",
+        "safety",
+        "anatomy_hash",
+    ]
+    assert list(document["summary"]) == ["episodes", "passed", "errors", "pass_rate", "wilson_95"]
+    assert list(document["episodes"][0]["injuries"][0]) == ["event", "time_s", "value", "limit"]
+    assert document["config"] == {"seed": 20_001}
+    assert {"python", "calot", "sapien", "torch"} <= document["versions"].keys()

@@ -1,0 +1,116 @@
+"""`calot replay` and `calot view`: what cannot be done is told in one line."""
+
+import shutil
+import socket
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from scenarios.cli import main
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.recorder import Recorder
+from tests.scenarios.test_cli import complaint
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    config = EpisodeConfig(seed=10_008)
+    episode, path = begin(config), tmp_path_factory.mktemp("replay") / "10008.npz"
+    with Recorder(config=config, path=path) as recorder:
+        recorder.on_reset(episode.world)
+        for step in islice(episode.steps(), 60):
+            recorder.on_step(step)
+    return path
+
+
+def changed(recording, path):
+    with np.load(recording) as file:
+        arrays = dict(file)
+    arrays["joints"][30:, 0, 0] += 1e-12
+    path.parent.mkdir(exist_ok=True)
+    np.savez_compressed(path, **arrays)
+
+
+def test_a_recording_that_repeats_is_said_to(recording, capfd):
+    assert main(["replay", str(recording)]) == 0
+    assert "the same, to the bit, for 2.0 s" in capfd.readouterr().out
+
+
+def test_one_that_does_not_repeat_is_said_not_to(recording, tmp_path, capfd):
+    changed(recording, tmp_path / "changed.npz")
+    assert main(["replay", str(tmp_path / "changed.npz")]) == 1
+    assert "not the same from 1.0 s on" in capfd.readouterr().out
+
+
+def test_verifying_several_tells_which_differs_where_and_which_cannot_be_run(
+    recording, tmp_path, capfd
+):
+    shutil.copy(recording, tmp_path / "same.npz")
+    assert main(["replay", "--verify", str(tmp_path / "same.npz")]) == 0
+    assert "identical, 60 steps" in capfd.readouterr().out
+    changed(recording, tmp_path / "below" / "changed.npz")
+    assert main(["replay", "--verify", str(tmp_path)]) == 1
+    assert main(["replay", "--verify", str(tmp_path / "below" / "changed.npz")]) == 1
+    out = capfd.readouterr().out
+    assert "1 of 2 identical" in out
+    assert "differs, from step 30 on: joints by 1e-12" in out
+    (tmp_path / "cut.npz").write_bytes(recording.read_bytes()[:1000])
+    assert main(["replay", "--verify", "--workers", "2", str(tmp_path)]) == 2
+    assert "1 of 3 identical" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["replay"], "one FILE, got 0"),
+        (["replay", "a.npz", "b.npz"], "--verify takes several"),
+        (["replay", "--verify"], "--verify needs a FILE or a folder"),
+        (["replay", "--verify", "."], "no recordings"),
+        (["replay", "--verify", "none.npz"], "none.npz: No such file"),
+        (["replay", "--verify", "--view", "none.npz"], "--view"),
+        (["replay", "--verify", "text.npz"], "no recording"),
+    ],
+)
+def test_what_cannot_be_verified_is_told_in_one_line(words, said, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    if words[-1] == "text.npz":
+        (tmp_path / "text.npz").write_text("hello")
+    assert said in complaint(capfd, *words)
+
+
+def test_an_exported_page_holds_all_it_needs(recording, tmp_path, capfd):
+    page = tmp_path / "page.html"
+    assert main(["replay", str(recording), "--export", str(page)]) == 0
+    content = page.read_text()
+    assert "__VISER_EMBED_DATA__" in content
+    assert 'src="http' not in content
+
+
+def test_a_file_that_is_none_is_refused(tmp_path, capfd):
+    assert "No such file" in complaint(capfd, "replay", str(tmp_path / "none.npz"))
+    (tmp_path / "text.npz").write_text("hello")
+    assert "no recording" in complaint(capfd, "replay", str(tmp_path / "text.npz"))
+
+
+def test_a_second_recording_needs_a_page_to_be_seen_on(recording, capfd):
+    assert "--view" in complaint(capfd, "replay", str(recording), "--beside", str(recording))
+
+
+def test_a_busy_port_that_was_asked_for_is_refused(tmp_path, capfd):
+    with socket.create_server(("127.0.0.1", 0)) as busy:
+        port = busy.getsockname()[1]
+        told = complaint(capfd, "view", "--port", str(port), "--out", str(tmp_path))
+    assert f"--port {port}" in told
+    assert "in use" in told
+
+
+def test_an_address_that_is_none_is_refused(tmp_path, capfd):
+    words = ("view", "--host", "203.0.113.7", "--out", str(tmp_path))
+    assert "--host 203.0.113.7" in complaint(capfd, *words)
+
+
+def test_one_page_needs_one_worker(tmp_path, capfd):
+    words = ("run", "--view", "--workers", "2", "--out", str(tmp_path))
+    assert "--workers 1" in complaint(capfd, *words)

@@ -1,0 +1,66 @@
+"""Laws of a rerun: the same commands, disturbed in the same way, move the same arms to the bit."""
+
+import json
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.recorder import load
+from scenarios.recording.rerun_commands import Rerun
+from tests.scenarios.interfered import record
+
+SEED = 10_000
+
+
+@pytest.fixture(scope="module", params=["nominal", "breathing", "wrong-tube"])
+def recorded(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("recorded") / "episode.npz"
+    return *record(path, EpisodeConfig(seed=SEED, scenario=request.param)), path
+
+
+def test_it_comes_out_the_same_to_the_bit_the_tissue_too(recorded):
+    recording, world, _ = recorded
+    assert np.diff(recording.arrays["clip_loaded"]).max() == 1  # the nurse came
+    rerun = Rerun(recording)
+    assert all(rerun.steps())
+    np.testing.assert_array_equal(rerun.world.tissue.positions(), world.tissue.positions())
+
+
+def test_another_command_is_noticed(recorded):
+    recording, *_ = recorded
+    arrays = {name: array.copy() for name, array in recording.arrays.items()}
+    arrays["commands"][100:, 1, 0] += 1e-4
+    same = list(islice(Rerun(replace(recording, arrays=arrays)).steps(), 110))
+    assert same == [True] * 100 + [False] * 10
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"anatomy": {"seed": 1}}, "another patient"),
+        ({"config": {"seed": SEED, "laser": True}}, "another version: .*laser"),
+        ({"config": {"seed": SEED, "scenario": "earthquake"}}, "unknown scenario 'earthquake'"),
+    ],
+)
+def test_a_recording_of_another_version_is_refused(recorded, change, what):
+    with pytest.raises(ValueError, match=what):
+        Rerun(replace(recorded[0], **change))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.97])
+def test_a_file_cut_off_in_the_middle_is_refused(recorded, share, tmp_path):
+    whole, cut = recorded[2].read_bytes(), tmp_path / "cut.npz"
+    cut.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(ValueError, match="damaged, or no recording"):
+        load(cut)
+
+
+@pytest.mark.parametrize("header", ["{", "[]", json.dumps({"seed": 3}), json.dumps(7)])
+def test_a_header_that_is_none_is_refused(header, tmp_path):
+    path = tmp_path / "odd.npz"
+    np.savez_compressed(path, header=np.array(header))
+    with pytest.raises(ValueError, match="damaged, or no recording"):
+        load(path)

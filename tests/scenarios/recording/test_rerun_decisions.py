@@ -1,0 +1,184 @@
+"""Laws of a repeated episode: all decides anew, and comes out the same to the bit, or is refused.
+
+People do again what they did; whoever else changes anything is found out.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.diffusion.checkpoint import save_checkpoint
+from controller.diffusion.policy import Policy
+from controller.diffusion.training import PRESETS
+from scenarios.catalogue import CONTROLLERS
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.first_difference import Difference, first_difference
+from scenarios.recording.recorder import STEP_ARRAYS, load
+from scenarios.recording.rerun_decisions import repeat
+from tests.scenarios.interfered import record
+
+SEED = 10_000
+IDLE = EpisodeConfig(seed=SEED, controller="idle", task_cap_s=1.0)
+
+
+def attempted(config, out):
+    attempt_episode(config, out)
+    return load(out / "episodes" / f"{config.seed}.npz")
+
+
+@pytest.fixture(scope="module")
+def idle(tmp_path_factory):
+    return attempted(IDLE, tmp_path_factory.mktemp("idle"))
+
+
+def test_a_whole_procedure_comes_out_the_same(procedure, tmp_path):
+    assert procedure.recording.result is not None
+    assert first_difference(procedure.recording, repeat(procedure.recording, tmp_path)) is None
+
+
+@pytest.fixture(scope="module")
+def interfered(tmp_path_factory):
+    path = tmp_path_factory.mktemp("interfered") / "live.npz"
+    return record(path, EpisodeConfig(seed=SEED, scenario="breathing"))[0]
+
+
+def test_what_people_said_pressed_disturbed_and_led_is_done_again(interfered, tmp_path):
+    assert {entry["by"] for entry in interfered.heard} > {"button"}
+    assert len(interfered.hands) == 10
+    assert first_difference(interfered, repeat(interfered, tmp_path)) is None
+
+
+@pytest.mark.parametrize("name", ["heard", "hands"])
+def test_without_what_people_did_it_comes_out_otherwise(interfered, name, tmp_path):
+    without = replace(interfered, **{name: ()})
+    found = first_difference(without, repeat(without, tmp_path))
+    assert found is not None
+    assert found.step == getattr(interfered, name)[0]["step"]
+
+
+def test_words_from_a_file_are_said_again_without_it(tmp_path):
+    script = tmp_path / "said.tsv"
+    script.write_text("0.3\tmove right arm higher\n0.6\tthe weather is nice\n")
+    recording = attempted(replace(IDLE, instruct=str(script)), tmp_path)
+    script.unlink()
+    assert [entry["text"] for entry in recording.heard] == [
+        "move right arm higher",
+        "the weather is nice",
+    ]
+    assert first_difference(recording, repeat(recording, tmp_path / "again")) is None
+
+
+@pytest.fixture(scope="module")
+def learned(tmp_path_factory):
+    """Made by a diffusion policy with the weights it was born with, and its noise."""
+    out = tmp_path_factory.mktemp("learned")
+    checkpoint = out / "policy.safetensors"
+    save_checkpoint(checkpoint, Policy(PRESETS["smoke"].policy))
+    config = replace(IDLE, controller="diffusion", checkpoint=str(checkpoint))
+    return attempted(config, out), checkpoint
+
+
+def test_a_learned_controllers_noise_comes_again(learned, tmp_path):
+    recording, _ = learned
+    assert np.ptp(recording.arrays["commands"], axis=0).any()
+    assert first_difference(recording, repeat(recording, tmp_path)) is None
+
+
+def test_another_checkpoint_under_the_same_name_is_refused(learned, tmp_path):
+    recording, checkpoint = learned
+    other = tmp_path / "policy.safetensors"
+    save_checkpoint(other, Policy(PRESETS["smoke"].policy))
+    config = {**recording.config, "checkpoint": str(other)}
+    with pytest.raises(ValueError, match="controller's checkpoint is another file now"):
+        repeat(replace(recording, config=config), tmp_path)
+    config["checkpoint"] = str(tmp_path / "gone.safetensors")
+    with pytest.raises(ValueError, match="cannot be read"):
+        repeat(replace(recording, config=config), tmp_path)
+    assert checkpoint.exists()
+
+
+def test_an_error_comes_again_and_its_absence_is_noticed(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        breaks = "tests.scenarios.breaking_controller:ControllerBreaks"
+        patch.setitem(CONTROLLERS, "breaks", breaks)
+        recording = attempted(replace(IDLE, controller="breaks"), tmp_path)
+        assert recording.error == "RuntimeError: a string snapped"
+        assert first_difference(recording, repeat(recording, tmp_path / "again")) is None
+        patch.setitem(CONTROLLERS, "breaks", CONTROLLERS["idle"])
+        found = first_difference(recording, repeat(recording, tmp_path / "mended"))
+    assert found == Difference(step=len(recording.arrays["time_s"]), field="error")
+
+
+def test_an_interrupted_episode_is_repeated_as_far_as_it_was_recorded(idle, tmp_path):
+    cut = replace(
+        idle,
+        arrays={name: array[:20] for name, array in idle.arrays.items()},
+        result=None,
+        error="KeyboardInterrupt",
+    )
+    assert first_difference(cut, repeat(cut, tmp_path)) is None
+
+
+def test_another_world_is_refused(idle, tmp_path):
+    with pytest.raises(ValueError, match="made in world version 999, but here it is"):
+        repeat(replace(idle, world_version=999), tmp_path)
+
+
+def test_an_endpoint_that_is_not_named_is_refused(idle, tmp_path, monkeypatch):
+    monkeypatch.delenv("CALOT_LLM_URL", raising=False)
+    with pytest.raises(ValueError, match="CALOT_LLM_URL"):
+        repeat(replace(idle, config={**idle.config, "planner": "llm"}), tmp_path)
+
+
+@pytest.mark.parametrize("name", [name for name in STEP_ARRAYS if name != "instruction"])
+def test_a_change_of_any_recorded_number_is_found_at_its_step(idle, name):
+    arrays = {key: array.copy() for key, array in idle.arrays.items()}
+    arrays[name].reshape(len(arrays[name]), -1)[7:, -1] += 2
+    found = first_difference(idle, replace(idle, arrays=arrays))
+    assert found == Difference(step=7, field=name, size=2.0)
+
+
+def test_equal_is_of_the_bits(idle):
+    arrays = {name: array.copy() for name, array in idle.arrays.items()}
+    arrays["forces_n"][3, 0, 0] = np.nan
+    strange = replace(idle, arrays=arrays)
+    assert first_difference(strange, strange) is None
+    arrays = {name: array.copy() for name, array in idle.arrays.items()}
+    arrays["forces_n"][:] = 0.0
+    zero = replace(idle, arrays=arrays)
+    below = {**arrays, "forces_n": -arrays["forces_n"]}
+    found = first_difference(zero, replace(zero, arrays=below))
+    assert found == Difference(step=0, field="forces_n", size=0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "step", "field"),
+    [
+        ({"events": ({"step": 4, "event": "leak"},)}, 4, "events"),
+        ({"ledger": ({"step": 9, "limits": ["speed"]},)}, 9, "ledger"),
+        ({"anatomy": {"seed": 3}}, 0, "anatomy"),
+        ({"error": "OSError"}, 31, "error"),
+        ({"result": {}}, 31, "result, scenario"),
+    ],
+)
+def test_a_change_of_what_is_noted_is_found(idle, change, step, field):
+    assert len(idle.arrays["time_s"]) == 31
+    assert first_difference(idle, replace(idle, **change)) == Difference(step=step, field=field)
+    assert first_difference(replace(idle, **change), idle) == Difference(step=step, field=field)
+
+
+def test_another_instruction_is_found_where_it_was_first_given(idle):
+    rows = idle.arrays["instruction"].copy()
+    rows[11:] = 1
+    arrays = {**idle.arrays, "instruction": rows}
+    table = (*idle.instructions, {**idle.instructions[0], "text": "go home"})
+    found = first_difference(idle, replace(idle, arrays=arrays, instructions=table))
+    assert found == Difference(step=11, field="instruction")
+
+
+def test_an_episode_that_ends_early_is_found(idle):
+    short = {name: array[:-5] for name, array in idle.arrays.items()}
+    found = first_difference(idle, replace(idle, arrays=short))
+    assert found == Difference(step=26, field="number of steps", size=5)

@@ -1,0 +1,56 @@
+"""Laws of a moment: what goes on from it is what would have been, bit for bit, every time."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from planner.command import COMMANDS
+from scenarios.demonstration.noise import NOISE
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.perturbation.effects import Effects
+from scenarios.recording.snapshot import Moment
+
+SEED = 10_004
+
+
+def seen(steps):
+    """Commands, joints and forces of each step, and the words."""
+    return [
+        (s.command.joints, s.observation.joints, s.observation.forces_n, s.instruction.text)
+        for s in steps
+    ]
+
+
+def assert_same(one, other):
+    for mine, its in zip(one, other, strict=True):
+        for a, b in zip(mine, its, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("at_s", [1.3, 5.15, 9.0])  # in mid-chunk, tissue in the jaws, at the tubes
+def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
+    episode = begin(EpisodeConfig(seed=SEED))
+    episode.effects = Effects((NOISE,), SEED)
+    running = episode.steps()
+    next(step for step in running if step.time_s >= at_s and not step.exchange)
+    moment, rate = Moment(episode), episode.filter.rate
+    after = seen(islice(running, 60))
+    for _ in range(2):
+        np.testing.assert_array_equal(moment.again().filter.rate, rate)
+        assert_same(seen(islice(moment.again().steps(), 60)), after)
+
+
+def test_what_is_said_in_one_is_not_heard_in_the_other():
+    episode = begin(EpisodeConfig(seed=SEED))
+    running = episode.steps()
+    next(step for step in running if step.time_s >= 1.0)
+    moment = Moment(episode)
+    episode.inbox.press(COMMANDS["stop"])
+    without = seen(islice(moment.again().steps(), 30))
+    told = moment.again()
+    told.inbox.press(COMMANDS["move right arm higher"])
+    assert {texts[-1] for texts in seen(islice(told.steps(), 30))} == {"move right arm higher"}
+    assert {texts[-1] for texts in without} == {"grabbing gallbladder"}
+    assert_same(seen(islice(moment.again().steps(), 30)), without)

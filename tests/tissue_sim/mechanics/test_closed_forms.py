@@ -1,0 +1,98 @@
+"""Bodies against closed forms: a stretched bar, a bent beam, a squeezed, a cut and a sliding one.
+
+The experiments are those of the validation page, `notebooks/01_field_and_physics.ipynb`.
+"""
+
+import numpy as np
+import pytest
+
+from tissue_sim.patient.material import Material
+from tissue_sim.verification.bodies import EPS, SETTLED_M, box, creeping, face_share, settle
+from tissue_sim.verification.cantilever import LENGTH_M, LOADINGS, cantilever, timoshenko_m
+from tissue_sim.verification.clip_closure import squeezed_block
+from tissue_sim.verification.cut_strip import slit, whole_cut
+from tissue_sim.verification.friction_cone import FRICTION_ERROR, friction_cone
+from tissue_sim.verification.stretch import stretch
+from tissue_sim.verification.volume import volume
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
+def test_a_pulled_bar_stretches_as_its_energy_says(poisson: float) -> None:
+    bar = stretch(poisson, [0.02, 0.3])
+    np.testing.assert_allclose(bar.measured, bar.expected[:, [0, 1, 1]], atol=bar.tolerance)
+    assert bar.uneven.max() < bar.tolerance
+
+
+@pytest.mark.parametrize("stress_over_young", [-0.25, -0.1, 0.2])
+def test_a_block_on_a_table_shortens_as_its_energy_says(stress_over_young: float) -> None:
+    """Without lateral strain: s = 1 + stress / E, exactly."""
+    material = Material(young_pa=50e3, poisson=0.0)
+    size = (0.012, 0.012, 0.006)
+    rest, tets = box(size, (3, 3, 2))
+    tissue = creeping(rest, tets, material, fixed=rest[:, 2] == 0)
+    load = np.zeros_like(rest)
+    load[:, 2] = stress_over_young * material.young_pa * face_share(rest, tets, 2, size[2])
+    x = settle(tissue, load)
+    expected = rest * [1.0, 1.0, 1.0 + stress_over_young]
+    assert np.abs(x - expected).max() < 100 * (SETTLED_M + EPS * size[0])
+
+
+@pytest.mark.parametrize("loaded", LOADINGS)
+def test_a_cantilever_sinks_as_timoshenkos_beam_when_refined(loaded: str) -> None:
+    """From below, and with an error of second order in the cells."""
+    beam = cantilever(loaded)
+    # small enough for a linear theory
+    assert timoshenko_m(np.array(LENGTH_M), loaded) < 0.05 * LENGTH_M
+    assert np.all(np.diff(beam.tip_m) > 0)
+    assert np.all((beam.excess > 0) & (beam.excess < beam.most_excess))
+    assert np.all((beam.order > 1.5) & (beam.order < 2.0))
+    assert beam.excess[-1] < 0.18
+
+
+def test_a_block_keeps_its_volume_as_its_bulk_modulus_says() -> None:
+    block = volume([0.0, 0.3, 0.45, 0.49])
+    assert block.strain.min() > 0.004  # it is deformed
+    assert np.all(np.abs(block.change - block.expected) < block.tolerance)
+    assert np.all(block.tolerance < 0.25 * block.expected)
+    assert block.change[-1] < block.strain[-1] / 20
+
+
+def test_every_element_keeps_its_side_up_when_squeezed() -> None:
+    """A nearly incompressible block pressed on a table by more than half its modulus."""
+    material = Material(young_pa=50e3, poisson=0.45)
+    size = (0.016, 0.016, 0.006)
+    rest, tets = box(size, (4, 4, 3))
+    tissue = creeping(rest, tets, material, fixed=rest[:, 2] == 0)
+    load = np.zeros_like(rest)
+    load[:, 2] = -0.6 * material.young_pa * face_share(rest, tets, 2, size[2])
+    x = settle(tissue, load)
+    assert x[:, 2].max() < 0.8 * size[2]
+    assert tissue.volumes().min() > 0
+
+
+def test_a_block_between_springs_is_squeezed_as_two_springs_in_series() -> None:
+    block = squeezed_block([0.3, 3.0])
+    np.testing.assert_allclose(block.height, block.expected, atol=1e-5)
+
+
+def test_a_stretched_strip_gapes_by_its_stretch_when_cut_through() -> None:
+    cut = whole_cut([0.05, 0.4])
+    np.testing.assert_allclose(cut.gap_m, cut.stretched_m, atol=100 * SETTLED_M)
+
+
+def test_a_slit_yields_as_fracture_mechanics_says_when_refined() -> None:
+    """From below, by half as much with half the cell."""
+    cut = slit([4, 8, 16])
+    assert np.all((cut.shortfall > 0) & (cut.shortfall < cut.most_shortfall))
+    assert abs(cut.order[-1] - 1) < 0.2
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_a_block_holds_inside_the_friction_cone_and_slides_outside(friction: float) -> None:
+    held = friction_cone(friction, [0.5, 0.9])
+    assert np.all(np.abs(held.slid_m) < held.creep_m)
+    np.testing.assert_allclose(held.ratio, held.slope, rtol=0.02)
+    slides = friction_cone(friction, [1.2, 2.0])
+    assert np.all((slides.slid_m > slides.least_m) & (slides.slid_m < slides.most_m))
+    assert np.all(slides.ratio > friction)
+    assert np.all(slides.ratio < friction * (1 + FRICTION_ERROR))

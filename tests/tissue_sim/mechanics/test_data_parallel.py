@@ -1,0 +1,87 @@
+"""A thread an element gives the step that a thread an environment gives."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tissue_sim.mechanics import data_parallel
+from tissue_sim.mechanics.data_parallel import DataParallelTissue
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.variants import variant
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.verification.bodies import astride
+
+SEEDS = (10_000, 10_001)
+AGREEMENT_M = 3.0e-6  # of some millimetres: rounding, once both have converged
+
+
+def batch() -> Tissue:
+    """Two patients: a clip on one's duct; the other has two arteries, and its sac is pressed."""
+    first, second = (anatomy_from_seed(seed) for seed in SEEDS)
+    organs = [build_organ(first), build_organ(variant("two-arteries", second))]
+    config = TissueConfig(tolerance=1e-5, settled_j=0.0, iterations=2000)
+    tissue = Tissue(organs, config=config)
+    tubes = Tubes(tissue, organs[0])
+    T = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=0.5 * CLIP_LENGTH_M)
+    latch(tubes, T, number=1, time_s=0.0)
+    press(tissue, 1)
+    return tissue
+
+
+def press(tissue: Tissue, b: int) -> None:
+    """A rounded rod lies across the infundibulum, three millimetres deep."""
+    ring = tissue.positions(b)[tissue.organs[b].sac_rings[4]].astype(float)
+    top = ring[np.argmax(ring[:, 2])]
+    radius_m, reach = 0.002, np.array([0.02, 0.0, 0.0])
+    middle = top + np.array([0.0, 0.0, radius_m - 0.003])
+    tissue.shapes.a.numpy()[b, 4], tissue.shapes.b.numpy()[b, 4] = middle - reach, middle + reach
+    tissue.shapes.radius.numpy()[b, 4] = radius_m
+    tissue.shapes.friction.numpy()[b, 4] = 0.5
+
+
+def test_both_paths_take_the_same_steps() -> None:
+    tissue = batch()
+    parallel = DataParallelTissue(tissue, device="cpu", iterations=1600)
+    start = tissue.host("position").copy()
+    for _ in range(5):
+        tissue.step()
+        parallel.step()
+    moved = np.linalg.norm(tissue.host("position") - start, axis=-1).max(axis=1)
+    assert (moved > 20 * AGREEMENT_M).all()
+    serial = {name: tissue.host(name).copy() for name in ("position", "contact_shape")}
+    force = tissue.shapes.force.numpy().copy()
+    parallel.pull()
+    assert np.abs(tissue.host("position") - serial["position"]).max() < AGREEMENT_M
+    assert (tissue.host("contact_shape") == serial["contact_shape"]).all()
+    assert np.abs(force).max() > 0.03
+    assert np.abs(tissue.shapes.force.numpy() - force).max() < 0.01 * np.abs(force).max()
+
+
+def test_what_is_changed_on_the_host_is_pushed() -> None:
+    tissue = batch()
+    parallel = DataParallelTissue(tissue, device="cpu", iterations=10)
+    tissue.host("link_stiffness")[0] = 0.0
+    parallel.push()
+    assert (parallel.arrays.link_stiffness.numpy()[0] == 0.0).all()
+
+
+def test_the_kernels_compile_for_a_gpu(tmp_path) -> None:
+    """Needs no GPU: Warp carries its compiler."""
+    made = wp.compile_aot_module(data_parallel, arch=80, use_ptx=True, module_dir=tmp_path)
+    assert [path.stat().st_size > 0 for path in made]
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(wp.get_cuda_device_count() == 0, reason="no GPU")
+def test_a_gpu_takes_the_same_steps_as_the_cpu() -> None:
+    tissue = batch()
+    on_cpu = DataParallelTissue(tissue, device="cpu", iterations=1600)
+    on_gpu = DataParallelTissue(tissue, device="cuda:0", iterations=1600)
+    for _ in range(5):
+        on_cpu.step()
+        on_gpu.step()
+    difference = on_gpu.arrays.position.numpy() - on_cpu.arrays.position.numpy()
+    assert np.abs(difference).max() < AGREEMENT_M

@@ -1,0 +1,74 @@
+"""Laws of untangling: scattered tissue finds its shape again, and sound tissue feels no change."""
+
+import numpy as np
+import pytest
+
+from tissue_sim.mechanics.tissue import Tissue, TissueConfig
+from tissue_sim.mechanics.untangle import UNFOLDED
+from tissue_sim.patient.organ import REGIONS
+from tissue_sim.verification.bodies import organ_of, put, rod, tissue_of
+
+TUBE = rod()
+WALL, LUMEN = REGIONS.index("duct wall"), REGIONS.index("duct lumen")
+SCATTER_M = 0.003  # twice the tube's radius
+
+
+def tube() -> Tissue:
+    """A piece of duct, held at both ends."""
+    organ = organ_of(
+        TUBE.vertices,
+        TUBE.tets,
+        region=np.where(TUBE.in_lumen, LUMEN, WALL).astype(np.int32),
+        fixed=np.isin(np.arange(len(TUBE.vertices)), TUBE.rings[[0, -1]]),
+    )
+    config = TissueConfig()
+    return tissue_of(
+        organ, None, damping_per_s=5.0, iterations=config.iterations, tolerance=config.tolerance
+    )
+
+
+def inside_out_after_a_scatter(tissue: Tissue, seed: int) -> int:
+    """How many elements are inverted 2 s after three rings were thrown about."""
+    x, rings = TUBE.vertices.copy(), TUBE.rings[3:6].ravel()
+    x[rings] += np.random.default_rng(seed).normal(0.0, SCATTER_M, (len(rings), 3))
+    put(tissue, x)
+    assert (tissue.volumes() < 0).sum() > 50
+    for _ in range(120):
+        tissue.step()
+    return int((tissue.volumes() <= 0).sum())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_scattered_tube_finds_back(seed: int) -> None:
+    assert inside_out_after_a_scatter(tube(), seed) == 0
+
+
+def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() -> None:
+    tissue = tube()
+    x, centre = TUBE.vertices.copy(), int(TUBE.rings[4, 0])
+    x[centre, 1] += 0.01  # out through the wall
+    for clipped in (False, True):
+        put(tissue, x)
+        tissue.host("covered")[0, centre] = clipped
+        inverted = tissue.tets()[tissue.volumes() < 0]
+        assert len(inverted)
+        near = np.isin(tissue.tets(), inverted).any(axis=1) & (not clipped)
+        tissue.stages["untangle"].launch()
+        lam, bulk = (tissue.host(name)[0, : len(near)] for name in ("lam", "bulk"))
+        np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
+
+
+def test_bulk_comes_back_when_most_of_the_volume_has() -> None:
+    """Between inside out and half its volume an element keeps what it has: no to and fro."""
+    tissue, centre = tube(), int(TUBE.rings[4, 0])
+    eased = []
+    for out_m in (0.0005, 0.01, 0.0005, 0.0, 0.0005):
+        x = TUBE.vertices.copy()
+        x[centre, 1] += out_m
+        put(tissue, x)
+        tissue.stages["untangle"].launch()
+        lam, bulk = (tissue.host(name)[0, : len(TUBE.tets)] for name in ("lam", "bulk"))
+        eased.append(bool((lam < bulk).any()))
+    share = tissue.volumes() / tissue.host("volume")[0, : len(TUBE.tets)]
+    assert 0.0 < share.min() < float(UNFOLDED)
+    assert eased == [False, True, True, False, False]

@@ -1,0 +1,197 @@
+"""Laws of the patient: drawn within ranges, refused when impossible, the same for a seed."""
+
+import json
+import math
+import re
+from dataclasses import asdict, fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tissue_sim.patient.anatomy import (
+    COUNTS,
+    RANGES,
+    SWAPPED_SHARE,
+    WIDEST_TUBE,
+    Anatomy,
+    Artery,
+    anatomy_from_dict,
+    anatomy_from_seed,
+    anatomy_to_dict,
+)
+from tissue_sim.patient.variants import variant
+
+SEEDS = st.integers(0, 2**40)
+MANY = [anatomy_from_seed(s) for s in range(400)]
+
+
+@settings(max_examples=100)
+@given(seed=SEEDS)
+def test_every_seed_draws_within_the_ranges(seed: int) -> None:
+    patient = anatomy_from_seed(seed)
+    for name, allowed in RANGES.items():
+        assert (
+            allowed.least <= allowed.low <= getattr(patient, name) <= allowed.high <= allowed.most
+        )
+    for name, allowed in COUNTS.items():
+        assert allowed.least <= allowed.low <= getattr(patient, name) <= allowed.high
+        assert allowed.high <= allowed.most
+    for colour in ("gallbladder", "duct", "artery", "liver"):
+        assert all(0 < c < 1 for c in getattr(patient, f"{colour}_colour"))
+
+
+def test_seeds_fill_the_ranges() -> None:
+    """Of 400 uniform draws the extremes lie within 5 % of the ends but for a chance of 1e-9."""
+    for name, allowed in RANGES.items():
+        drawn = np.array([getattr(p, name) for p in MANY])
+        if allowed.low == allowed.high:
+            assert (drawn == allowed.low).all()
+            continue
+        share = (drawn - allowed.low) / (allowed.high - allowed.low)
+        assert share.min() < 0.05
+        assert share.max() > 0.95
+    for name, allowed in COUNTS.items():
+        drawn = {getattr(p, name) for p in MANY}
+        assert drawn == set(range(int(allowed.low), int(allowed.high) + 1))
+
+
+def test_the_artery_lies_on_the_left_as_often_as_said() -> None:
+    left = sum(p.artery_on_left for p in MANY)
+    spread = math.sqrt(len(MANY) * SWAPPED_SHARE * (1 - SWAPPED_SHARE))
+    assert abs(left - SWAPPED_SHARE * len(MANY)) < 4 * spread
+    for patient in MANY[:50]:
+        assert {patient.structure("left"), patient.structure("right")} == {"duct", "artery"}
+        assert (patient.structure("left") == "artery") == patient.artery_on_left
+
+
+@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("beyond", ["below", "above", "nan"])
+def test_an_impossible_value_is_refused_by_name_value_and_range(name: str, beyond: str) -> None:
+    allowed = RANGES[name]
+    width = allowed.most - allowed.least
+    value = {"below": allowed.least - 0.1 * width, "above": allowed.most + 0.1 * width}.get(
+        beyond, math.nan
+    )
+    with pytest.raises(ValueError, match=name) as refused:
+        replace(MANY[0], **{name: value})
+    for part in (value, allowed.least, allowed.most):
+        assert str(part) in str(refused.value)
+
+
+@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("value", [True, None, "0.03", [0.03], math.inf, -math.inf, 1j])
+def test_what_is_no_number_is_refused(name: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=f"{name} = {re.escape(repr(value))} must be a number"):
+        replace(MANY[0], **{name: value})
+
+
+@pytest.mark.parametrize("name", COUNTS)
+@pytest.mark.parametrize("value", [-1, COUNTS, 2.0, True, None])
+def test_an_impossible_count_is_refused(name: str, value: Any) -> None:
+    most = int(COUNTS[name].most)
+    value = most + 1 if value is COUNTS else value
+    with pytest.raises(
+        ValueError, match=f"{name} = {value} must be a whole number from 0 to {most}"
+    ):
+        replace(MANY[0], **{name: value})
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("seed", -1),
+        ("seed", 1.5),
+        ("artery_on_left", 1),
+        ("second_artery", 0.001),
+        ("liver_colour", (0.1, 0.2)),
+        ("liver_colour", (0.1, 0.2, 1.5)),
+        ("duct_colour", (0.1, math.nan, 0.2)),
+        ("duct_colour", "red"),
+    ],
+)
+def test_other_impossible_fields_are_refused_by_name(field: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=f"anatomy: {field} = .* must be"):
+        replace(MANY[0], **{field: value})
+
+
+@pytest.mark.parametrize("tube", ["duct", "artery", "second_artery"])
+def test_a_tube_wider_than_the_infundibulum_is_refused(tube: str) -> None:
+    slim = replace(MANY[0], gallbladder_width_m=0.018)
+    name, most = f"{tube}_diameter_m", 0.018 * WIDEST_TUBE
+
+    def with_width(width_m: float) -> Anatomy:
+        if tube == "second_artery":
+            return replace(slim, second_artery=replace(slim.arteries["artery"], diameter_m=width_m))
+        return replace(slim, **{name: width_m})
+
+    assert with_width(0.999 * most)
+    with pytest.raises(ValueError, match=f"{name} = .* must be at most {most:.4g}"):
+        with_width(1.001 * most)
+
+
+def test_a_second_artery_is_held_to_the_same_ranges() -> None:
+    artery = MANY[0].arteries["artery"]
+    for part in fields(Artery):
+        allowed = RANGES[f"artery_{part.name}"]
+        with pytest.raises(
+            ValueError, match=f"{part.name} = .* from {re.escape(str(allowed.least))}"
+        ):
+            replace(artery, **{part.name: allowed.most + 1.0})
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "3", None, True, math.nan, np.float64(2)])
+def test_a_bad_seed_is_refused(seed: Any) -> None:
+    with pytest.raises(ValueError, match=r"seed = .* must be an integer of 0 or more"):
+        anatomy_from_seed(seed)
+
+
+@settings(max_examples=50)
+@given(seed=SEEDS)
+def test_saved_as_text_and_read_back_it_is_the_same(seed: int) -> None:
+    for patient in (anatomy_from_seed(seed), variant("two-arteries", anatomy_from_seed(seed))):
+        again = anatomy_from_dict(json.loads(json.dumps(anatomy_to_dict(patient))))
+        assert again == patient
+        assert again.hash == patient.hash
+
+
+def test_a_dictionary_of_other_fields_is_refused_by_name() -> None:
+    data = anatomy_to_dict(MANY[0])
+    with pytest.raises(ValueError, match="spleen_m"):
+        anatomy_from_dict(data | {"spleen_m": 0.1})
+    with pytest.raises(ValueError, match=r"second_artery: fields differ: .*angle_rad"):
+        anatomy_from_dict(data | {"second_artery": {"slack": 0.1}})
+    with pytest.raises(ValueError, match=r"second_artery = 3 must be a dictionary"):
+        anatomy_from_dict(data | {"second_artery": 3})
+    with pytest.raises(ValueError, match="must be a dictionary"):
+        anatomy_from_dict([1, 2])  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="stiffness_scale = nan must be a number"):
+        anatomy_from_dict(json.loads(json.dumps(data | {"stiffness_scale": math.nan})))
+    del data["duct_slack"]
+    with pytest.raises(ValueError, match="duct_slack"):
+        anatomy_from_dict(data)
+
+
+def test_the_same_seed_is_the_same_patient() -> None:
+    for patient in MANY[:20]:
+        assert anatomy_from_seed(patient.seed) == patient
+        assert anatomy_from_seed(np.int64(patient.seed)).hash == patient.hash
+
+
+def test_hashes_differ_between_seeds_and_with_every_field() -> None:
+    assert len({p.hash for p in MANY}) == len(MANY)
+    patient = MANY[0]
+    for name, value in asdict(patient).items():
+        if isinstance(value, bool):
+            other = not value
+        elif isinstance(value, tuple):
+            other = (0.5, *value[1:])
+        elif isinstance(value, int):
+            other = value + 1 if name == "seed" else (value + 1) % int(COUNTS[name].most)
+        elif value is None:
+            other = patient.arteries["artery"]
+        else:
+            other = value * (1 + 1e-12) + 1e-15
+        assert replace(patient, **{name: other}).hash != patient.hash

@@ -1,0 +1,67 @@
+"""Laws of what is seen of the tissue: clips by their place along a tube, not in time."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tissue_sim.frames import exponential
+from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.sensing.tissue_features import CLIPS_A_TUBE, LENGTH_M, along_tube, clips_along
+
+LONG_M = 0.021
+TUBE_M = torch.tensor([[[0.0, y, 0.09] for y in np.linspace(0.0, LONG_M, 8).tolist()]])
+
+
+def at(*stations_m: float, beside_m: float = 0.0) -> tuple[torch.Tensor, torch.Tensor]:
+    """Clips in this order of closing, and which slots they take."""
+    clips = torch.zeros(1, MOST_CLIPS, 3)
+    for k, station in enumerate(stations_m):
+        clips[0, k] = torch.tensor([beside_m, station, 0.09])
+    return clips, (torch.arange(MOST_CLIPS) < len(stations_m)).float()[None]
+
+
+@given(st.permutations([0.0041, 0.0047, 0.0102, 0.0188]))
+def test_clips_come_in_their_order_along_the_tube(stations_m):
+    clips = clips_along(TUBE_M, *at(*stations_m))
+    assert clips.there.tolist() == [[1.0] * CLIPS_A_TUBE]
+    assert clips.places_m[0, :, 1].tolist() == pytest.approx(sorted(stations_m))
+    assert clips.stations_m[0].tolist() == pytest.approx(sorted(stations_m))
+
+
+def test_clips_beside_the_tube_are_not_on_it():
+    clips, closed = at(0.004, 0.010)
+    other, _ = at(0.006, beside_m=0.008)
+    clips[0, 2], closed[0, 2] = other[0, 0], 1.0
+    sitting = clips_along(TUBE_M, clips, closed)
+    assert sitting.there.tolist() == [[1.0, 1.0, 0.0, 0.0]]
+    assert sitting.places_m[0, :2, 1].tolist() == pytest.approx([0.004, 0.010])
+
+
+def test_slots_without_a_clip_hold_none():
+    assert not clips_along(torch.zeros(1, 8, 3), *at()).there.any()
+
+
+@given(
+    tip=st.floats(0.001, 0.020),
+    clip=st.floats(0.001, 0.020),
+    beside=st.floats(0.0, 0.01),
+    turn=st.floats(-3.0, 3.0),
+)
+def test_the_tip_is_seen_along_the_tube_from_wherever_it_is_looked_at(tip, clip, beside, turn):
+    """However scene and tip are turned and moved together, and however far beside the tube."""
+    clips, closed = at(clip)
+    R = torch.from_numpy(exponential(turn * np.array([0.6, 0.0, 0.8]))).float()
+    turned = [p @ R.T + 0.03 for p in (TUBE_M, clips, torch.tensor([[[beside, tip, 0.09]]]))]
+    along = along_tube(turned[0], clips_along(turned[0], turned[1], closed), turned[2])[0]
+    expected = [tip, LONG_M - tip, tip - clip, 0.0, 0.0, 0.0]
+    assert (LENGTH_M * along[: len(expected)]).tolist() == pytest.approx(expected, abs=2e-6)
+
+
+def test_a_tenth_of_a_millimetre_along_the_tube_is_seen():
+    """Of numbers of order one, some differ by a tenth or more."""
+    sitting = clips_along(TUBE_M, *at(0.004))
+    a, b = (along_tube(TUBE_M, sitting, torch.tensor([[[0.0, y, 0.09]]])) for y in (0.0080, 0.0081))
+    assert (a - b).abs().max() > 0.1
+    assert max(a.abs().max(), b.abs().max()) < 3.0

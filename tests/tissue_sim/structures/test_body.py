@@ -1,0 +1,109 @@
+"""Laws of the body that holds the organ: it moves as told, at the speed it moves, and whole."""
+
+import numpy as np
+import pytest
+
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.axes import UP
+from tissue_sim.tools.arms import LIVER, JointCommand
+from tissue_sim.world import World
+
+SEED = 7
+CONTROL_STEP_S = 1 / 30
+FLOAT32_M = 2e-8  # rounding of a position of 0.1 m, twice
+
+
+@pytest.fixture
+def world(one_world: World) -> World:
+    one_world.reset(anatomy_from_seed(SEED))
+    return one_world
+
+
+def hold(world: World) -> None:
+    world.step(JointCommand(joints=world.target))
+
+
+def sway(k: int) -> np.ndarray:
+    return 0.003 * np.sin(0.2 * k) * UP
+
+
+def held(world: World) -> dict[str, np.ndarray]:
+    """What the body holds, where it is now."""
+    tissue, n = world.tissue, len(world.organ.bed_vertices)
+    (liver,) = (e for e in world.scene.entities if e.name == LIVER)
+    return {
+        "fixed ends": tissue.positions()[world.organ.fixed].astype(float),
+        "strands": tissue.host("anchor_point")[0, :n].astype(float),
+        "bed": tissue.host("bed_point").astype(float),
+        "liver": np.array([liver.pose.p], float),
+    }
+
+
+def test_everything_it_holds_goes_by_the_offset_in_one_control_step(world):
+    start = held(world)
+    for k in range(1, 20):
+        world.shift_body(sway(k))
+        hold(world)
+        for name, points in held(world).items():
+            moved = points - start[name]
+            np.testing.assert_allclose(moved, np.tile(sway(k), (len(moved), 1)), atol=FLOAT32_M)
+
+
+def test_fixed_ends_have_the_velocity_at_which_they_move(world):
+    for k in range(1, 10):
+        before = held(world)["fixed ends"]
+        world.shift_body(sway(k))
+        hold(world)
+        moved = held(world)["fixed ends"] - before
+        velocity = world.tissue.host("velocity")[0, : len(world.organ.fixed)][world.organ.fixed]
+        np.testing.assert_allclose(
+            velocity, moved / CONTROL_STEP_S, atol=2 * FLOAT32_M / CONTROL_STEP_S
+        )
+    hold(world)
+    hold(world)
+    assert not world.tissue.host("velocity")[0, : len(world.organ.fixed)][world.organ.fixed].any()
+
+
+def test_the_tissue_follows_so_that_it_hangs_as_before(world):
+    for _ in range(60):
+        hold(world)
+    before = world.tissue.positions().astype(float)
+    for k in range(60):
+        world.shift_body((k + 1) / 60 * 0.006 * UP)
+        hold(world)
+    for _ in range(90):
+        hold(world)
+    moved = world.tissue.positions() - before - 0.006 * UP
+    assert np.linalg.norm(moved, axis=1).max() < 3e-4
+
+
+def test_staying_where_it_is_changes_nothing(world):
+    for _ in range(5):
+        hold(world)
+    untold = world.state()
+    world.reset(anatomy_from_seed(SEED))
+    for _ in range(5):
+        world.shift_body(np.zeros(3))
+        hold(world)
+    for name, values in world.state()["tissue"].items():
+        np.testing.assert_array_equal(values, untold["tissue"][name], err_msg=name)
+
+
+def test_a_state_saved_in_motion_goes_on_bit_for_bit(world):
+    for k in range(1, 6):
+        world.shift_body(sway(k))
+        hold(world)
+    world.shift_body(sway(6))
+    saved = world.state()
+    paths = []
+    for _ in range(2):
+        world.restore(saved)
+        path = []
+        for k in range(7, 15):
+            hold(world)
+            world.shift_body(sway(k))
+            path.append(np.vstack([world.tissue.positions(), *held(world).values()]))
+        paths.append(np.stack(path))
+        world.shift_body(0.02 * UP)
+        hold(world)
+    np.testing.assert_array_equal(*paths)

@@ -1,0 +1,298 @@
+"""Laws of clips in the world: judged against what was meant, pulled at, dropped, saved."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.kinematics import inverse_kinematics
+from tissue_sim.frames import Array, inverse_pose
+from tissue_sim.outcome import nurse
+from tissue_sim.outcome.predicates import clip_placed, stumps_hold
+from tissue_sim.outcome.retention import pull_all_clips
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.axes import AWAY
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
+from tissue_sim.surgery.leak import leaks
+from tissue_sim.surgery.loose_clip import FAT_AWAY_M, GRAVITY_M_S2
+from tissue_sim.thresholds import CUFF_LEAST_M, TEST_PULL_N
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
+from tissue_sim.verification.bodies import astride
+from tissue_sim.world import World
+
+SEED = 10_003
+HOME = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
+
+
+@pytest.fixture
+def world(one_world: World) -> World:
+    one_world.reset(anatomy_from_seed(SEED))
+    return one_world
+
+
+def put_right_tool(
+    world: World, T_world_tool: Array, jaw_rad: float, intended: str | None = None
+) -> Array:
+    """The right tool at a pose, its jaws this far open, for a step; returns the joints (2, 7)."""
+    T_rcm = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
+    joints = world.arms.joints
+    tool = world.arms.mounted[RIGHT_ARM]
+    joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm, tool, joints[RIGHT_ARM, :6])
+    joints[RIGHT_ARM, 6] = jaw_rad
+    world.arms.set_joints(joints)
+    world.step(JointCommand(joints=joints), intended=intended)
+    return joints
+
+
+def close_applier(world: World, T_world_tool: Array, intended: str | None = None) -> Clip:
+    """The applier at a pose, open, and then closed at once."""
+    put_right_tool(world, T_world_tool, 0.6)
+    put_right_tool(world, T_world_tool, 0.0, intended)
+    return world.record.clips[-1]
+
+
+def on_tube(world: World, tube: str, beyond_m: float = 0.5 * CLIP_LENGTH_M) -> Array:
+    return astride(world.tubes, tube, 0.4 * world.tubes.length_m[tube], beyond_m=beyond_m)
+
+
+def bring_artery_to_duct(world: World, gap_m: float, towards: Array) -> None:
+    """Move the artery so that its middle lies beside the duct's, walls this far apart."""
+    points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in TUBES]
+    apart = gap_m + sum(world.tubes.radius_m(t) for t in TUBES)
+    x = world.tissue.positions()
+    x[world.tubes.below["artery"]] += (points[0] + apart * towards - points[1]).astype(np.float32)
+
+
+def events(world: World) -> list[str]:
+    return [i.event for i in world.record.injuries if "clip" in i.event]
+
+
+@pytest.mark.parametrize("tube", TUBES)
+@pytest.mark.parametrize("said", ["it", "the other", "nothing", "no tube"])
+def test_a_clip_is_judged_against_the_tube_that_is_meant(
+    world: World, tube: str, said: str
+) -> None:
+    """When nobody says, the tube nearest to the jaws is meant; a task without a tube means none."""
+    other = TUBES[1 - TUBES.index(tube)]
+    intended = {"it": tube, "the other": other, "nothing": None, "no tube": ""}[said]
+    clip = close_applier(world, on_tube(world, tube), intended)
+    assert [c.tube for c in clip.crossings] == [tube]
+    wrong = said in ("the other", "no tube")
+    assert events(world) == [f"clip on {tube}"] * wrong
+
+
+def test_with_the_other_tube_behind_the_tip_the_one_between_the_jaws_is_meant(
+    world: World,
+) -> None:
+    T = on_tube(world, "duct")
+    bring_artery_to_duct(world, 0.004, T[:3, 2])
+    distance = {t: np.linalg.norm(world.tubes.centres(t) - T[:3, 3], axis=1).min() for t in TUBES}
+    assert distance["artery"] < distance["duct"]  # of the tip
+    assert world.tubes.nearest(T, CLIP_LENGTH_M) == "duct"
+
+
+@pytest.mark.parametrize("intended", TUBES)
+def test_one_clip_across_both_tubes_is_an_injury_and_good_for_neither(
+    world: World, intended: str
+) -> None:
+    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    put_right_tool(world, T, 0.6)
+    bring_artery_to_duct(world, 0.0, T[:3, 2])
+    put_right_tool(world, T, 0.0, intended)
+    (clip,) = world.record.clips
+    assert {c.tube for c in clip.crossings} == set(TUBES)
+    other = TUBES[1 - TUBES.index(intended)]
+    assert events(world) == [f"clip on {other}"]
+    for _ in range(5):
+        world.step(JointCommand(joints=world.target))
+    assert not any(clip_placed(world, t, 1) for t in TUBES)
+
+
+def clipped_and_cut(world: World, cuff_m: float) -> None:
+    """The duct clipped and cut above the clip, which lies this far from the cut."""
+    clip = latch(world.tubes, on_tube(world, "duct"), number=1, time_s=0.0)
+    station = clip.crossings[0].station_m
+    high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * CLIP_LENGTH_M)
+    above = latch(world.tubes, high, number=2, time_s=0.0)
+    world.record = replace(world.record, clips=(clip, above))
+    for _ in range(15):
+        world.step(HOME)
+    end = station + 0.5 * CLIP_WIDTH_M + cuff_m
+    cuts = sever(
+        world.tubes, astride(world.tubes, "duct", end, beyond_m=BLADE_LENGTH_M / 2), time_s=0.0
+    )
+    world.record = replace(world.record, cuts=cuts)
+    world.step(HOME)
+
+
+def test_scissors_under_a_clips_edge_leave_it_on_its_own_stump(world: World) -> None:
+    at = world.tubes.stations_m["duct"][7]
+    T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * CLIP_LENGTH_M)
+    clip = latch(world.tubes, T, number=1, time_s=0.0)
+    assert 7 in clip.rings[0]
+    world.record = replace(world.record, clips=(clip,))
+    for _ in range(10):
+        world.step(HOME)
+    world.equip("scissors")
+    T = astride(world.tubes, "duct", at, beyond_m=BLADE_LENGTH_M / 2)
+    joints = put_right_tool(world, T, jaw_rad=0.9)
+    for jaw_rad in np.linspace(0.9, -0.3, 30):
+        joints[RIGHT_ARM, 6] = jaw_rad
+        world.step(JointCommand(joints=joints), intended="duct")
+    (cut,), (clip,) = world.record.cuts, world.record.clips
+    assert cut.ring == 7
+    assert cut.station_m < clip.crossings[0].station_m
+    assert set(world.tubes.above["duct"][cut.ring]) <= set(clip.vertices)
+
+
+def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
+    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    before = [c.crossings[0].station_m for c in world.record.clips]
+    pull_all_clips(world)
+    assert [c.crossings[0].station_m for c in world.record.clips] == before
+    assert stumps_hold(world)
+    assert events(world) == []
+    assert world.record.pull is None
+    assert not world.tissue.host("load").any()
+
+
+def test_the_test_pull_draws_a_weak_clip_off_and_the_stump_leaks(world: World) -> None:
+    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    clip = world.record.clips[0]
+    world.tissue.host("link_stiffness")[0, list(clip.links)] *= 0.01
+    for _ in range(5):
+        world.step(HOME)
+    assert retention_n(world.tubes, clip) < TEST_PULL_N
+    pull_all_clips(world)
+    assert world.record.clips[0].came_off
+    assert not world.record.clips[1].lost
+    assert events(world) == ["clip slip", "clip off"]
+    assert [x.side for x in leaks(world.tubes, world.record.clips, world.record.cuts)] == ["body"]
+    assert not stumps_hold(world)
+
+
+def test_a_clip_pulled_a_little_beyond_its_hold_slips_and_no_stump_holds(world: World) -> None:
+    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    clip = world.record.clips[0]
+    clamp = world.tubes.below["duct"][0]
+    _, along = world.tubes.point("duct", clip.crossings[0].station_m)
+    pull_n = 1.02 * retention_n(world.tubes, clip)
+    world.pull_clip(1, 0.95 * pull_n * along, clamp)
+    world.step(HOME)
+    assert world.record.clips[0].slid_m == 0.0
+    assert stumps_hold(world)
+    for _ in range(2):
+        world.pull_clip(1, pull_n * along, clamp)
+        world.step(HOME)
+    world.pull_clip(1, np.zeros(3), clamp)
+    world.step(HOME)
+    slid = world.record.clips[0]
+    assert not slid.lost
+    assert slid.slid_m > 0.0
+    assert events(world) == ["clip slip"]
+    assert not stumps_hold(world)
+
+
+def test_a_dropped_clip_falls_and_lies_in_the_field_and_fails_nothing(world: World) -> None:
+    world.drop_clip()
+    assert not world.record.clip_loaded
+    assert nurse.is_needed(world, "clip_applier", clip=True)
+    (clip,) = world.record.clips
+    start = clip.T_world_clip.copy()
+    heights = []
+    while world.record.clips[0].fall_m_s is not None:
+        world.step(HOME)
+        heights.append(world.record.clips[0].T_world_clip[2, 3])
+    steps = np.arange(1, len(heights))
+    dt = world.config.control_step_s
+    free = start[2, 3] - 0.5 * GRAVITY_M_S2 * dt**2 * steps * (steps + 1)  # implicit Euler
+    np.testing.assert_allclose(heights[:-1], free)
+    rest = world.record.clips[0].T_world_clip
+    np.testing.assert_array_equal(rest[:3, :3], start[:3, :3])
+    assert rest[:3, 3] @ AWAY <= FAT_AWAY_M + 1e-12
+    seen = world.step(HOME)
+    np.testing.assert_array_equal(world.record.clips[0].T_world_clip, rest)
+    assert seen.n_clips == 1
+    assert np.any(seen.clips_m[0])
+    assert world.record.dropped_clips == 1
+    assert stumps_hold(world)
+    assert events(world) == []
+    world.drop_clip()  # there is none to drop
+    assert len(world.record.clips) == 1
+    world.equip("clip_applier")
+    assert not nurse.is_needed(world, "clip_applier", clip=True)
+
+
+def test_over_the_liver_a_dropped_clip_lies_on_its_bed(world: World) -> None:
+    bed = world.organ.bed
+    T = world.arms.T_world_tool()[RIGHT_ARM]
+    T[:3, 3] = bed.point_m + 0.002 * bed.normal + 0.05 * bed.along
+    world.drop_clip()
+    world.record = replace(world.record, clips=(replace(world.record.clips[0], T_world_clip=T),))
+    for _ in range(30):
+        world.step(HOME)
+    (clip,) = world.record.clips
+    assert clip.fall_m_s is None
+    assert abs((clip.T_world_clip[:3, 3] - bed.point_m) @ bed.normal) < 1e-9
+
+
+def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
+    world.drop_clip()
+    world.step(HOME)
+    saved = world.state()
+    paths = []
+    for _ in range(2):
+        world.restore(saved)
+        paths.append([])
+        for _ in range(8):
+            world.step(HOME)
+            paths[-1].append(world.record.clips[0].T_world_clip)
+    np.testing.assert_array_equal(*paths)
+    assert not np.array_equal(paths[0][0], paths[0][1])
+
+
+def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
+    """The artery can pass where the duct is parted, and no jaws can close on the gap."""
+    clipped_and_cut(world, CUFF_LEAST_M)
+    saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
+    upper = world.tissue.host("ring_above")[0, duct, ring].copy()
+    assert not set(upper) & set(world.tissue.host("ring")[0, duct, ring])
+    assert set(upper) <= set(world.tubes.above["duct"][ring])
+    world.reset(anatomy_from_seed(SEED))
+    assert not set(upper) & set(world.tissue.host("ring_above")[0, duct, ring])
+    world.restore(saved)
+    np.testing.assert_array_equal(world.tissue.host("ring_above")[0, duct, ring], upper)
+
+
+def test_of_several_crossings_the_one_in_the_jaws_middle_counts(world: World) -> None:
+    """The duct folded so that it passes the jaws' plane three times."""
+    tubes, x = world.tubes, world.tissue.positions()
+    rings = tubes.below["duct"][: world.organ.neck_ring["duct"] + 1]
+    assert len(rings) >= 11
+    T = on_tube(world, "duct")
+    places = {1: -1.0, 3: 1.0, 5: -1.0, 7: 1.0}  # x (mm) of some rings, either side of the plane
+    y_mm = {1: 4.0, 3: 2.0, 5: 0.2, 7: -3.0}
+    for r in range(len(rings)):
+        near = np.clip(r, 1, 7)
+        at = np.array([np.interp(near, list(d), list(d.values())) for d in (places, y_mm)] + [-4.0])
+        target = T[:3, :3] @ (1e-3 * at) + T[:3, 3]
+        x[rings[r]] += (target - x[rings[r, 0]]).astype(np.float32)
+    crossing = tubes.crossing("duct", T, CLIP_LENGTH_M)
+    assert crossing is not None
+    assert crossing.ring in (4, 5)  # y = 1.1 mm there; 3 mm and -1.4 mm at the others
+    assert crossing.point_m[0] == pytest.approx(0.0, abs=1e-6)
+    assert abs(crossing.point_m[1]) == pytest.approx(1.1e-3, abs=1e-4)
+
+
+def test_a_tube_beside_the_closing_jaws_is_not_in_the_clip(world: World) -> None:
+    T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
+    put_right_tool(world, T, 0.3)
+    put_right_tool(world, T, 0.2)
+    radii_m = sum(world.tubes.radius_m(tube) for tube in TUBES)
+    bring_artery_to_duct(world, 0.0048 - radii_m, T[:3, 1])  # outside a finger
+    put_right_tool(world, T, 0.0, "duct")
+    (clip,) = world.record.clips
+    assert [c.tube for c in clip.crossings] == ["duct"]
+    assert events(world) == []

@@ -1,0 +1,1 @@
+"""How tissue moves: finite elements, springs and contact, one implicit step at a time."""

@@ -1,0 +1,48 @@
+"""The shape of the preconditioner's second level: parts, and the skyline of their matrix.
+
+See `coarse_motion`. Parts are numbered along the tubes, so that the skyline is narrow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.patient.mesher import Indices
+
+MODES = 6  # three translations and three rotations of a part
+
+
+def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[Indices, Indices]:
+    """Shape of the factor of the parts' matrix P^T A P.
+
+    Args:
+        n_part: parts.
+        part: (n_vertex,) part of each vertex, -1 for none.
+        row, column: block-CSR pattern of A.
+
+    Returns:
+        for each part the first part it couples to, and where its rows start in the storage: row
+        i of part p holds the columns of the parts first[p] to p.
+    """
+    i = part[np.repeat(np.arange(len(row) - 1), np.diff(row))]
+    j = part[column]
+    both = (i >= 0) & (j >= 0)
+    first = np.arange(n_part)
+    np.minimum.at(first, i[both], j[both])
+    length = MODES * (np.arange(n_part) - first + 1)
+    start = np.concatenate([[0], np.cumsum(MODES * length)])
+    return first.astype(np.int32), start.astype(np.int32)
+
+
+def skyline_capacity(n_part: int) -> int:
+    """Numbers that the factor needs at most."""
+    return MODES * MODES * n_part * (n_part + 1) // 2
+
+
+def parts_of(rings: list[Indices], n_vertex: int) -> NDArray[np.int32]:
+    """(n_vertex,) number of the ring a vertex belongs to, -1 where it is in none."""
+    part = np.full(n_vertex, -1, np.int32)
+    for k, ring in enumerate(rings):
+        part[ring] = k
+    return part

@@ -1,0 +1,411 @@
+"""Contact of tissue with instruments, of tube with tube, and of tissue with the liver bed.
+
+Instruments are rounded patches (see `ToolShapes`). Normal force is a linear penalty; friction
+is Coulomb's with elastic sticking: a touched vertex remembers where on the shape it sticks, is
+pulled back by a tangential spring, and slides when the pull exceeds friction times the normal
+force. A grasp is nothing but this contact on both jaws.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+
+wp.set_module_options({"enable_backward": False})
+
+# assumed: stiff against tissue (a node of a 300 kPa tube carries about 450 N/m), soft
+# enough for one linearisation a step
+NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m a vertex
+STICK_STIFFNESS = wp.constant(500.0)  # N/m a vertex
+TUBE_STIFFNESS = wp.constant(300.0)  # N/m a vertex, tube against tube
+BED_STIFFNESS = wp.constant(200.0)  # N/m a vertex
+BED_THICKNESS = wp.constant(0.006)  # m; deeper is beside the liver, not in it
+REACH = wp.constant(0.006)  # m; farther than this from a patch there is no contact
+
+
+@wp.struct
+class Touch:
+    """Where a vertex touches a patch: outward normal, depth (m, > 0 inside), side memory."""
+
+    normal: wp.vec3
+    depth: float
+    side: float
+
+
+@wp.func
+def remembered_side(t: TissueArrays, b: int, i: int, c: int):
+    """Side of finger c on which vertex i is known to be, 0 when it is not.
+
+    What was between the jaws is so for both fingers (rows 2 and 3 of an instrument's four); what
+    was outside of one is not outside of the other.
+    """
+    old = t.contact_shape[b, i]
+    side = t.contact_side[b, i]
+    if old == c:
+        return side
+    jaws = old >= 0 and c // 4 == old // 4 and c % 4 >= 2 and old % 4 >= 2
+    if jaws and side > 0.0:
+        return side
+    return float(0.0)
+
+
+@wp.func
+def in_link(T_world_link: wp.mat44, x: wp.vec3):
+    """A world point in the link's frame."""
+    R = wp.mat33(
+        T_world_link[0, 0], T_world_link[0, 1], T_world_link[0, 2],
+        T_world_link[1, 0], T_world_link[1, 1], T_world_link[1, 2],
+        T_world_link[2, 0], T_world_link[2, 1], T_world_link[2, 2],
+    )  # fmt: skip
+    return wp.transpose(R) * (x - link_origin(T_world_link))
+
+
+@wp.func
+def link_origin(T_world_link: wp.mat44):
+    return wp.vec3(T_world_link[0, 3], T_world_link[1, 3], T_world_link[2, 3])
+
+
+@wp.func
+def side_before(s: ToolShapes, b: int, c: int, before: wp.vec3, x: wp.vec3, inward: wp.vec3):
+    """Side of finger c on which a point now at x was at `before`, when the finger was elsewhere.
+
+    It is the other side if the finger swept over the point, and 0 if not; one that came round the
+    finger's rim has not been swept over.
+    """
+    a = s.a[b, c]
+    u = s.b[b, c] - a
+    w = s.half_width[b, c]
+    carried = wp.transform_point(s.T_world_link[b, c], in_link(s.T_world_link_before[b, c], before))
+    start = wp.dot(carried - a, inward)
+    end = wp.dot(x - a, inward)
+    if start * end >= 0.0:
+        return float(0.0)
+    crossing = carried + (x - carried) * (start / (start - end)) - a
+    along = wp.dot(crossing, u) / wp.dot(u, u)
+    across = wp.dot(crossing, w) / wp.dot(w, w)
+    if along < 0.0 or along > 1.0 or wp.abs(across) > 1.0:
+        return float(0.0)
+    return wp.sign(start)
+
+
+@wp.func
+def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, before: wp.vec3, remembered: float):
+    """Contact of point x with patch c.
+
+    Within a flat patch (a finger) the side a vertex came from is remembered, +1 for between
+    the jaws and -1 for outside, so that a vertex pressed through a finger's middle plane, or
+    swept over by it in one step, is still pushed back where it came from.
+    """
+    r = Touch()
+    a = s.a[b, c]
+    u = s.b[b, c] - a
+    w = s.half_width[b, c]
+    p = x - a
+    along = wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12)
+    ww = wp.dot(w, w)
+    across = float(0.0)
+    if ww > 0.0:
+        across = wp.clamp(wp.dot(p, w) / ww, -1.0, 1.0)
+    q = p - u * wp.clamp(along, 0.0, 1.0) - w * across
+    d = wp.length(q)
+    r.normal = q / (d + 1.0e-9)
+    r.depth = s.radius[b, c] - d
+    inside = along > 0.0 and along < 1.0 and wp.abs(across) < 1.0
+    if ww > 0.0 and inside and d < REACH:
+        inward = wp.normalize(wp.cross(u, w))
+        if c % 4 == 2:
+            inward = -inward
+        height = wp.dot(p, inward)
+        r.side = remembered
+        if r.side == 0.0:
+            r.side = side_before(s, b, c, before, x, inward)
+        if r.side == 0.0:
+            r.side = wp.sign(height)
+        r.normal = inward * r.side
+        r.depth = s.radius[b, c] - r.side * height
+    return r
+
+
+@wp.func
+def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
+    """The deepest contact of vertex i with the instruments."""
+    x = t.position[b, i]
+    best = int(-1)
+    hit = Touch()
+    old = t.contact_shape[b, i]
+    for c in range(s.radius.shape[1]):
+        now = touch(s, b, c, x, t.previous[b, i], remembered_side(t, b, i, c))
+        stands = now.depth > 0.0
+        if c == old and not stands:
+            before = t.previous[b, i]
+            stands = touch(s, b, c, before, before, remembered_side(t, b, i, c)).depth > 0.0
+        if stands and now.depth < REACH and (best < 0 or now.depth > hit.depth):
+            best = c
+            hit = now
+    f = wp.vec3()
+    K = wp.mat33()
+    if best >= 0:
+        I = wp.identity(n=3, dtype=float)
+        N = wp.outer(hit.normal, hit.normal)
+        pressure = NORMAL_STIFFNESS * hit.depth
+        f = hit.normal * pressure
+        K = N * NORMAL_STIFFNESS
+        T_world_link = s.T_world_link[b, best]
+        if best != old:
+            t.stick_point[b, i] = in_link(T_world_link, x)
+        slip = x - wp.transform_point(T_world_link, t.stick_point[b, i])
+        slip = slip - hit.normal * wp.dot(slip, hit.normal)
+        distance = wp.length(slip)
+        k = STICK_STIFFNESS
+        limit = s.friction[b, best] * wp.max(pressure, 0.0)
+        if distance * k > limit:
+            k = limit / distance
+            anchor = x - slip * (limit / (distance * STICK_STIFFNESS))
+            t.stick_point[b, i] = in_link(T_world_link, anchor)
+        f = f - slip * k
+        K = K + (I - N) * k
+    t.contact_shape[b, i] = best
+    t.contact_side[b, i] = hit.side
+    t.contact_force[b, i] = f
+    t.contact_stiffness[b, i] = K
+    add_vertex_term(t, b, i, f, K)
+
+
+@wp.func
+def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
+    wp.atomic_add(t.force, b, i, f)
+    wp.atomic_add(t.block, b, t.row[b, i], K)
+
+
+@wp.func
+def add_bed_contact(t: TissueArrays, b: int, i: int):
+    """Vertex i against the liver bed's plane.
+
+    A contact that stands at the start of the step holds to its end, even where the inertia alone
+    would lift the vertex off: else a resting body is caught and let go every other step.
+    """
+    p = t.position[b, i] - t.bed_point[b]
+    height = wp.dot(p, t.bed_normal[b])
+    before = wp.dot(t.previous[b, i] - t.bed_point[b], t.bed_normal[b])
+    lowest = wp.min(height, before)
+    on_bed = wp.dot(p, t.bed_along[b]) > t.bed_edge[b]
+    if lowest < 0.0 and lowest > -BED_THICKNESS and on_bed:
+        n = t.bed_normal[b]
+        f = n * (-height * BED_STIFFNESS)
+        wp.atomic_add(t.bed_force, b, f)
+        add_vertex_term(t, b, i, f, wp.outer(n, n) * BED_STIFFNESS)
+
+
+@wp.func
+def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
+    """Vertex k of a tube's section: 2 r is ring r seen from below, 2 r + 1 the same from above."""
+    r = section / 2
+    if section % 2 == 0:
+        return t.ring[b, tube, r, k]
+    return t.ring_above[b, tube, r, k]
+
+
+@wp.func
+def parted(t: TissueArrays, b: int, tube: int, r: int):
+    """Whether the two sides of a ring share no corner."""
+    shared = int(0)
+    for k in range(t.ring.shape[3]):
+        if t.ring_above[b, tube, r, k] == t.ring[b, tube, r, k]:
+            shared = shared + 1
+    return shared == 0
+
+
+@wp.func
+def votes_for_inside(t: TissueArrays, b: int, tube: int, section: int, c: int):
+    """Of a section's corners on finger c: how many, and their sides' sum."""
+    count = int(0)
+    votes = float(0.0)
+    for k in range(t.ring.shape[3]):
+        i = corner(t, b, tube, section, k)
+        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
+            count = count + 1
+            votes = votes + t.contact_side[b, i]
+    return count, votes
+
+
+@wp.func
+def put_on_side(t: TissueArrays, b: int, tube: int, section: int, c: int, side: float):
+    for k in range(t.ring.shape[3]):
+        i = corner(t, b, tube, section, k)
+        if t.contact_shape[b, i] == c and t.contact_side[b, i] != 0.0:
+            t.contact_side[b, i] = side
+
+
+@wp.func
+def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
+    """Have neighbouring rings of a tube that touch finger c lie on the side where most of them do.
+
+    A tube is on one side of a finger. Corners that the finger ran past in a fast motion would
+    else hold to the other side, and the tube would stay skewered. Each stump is a tube of its own.
+    """
+    first = int(0)
+    total = float(0.0)
+    n = 2 * t.n_ring[b, tube]
+    for section in range(n + 1):
+        count = int(0)
+        votes = float(0.0)
+        if section < n:
+            count, votes = votes_for_inside(t, b, tube, section, c)
+        stump_begins = section % 2 == 1 and parted(t, b, tube, section / 2)
+        if count == 0 or stump_begins:
+            for s in range(first, section):
+                put_on_side(t, b, tube, s, c, wp.where(total > 0.0, 1.0, -1.0))
+            first = section
+            total = float(0.0)
+        total = total + votes
+
+
+@wp.func
+def agree_on_sides(t: TissueArrays, b: int, tube: int):
+    """About every finger."""
+    for arm in range(2):
+        agree_on_side(t, b, tube, 4 * arm + 2)
+        agree_on_side(t, b, tube, 4 * arm + 3)
+
+
+@wp.func
+def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
+    """Every surface vertex against instruments and liver bed."""
+    t.bed_force[b] = wp.vec3()
+    for tube in range(t.ring.shape[1]):
+        agree_on_sides(t, b, tube)
+    for i in range(t.n_vertex[b]):
+        if t.surface[b, i] != 0 and t.fixed[b, i] == 0:
+            add_tool_contact(t, s, b, i)
+            add_bed_contact(t, b, i)
+
+
+@wp.func
+def ring_centre(
+    ring: wp.array4d(dtype=int), x: wp.array2d(dtype=wp.vec3), b: int, tube: int, r: int
+):
+    """Mean of a ring's corners, which are at x."""
+    c = wp.vec3()
+    n = ring.shape[3]
+    for k in range(n):
+        c = c + x[b, ring[b, tube, r, k]]
+    return c / float(n)
+
+
+@wp.func
+def find_ring_centres(t: TissueArrays, b: int, tube: int, r: int):
+    t.ring_centre[b, tube, r] = ring_centre(t.ring, t.position, b, tube, r)
+    t.ring_centre_above[b, tube, r] = ring_centre(t.ring_above, t.position, b, tube, r)
+
+
+@wp.func
+def along_segment(p: wp.vec3, u: wp.vec3):
+    """Share of a segment u from the origin at which it is nearest to p."""
+    return wp.clamp(wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
+
+
+@wp.func
+def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
+    """Whether vertex i was in the tube's segment r as the step began."""
+    c = ring_centre(t.ring_above, t.previous, b, tube, r)
+    u = ring_centre(t.ring, t.previous, b, tube, r + 1) - c
+    p = t.previous[b, i] - c
+    return wp.length(p - u * along_segment(p, u)) < t.tube_radius[b, tube]
+
+
+@wp.func
+def push_apart(t: TissueArrays, b: int, i: int, tube: int):
+    """Vertex i of another tube against a tube's capsules; the reaction goes to two rings.
+
+    A contact that stands at the start of the step holds to its end, as on the bed.
+    """
+    radius = t.tube_radius[b, tube]
+    x = t.position[b, i]
+    nearest = float(1.0e9)
+    segment = int(-1)
+    share = float(0.0)
+    offset = wp.vec3()
+    for r in range(t.n_ring[b, tube] - 1):
+        c = t.ring_centre_above[b, tube, r]
+        u = t.ring_centre[b, tube, r + 1] - c
+        s = along_segment(x - c, u)
+        q = x - c - u * s
+        d = wp.length(q)
+        if d < nearest:
+            nearest = d
+            segment = r
+            share = s
+            offset = q
+    touches = nearest < radius
+    if segment >= 0 and not touches and nearest < 2.0 * radius:
+        touches = touched_before(t, b, i, tube, segment)
+    if touches:
+        n = offset / (nearest + 1.0e-9)
+        f = n * (TUBE_STIFFNESS * (radius - nearest))
+        # The pattern has no place for the coupling [[K, -K], [-K, K]] of the two tubes. Twice its
+        # diagonal is more than it: each side takes half of the way, and they do not overshoot.
+        K = wp.outer(n, n) * (2.0 * TUBE_STIFFNESS)
+        add_vertex_term(t, b, i, f, K)
+        count = t.ring.shape[3]
+        K = K / float(count)
+        for k in range(count):
+            near = t.ring_above[b, tube, segment, k]
+            far = t.ring[b, tube, segment + 1, k]
+            add_vertex_term(t, b, near, f * ((share - 1.0) / float(count)), K * (1.0 - share))
+            add_vertex_term(t, b, far, f * (-share / float(count)), K * share)
+
+
+@wp.func
+def push_from_earlier(t: TissueArrays, b: int, i: int, tube: int):
+    if t.fixed[b, i] == 0:
+        for earlier in range(tube):
+            push_apart(t, b, i, earlier)
+
+
+@wp.func
+def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
+    """Corner k of a tube's ring r, on both sides of a cut, against the tubes before it."""
+    below = t.ring[b, tube, r, k]
+    above = t.ring_above[b, tube, r, k]
+    push_from_earlier(t, b, below, tube)
+    if above != below:
+        push_from_earlier(t, b, above, tube)
+
+
+@wp.func
+def add_tube_contact(t: TissueArrays, b: int):
+    """Each tube's surface against the tubes before it."""
+    for tube in range(t.ring.shape[1] - 1):
+        for r in range(t.n_ring[b, tube]):
+            find_ring_centres(t, b, tube, r)
+    for later in range(1, t.ring.shape[1]):
+        for r in range(t.n_ring[b, later]):
+            for k in range(t.ring.shape[3]):
+                part_from_earlier(t, b, later, r, k)
+
+
+@wp.func
+def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
+    """What vertex i does to the shape it touches.
+
+    The contact force at the end of the step is its linearisation at the solution, so that
+    tissue and instrument feel exactly opposite forces.
+    """
+    c = t.contact_shape[b, i]
+    if c >= 0:
+        f = t.contact_force[b, i] - t.contact_stiffness[b, i] * t.step[b, i]
+        t.contact_force[b, i] = f
+        arm = t.position[b, i] - link_origin(s.T_world_link[b, c])
+        wp.atomic_sub(s.force, b, c, f)
+        wp.atomic_sub(s.torque, b, c, wp.cross(arm, f))
+
+
+@wp.func
+def react_on_tools(t: TissueArrays, s: ToolShapes, b: int):
+    """Force (N) and torque about the link's origin (N m) on each shape."""
+    for c in range(s.radius.shape[1]):
+        s.force[b, c] = wp.vec3()
+        s.torque[b, c] = wp.vec3()
+    for i in range(t.n_vertex[b]):
+        react(t, s, b, i)

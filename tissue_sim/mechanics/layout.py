@@ -1,0 +1,149 @@
+"""How an organ is laid out in the device's arrays: sizes, and the values it starts with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
+from tissue_sim.patient.material import (
+    ANCHOR_STIFFNESS,
+    ANCHOR_STRENGTH,
+    TIE_STIFFNESS,
+    TIE_STRENGTH,
+    lame_of,
+)
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import REGIONS, Organ
+from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
+
+SPARE_PARTS = 8  # a transection makes one
+SPARE_VERTICES = 96  # room for cuts: a transection takes 13
+LINK_CAPACITY = 512  # room for remnants and clips: a clip takes about 12
+N_SHAPES = 8  # shaft, wrist and two jaws of two arms
+BLOCKS_A_ROW = 18  # of the stiffness matrix, more than any mesh of ours has on average
+
+
+def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
+    """Zeroed arrays with room for the largest of the organs; the tools far away."""
+    sizes, n_env = _sizes(organs), len(organs)
+    arrays = TissueArrays()
+    for name, var in TissueArrays.vars.items():
+        shape = (n_env, *sizes.get(name, sizes["position"]))
+        setattr(arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=device))
+    shapes = ToolShapes()
+    for name, var in ToolShapes.vars.items():
+        setattr(shapes, name, wp.zeros((n_env, N_SHAPES), dtype=var.type.dtype, device=device))
+    shapes.a.numpy()[:] = 1.0
+    shapes.b.numpy()[:] = 1.0
+    shapes.T_world_link.numpy()[:] = np.eye(4)
+    shapes.T_world_link_before.numpy()[:] = np.eye(4)
+    return arrays, shapes
+
+
+def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
+    """What an organ's arrays start with, by name; the rest stays zero or follows from these."""
+    n_tie, n_bed = len(organ.tie_vertex), len(organ.bed_vertices)
+    mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
+    rings = _all_rings(organ)
+    return {
+        "n_vertex": np.array(len(organ.vertices)),
+        "n_tet": np.array(len(organ.tets)),
+        "position": organ.vertices,
+        "rest": organ.vertices,
+        "fixed": organ.fixed,
+        "contact_shape": np.full(len(organ.vertices) + SPARE_VERTICES, -1),
+        "tet": organ.tets,
+        "tet_alive": np.ones(len(organ.tets)),
+        "mu": mu,
+        "lam": lam,
+        "bulk": lam,
+        "tie_corner": np.column_stack([organ.tie_vertex, organ.tie_corners]),
+        "tie_weight": np.insert(-organ.tie_weights, 0, 1.0, axis=1),
+        "tie_stiffness": np.full(n_tie, TIE_STIFFNESS),
+        "tie_strength": np.full(n_tie, TIE_STRENGTH),
+        "anchor": organ.bed_vertices,
+        "anchor_point": organ.vertices[organ.bed_vertices],
+        "anchor_stiffness": np.full(n_bed, ANCHOR_STIFFNESS),
+        "anchor_strength": np.full(n_bed, ANCHOR_STRENGTH),
+        "n_part": np.array(len(rings)),
+        "part": parts_of(rings, len(organ.vertices)),
+        "bed_point": organ.bed.point_m,
+        "bed_normal": organ.bed.normal,
+        "bed_along": organ.bed.along,
+        "bed_edge": np.array(organ.bed.edge_m),
+        "wall": wall_pieces(organ),
+        "patch_stiffness": patch_stiffness(organ),
+        **_tube_values(organ),
+    }
+
+
+def _tube_values(organ: Organ) -> dict[str, NDArray]:
+    """Outer vertices of the tubes' rings, padded to the longest one."""
+    n_tube, n_ring = len(organ.tubes), max(len(rings) for rings in organ.rings.values())
+    n_around = _around(organ)
+    ring = np.zeros((n_tube, n_ring, n_around), np.int32)
+    radius = np.zeros(n_tube)
+    for k, rings in enumerate(organ.rings.values()):
+        ring[k, : len(rings)] = rings[:, 1 + n_around :]
+        spokes = organ.vertices[rings[:, 1 + n_around]] - organ.vertices[rings[:, 0]]
+        radius[k] = np.linalg.norm(spokes, axis=1).mean()
+    n_joined = np.array([organ.neck_ring[tube] + 1 for tube in organ.tubes])
+    return {"ring": ring, "ring_above": ring, "n_ring": n_joined, "tube_radius": radius}
+
+
+def _all_rings(organ: Organ) -> list[Indices]:
+    """The sections that the preconditioner moves as rigid bodies, along each tube in turn."""
+    return [*(ring for rings in organ.rings.values() for ring in rings), *organ.sac_rings]
+
+
+def _around(organ: Organ) -> int:
+    """Corners of a tube's ring."""
+    return (next(iter(organ.rings.values())).shape[1] - 1) // 2
+
+
+def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
+    """Shape of each array beside its first, per-environment axis; others are per vertex."""
+    n_vertex = max(len(o.vertices) for o in organs) + SPARE_VERTICES
+    n_tet = max(len(o.tets) for o in organs)
+    n_tie = max(len(o.tie_vertex) for o in organs)
+    n_anchor = max(len(o.bed_vertices) for o in organs)
+    n_ring = max(len(r) for o in organs for r in o.rings.values())
+    n_tube = max(len(o.tubes) for o in organs)
+    n_around = _around(organs[0])
+    n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
+    n_patch = max(n_patches(o) for o in organs)
+    segments = (n_tube, n_ring)
+    return {
+        "position": (n_vertex,),
+        "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
+        "bed_edge": (), "bed_force": (), "iterations": (),
+        "tet": (n_tet,), "tet_alive": (n_tet,), "rest_inverse": (n_tet,), "volume": (n_tet,),
+        "mu": (n_tet,), "bulk": (n_tet,), "folded": (n_tet,), "lam": (n_tet,),
+        "tet_slot": (n_tet, 16),
+        "tie_corner": (n_tie, 5), "tie_weight": (n_tie, 5), "tie_slot": (n_tie, 25),
+        "tie_stiffness": (n_tie,), "tie_strength": (n_tie,),
+        "link": (LINK_CAPACITY,), "link_rest": (LINK_CAPACITY,),
+        "link_stiffness": (LINK_CAPACITY,), "link_strength": (LINK_CAPACITY,),
+        "link_slot": (LINK_CAPACITY, 4),
+        "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
+        "anchor_strength": (n_anchor,),
+        "ring": (n_tube, n_ring, n_around), "ring_above": (n_tube, n_ring, n_around),
+        "n_ring": (n_tube,), "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
+        "tube_radius": (n_tube,),
+        "wall": (n_tet,), "segment_gradient": segments, "segment_lie": segments,
+        "segment_volume": segments, "segment_pull": segments,
+        "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),
+        "patch_stiffness": (n_patch,),
+        "row": (n_vertex + 1,), "column": (BLOCKS_A_ROW * n_vertex,),
+        "block": (BLOCKS_A_ROW * n_vertex,), "elastic": (BLOCKS_A_ROW * n_vertex,),
+        "stiffness_holds": (),
+        "n_part": (), "part_middle": (n_part,), "part_count": (n_part,),
+        "factor": (skyline_capacity(n_part),), "factor_first": (n_part,),
+        "factor_start": (n_part + 1,), "factor_pivot": (MODES * n_part,),
+        "motion": (MODES * n_part,),
+    }  # fmt: skip

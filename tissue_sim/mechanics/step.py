@@ -1,0 +1,55 @@
+"""One step of the tissue, stage by stage: the kernel that the CPU runs, a thread an environment.
+
+All stages are one launch, so that Python is out of the way for the whole step and threads that step
+other environments overlap.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.assembly import add_elements
+from tissue_sim.mechanics.contact import add_surface_contact, add_tube_contact, react_on_tools
+from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
+from tissue_sim.mechanics.springs import add_springs, break_springs
+from tissue_sim.mechanics.untangle import ease_bulk
+
+wp.set_module_options({"enable_backward": False})
+
+STAGES = (
+    "predict",
+    "untangle",
+    "elements",
+    "springs",
+    "tube contact",
+    "tool and bed contact",
+    "solve",
+    "breakage",
+    "reactions",
+)
+
+
+@wp.kernel
+def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, end: int):
+    """Take the stages `first` to `end` - 1, by their places in `STAGES`."""
+    b = wp.tid()
+    for stage in range(first, end):
+        if stage == 0:
+            begin_step(t, b, c.step_s)
+        if stage == 1:
+            ease_bulk(t, b)
+        if stage == 2:
+            add_elements(t, b, c.viscosity)
+        if stage == 3:
+            add_springs(t, b)
+        if stage == 4:
+            add_tube_contact(t, b)
+        if stage == 5:
+            add_surface_contact(t, s, b)
+        if stage == 6:
+            solve_step(t, b, c)
+        if stage == 7:
+            break_springs(t, b)
+        if stage == 8:
+            react_on_tools(t, s, b)

@@ -1,0 +1,362 @@
+"""The tissue of a batch of environments: allocate, step, rewire, save and restore."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+from tissue_sim.mechanics import assembly, elasticity, rupture, springs
+from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.coarse import skyline
+from tissue_sim.mechanics.implicit import StepParameters
+from tissue_sim.mechanics.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
+from tissue_sim.mechanics.step import STAGES, take_stages
+from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
+from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
+from tissue_sim.patient.mesh_checks import require_sound_organ
+from tissue_sim.patient.mesher import Indices, signed_volumes
+from tissue_sim.patient.organ import Organ
+from tissue_sim.thresholds import SAC_MOST_STRETCH
+
+# What a step or an event changes; the rest follows from the organ or from these.
+STATE = (
+    "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
+    "surface", "covered", "load", "tet", "tet_alive", "folded",
+    "lam", "stiffness_at", "stiffness_holds",
+    "tie_stiffness", "link", "link_rest", "link_stiffness", "link_strength", "anchor_stiffness",
+    "contact_shape", "contact_side", "contact_force", "stick_point", "ring_above",
+    "bed_force",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class TissueConfig:
+    """How the tissue is stepped."""
+
+    step_s: float = 1.0 / 60.0  # two steps a control step: one leaves tangles after a crush
+    damping_per_s: float = 5.0  # mass-proportional, assumed
+    viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
+    gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    iterations: int = 60
+    tolerance: float = 1.0e-2
+    settled_j: float = 1.0e-10  # about a micrometre against the tubes' stiffness
+
+
+def step_parameters(config: TissueConfig) -> Any:
+    """The configuration as the kernels take it."""
+    c: Any = StepParameters()
+    c.step_s = config.step_s
+    c.viscosity = config.viscosity_s / config.step_s
+    c.damping_per_s = config.damping_per_s
+    c.gravity = wp.vec3(*config.gravity_m_s2)
+    c.iterations = config.iterations
+    c.tolerance = config.tolerance
+    c.settled_j = config.settled_j
+    return c
+
+
+class Tissue:
+    """Finite-element tissue of one or more environments, stepped together on one device."""
+
+    def __init__(
+        self,
+        organs: Sequence[Organ],
+        *,
+        stiffness_scale: Sequence[float] | None = None,
+        config: TissueConfig | None = None,
+        device: str = "cpu",
+    ) -> None:
+        self.config = config or TissueConfig()
+        self.organs = tuple(organs)
+        for organ in self.organs:
+            require_sound_organ(organ)
+        self.device = device
+        scales = stiffness_scale or [1.0] * len(self.organs)
+        self.arrays, self.shapes = allocate(self.organs, device)
+        on_host = device == "cpu"  # where numpy's views are made once
+        self._views = _views(self.arrays, TissueArrays) if on_host else {}
+        self._tool_views = _views(self.shapes, ToolShapes) if on_host else {}
+        for b, (organ, scale) in enumerate(zip(self.organs, scales, strict=True)):
+            self._fill(b, organ, scale)
+            self.rewire(b)
+        self._record()
+
+    def host(self, name: str) -> NDArray:
+        """An array as numpy; on the CPU it shares memory with the device's."""
+        view = self._views.get(name)
+        return getattr(self.arrays, name).numpy() if view is None else view
+
+    def positions(self, b: int = 0) -> Array:
+        """(n_vertex, 3) positions of one environment, m."""
+        return self.host("position")[b, : self.n_vertex(b)]
+
+    def n_vertex(self, b: int = 0) -> int:
+        """Vertices in use."""
+        return int(self.host("n_vertex")[b])
+
+    def spare_vertices(self, b: int = 0) -> int:
+        """How many more vertices there is room for."""
+        return self.host("position").shape[1] - self.n_vertex(b)
+
+    def tets(self, b: int = 0) -> NDArray[np.int32]:
+        """(n_tet, 4) corners, severed parts included, dead elements too."""
+        return self.host("tet")[b, : len(self.organs[b].tets)]
+
+    def step(self) -> None:
+        """Advance every environment by one step of `config.step_s`."""
+        self._step.launch()
+
+    def step_in_stages(self) -> None:
+        """The same, one launch for each stage, so that they can be timed, or one left out."""
+        for launch in self.stages.values():
+            launch.launch()
+
+    def load_walls(self) -> None:
+        """Work out `segment_pull` and `patch_stretch` where the tissue is now."""
+        self._walls.launch()
+
+    def place_tools(self, env: int, **values: Array) -> None:
+        """Put the instruments' contact shapes where they are.
+
+        Args:
+            env: the environment.
+            values: arrays (8, ...) by field name of `ToolShapes`, world frame. Without
+                `T_world_link_before` they were put there, not moved, and sweep over nothing.
+        """
+        values.setdefault("T_world_link_before", values["T_world_link"])
+        for name, value in values.items():
+            self._tools(name)[env] = value
+
+    def T_world_links(self, b: int = 0) -> Array:
+        """(8, 4, 4) poses of the instruments' links as they were placed last."""
+        return self._tools("T_world_link")[b].copy()
+
+    def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
+        """Force (8, 3) N and torque (8, 3) N m about each link's origin, on the instruments."""
+        return self._tools("force")[b], self._tools("torque")[b]
+
+    def _tools(self, name: str) -> NDArray:
+        view = self._tool_views.get(name)
+        return getattr(self.shapes, name).numpy() if view is None else view
+
+    def add_links(
+        self,
+        b: int,
+        pairs: NDArray[np.integer],
+        *,
+        rest_m: Array,
+        stiffness: Array | float,
+        strength_n: float,
+    ) -> NDArray[np.int64]:
+        """New springs between pairs (n, 2) of vertices; call `rewire` after. Returns their rows.
+
+        Raises:
+            ValueError: there is no room left.
+        """
+        stiff = self.host("link_stiffness")[b]
+        free = np.flatnonzero(stiff == 0.0)[: len(pairs)]
+        if len(free) < len(pairs):
+            raise ValueError(f"tissue: no room for {len(pairs)} links (capacity {LINK_CAPACITY})")
+        self.host("link")[b, free] = pairs
+        self.host("link_rest")[b, free] = rest_m
+        self.host("link_strength")[b, free] = strength_n
+        stiff[free] = stiffness
+        return free
+
+    def duplicate(self, b: int, parents: Sequence[int]) -> None:
+        """Append a copy of each parent vertex, where it is and as fast as it is."""
+        n = self.n_vertex(b)
+        if len(parents) > self.spare_vertices(b):
+            raise ValueError(f"tissue: no spare vertices left (capacity {SPARE_VERTICES})")
+        new = slice(n, n + len(parents))
+        for name in (
+            "position",
+            "rest",
+            "velocity",
+            "contact_shape",
+            "surface",
+        ):
+            values = self.host(name)
+            values[b, new] = values[b, list(parents)]
+        self.host("contact_shape")[b, new] = -1
+        self.host("n_vertex")[b] = n + len(parents)
+        self._new_part(b, new)
+
+    def _new_part(self, b: int, vertices: slice) -> None:
+        """Vertices that the preconditioner moves together; on their own when there is no room."""
+        n = int(self.host("n_part")[b])
+        there_is_room = n < self.host("part_count").shape[1]
+        self.host("part")[b, vertices] = n if there_is_room else -1
+        self.host("n_part")[b] = n + there_is_room
+
+    def slide(self, b: int, vertices: Indices, towards: Indices, share: float) -> None:
+        """Move vertices along edges to others, by a share of them, at rest and now alike."""
+        for name in ("position", "velocity", "rest"):
+            values = self.host(name)[b]
+            values[vertices] += share * (values[towards] - values[vertices])
+        around = np.flatnonzero(np.isin(self.tets(b), vertices).any(axis=1))
+        self._shape_elements(b, around)
+
+    def _shape_elements(self, b: int, elements: NDArray[np.integer]) -> None:
+        """Rest shape matrices and volumes from the rest positions."""
+        rest = self.host("rest")[b].astype(np.float64)
+        corners = rest[self.tets(b)[elements]]
+        edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+        self.host("rest_inverse")[b, elements] = np.linalg.inv(edges)
+        self.host("volume")[b, elements] = signed_volumes(rest, self.tets(b)[elements])
+
+    def pattern(
+        self, b: int, n_vertex: int, tets: Indices, links: Indices
+    ) -> tuple[Indices, Indices, list[Indices]]:
+        """Matrix pattern (`block_pattern`) of a topology: elements, ties, links.
+
+        Raises:
+            ValueError: it has more blocks than there is room for.
+        """
+        row, column, slots = block_pattern(n_vertex, [tets, self.host("tie_corner")[b], links])
+        if len(column) >= self.host("column").shape[1]:
+            raise ValueError("tissue: the stiffness matrix outgrew its capacity")
+        return row, column, slots
+
+    def rewire(self, b: int) -> None:
+        """Rebuild matrix pattern, masses and touchable surface after a change of topology."""
+        n, tets = self.n_vertex(b), self.tets(b)
+        row, column, (tet, tie, link) = self.pattern(b, n, tets, self.host("link")[b])
+        self.host("row")[b, : n + 1] = row
+        self.host("column")[b, : len(column)] = column
+        n_part = int(self.host("n_part")[b])
+        first, start = skyline(n_part, self.host("part")[b], row, column)
+        self.host("factor_first")[b, :n_part] = first
+        self.host("factor_start")[b, : n_part + 1] = start
+        self.host("tet_slot")[b, : len(tet)] = tet
+        self.host("tie_slot")[b] = tie
+        self.host("link_slot")[b] = link
+        self.host("stiffness_holds")[b] = 0
+        self._weigh(b)
+        self._hold_still(b)
+        alive = self.host("tet_alive")[b, : len(tets)] != 0
+        faces, _ = boundary_faces(tets[alive])
+        surface = self.host("surface")[b]
+        surface[:] = 0
+        surface[np.unique(faces)] = 1
+        surface[self.host("covered")[b] != 0] = 0
+        surface[self._within_the_sac(b)] = 0
+        self.host("contact_shape")[b, surface == 0] = -1
+
+    def _within_the_sac(self, b: int) -> Indices:
+        """Vertices of tubes that are tied into the sac's wall, which is touched in their place."""
+        tied = self.host("tie_stiffness")[b] > 0.0
+        return self.host("tie_corner")[b][tied, 0]
+
+    def take_loose_from_parts(self, b: int) -> None:
+        """Pieces that hang on nothing belong to no rigid part of the preconditioner.
+
+        Their inertia is a millionth of their stiffness, less than the matrix's roundings: in their
+        rigid motion, which a part is, the solver would see those alone.
+        """
+        n, host = self.n_vertex(b), self.host
+        label = components(n, self.tets(b)[host("tet_alive")[b, : len(self.tets(b))] != 0])
+        ends = host("link")[b, host("link_stiffness")[b] > 0.0]
+        held = [
+            np.flatnonzero(self.organs[b].fixed),
+            host("tie_corner")[b, host("tie_stiffness")[b] > 0.0].ravel(),
+            host("anchor")[b, host("anchor_stiffness")[b] > 0.0],
+            ends[label[ends[:, 0]] != label[ends[:, 1]]].ravel(),
+        ]
+        loose = ~np.isin(label, label[np.concatenate(held)])
+        host("part")[b, :n][loose] = -1
+
+    def state(self) -> dict[str, NDArray]:
+        """A copy of everything that changes, topology included."""
+        return {name: part.copy() for name, part in self.parts().items()}
+
+    def parts(self) -> dict[str, NDArray]:
+        """What `state` copies."""
+        return {name: self.host(name) for name in STATE}
+
+    def restore(self, state: dict[str, NDArray]) -> None:
+        """Put back what `state` of this tissue returned; `World.check` tells whether it did."""
+        for name in STATE:
+            self.host(name)[:] = state[name]
+        for b in range(len(self.organs)):
+            self.rewire(b)
+        self.host("stiffness_holds")[:] = state["stiffness_holds"]
+        self._restore_stiffness.launch()
+
+    def elastic_energy_j(self) -> Array:
+        """(n_env,) elastic energy of elements and springs."""
+        total = np.zeros(len(self.organs))
+        for kernel in (elasticity.elastic_energy, springs.spring_energy):
+            out = wp.zeros(len(self.organs), dtype=wp.float64, device=self.device)
+            wp.launch(kernel, dim=len(self.organs), inputs=[self.arrays, out], device=self.device)
+            total += out.numpy()
+        return total
+
+    def volumes(self, b: int = 0) -> Array:
+        """(n_tet,) current volumes of the elements, m^3; negative when inverted."""
+        return signed_volumes(self.positions(b).astype(np.float64), self.tets(b))
+
+    def _fill(self, b: int, organ: Organ, stiffness_scale: float) -> None:
+        for name, value in starting_values(organ, stiffness_scale).items():
+            self.host(name)[(b, *(slice(n) for n in value.shape))] = value
+        self._shape_elements(b, np.arange(len(organ.tets)))
+        if len(organ.remnants):
+            ends = organ.vertices[organ.remnants]
+            self.add_links(
+                b,
+                organ.remnants,
+                rest_m=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+                stiffness=REMNANT_STIFFNESS,
+                strength_n=REMNANT_STRENGTH,
+            )
+
+    def _weigh(self, b: int) -> None:
+        """Lump each living element's mass on its corners."""
+        tets = self.tets(b)
+        quarter = DENSITY_KG_M3 * self.host("volume")[b, : len(tets)] / 4.0
+        quarter = np.where(self.host("tet_alive")[b, : len(tets)] != 0, quarter, 1.0e-12)
+        n = self.n_vertex(b)
+        self.host("mass")[b, :n] = np.bincount(
+            tets.ravel(), weights=np.repeat(quarter, 4), minlength=n
+        )
+
+    def _hold_still(self, b: int) -> None:
+        """Fix what the body holds, and vertices without living elements: those would fall for ever.
+
+        Nothing is tied or anchored to them any more.
+        """
+        tets, fixed = self.tets(b), self.host("fixed")[b]
+        lone = np.ones(len(fixed), bool)
+        lone[tets[self.host("tet_alive")[b, : len(tets)] != 0]] = False
+        fixed[:] = lone
+        fixed[: len(self.organs[b].fixed)] |= self.organs[b].fixed
+        self.host("tie_stiffness")[b, lone[self.host("tie_corner")[b]].any(axis=1)] = 0.0
+        self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0
+
+    def _record(self) -> None:
+        """Prepare the kernel launches."""
+        self._step = self._recorded(take_stages, *self._arguments(0, len(STAGES)))
+        self.stages: dict[str, Any] = {
+            name: self._recorded(take_stages, *self._arguments(k, k + 1))
+            for k, name in enumerate(STAGES)
+        }
+        viscosity = step_parameters(self.config).viscosity
+        self._restore_stiffness = self._recorded(assembly.restore_stiffness, self.arrays, viscosity)
+        self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MOST_STRETCH)
+
+    def _arguments(self, first: int, end: int) -> tuple[Any, ...]:
+        return self.arrays, self.shapes, step_parameters(self.config), first, end
+
+    def _recorded(self, kernel: Any, *inputs: Any) -> Any:
+        n_env = len(self.organs)
+        return wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
+
+
+def _views(arrays: Any, struct: Any) -> dict[str, NDArray]:
+    return {name: getattr(arrays, name).numpy() for name in struct.vars}

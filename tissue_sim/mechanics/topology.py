@@ -1,0 +1,118 @@
+"""Which vertex couples to which: block-CSR pattern, surface, and the parting of vertices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from tissue_sim.patient.mesher import Indices
+
+_FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
+
+
+def block_pattern(
+    n_vertex: int, groups: Sequence[Indices]
+) -> tuple[Indices, Indices, list[Indices]]:
+    """Block-CSR pattern of elements that couple all their vertices.
+
+    Args:
+        n_vertex: rows.
+        groups: one (n, k) array of vertex indices for each kind of element.
+
+    Returns:
+        row pointers (n_vertex + 1,), columns (n_block,) with each row's diagonal first, and for
+        each group the slots (n, k * k) of its blocks, row-major in its corners.
+    """
+    diagonal = np.arange(n_vertex)
+    first = [np.repeat(g, g.shape[1], axis=1).ravel() for g in groups]
+    second = [np.tile(g, (1, g.shape[1])).ravel() for g in groups]
+    i = np.concatenate([diagonal, *first]).astype(np.int64)
+    j = np.concatenate([diagonal, *second]).astype(np.int64)
+    key = i * (n_vertex + 1) + np.where(i == j, 0, j + 1)
+    unique, slot = np.unique(key, return_inverse=True)
+    rows, rest = unique // (n_vertex + 1), unique % (n_vertex + 1)
+    columns = np.where(rest == 0, rows, rest - 1).astype(np.int32)
+    row = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n_vertex))])
+    ends = np.cumsum([n_vertex, *(len(f) for f in first)])
+    slots = [
+        slot[a:b].reshape(len(g), g.shape[1] ** 2).astype(np.int32)
+        for a, b, g in zip(ends[:-1], ends[1:], groups, strict=True)
+    ]
+    return row.astype(np.int32), columns, slots
+
+
+def boundary_faces(tets: Indices) -> tuple[Indices, Indices]:
+    """Faces (n, 3) of one tetrahedron only, oriented outward, and the tetrahedron of each."""
+    faces = tets[:, _FACES].reshape(-1, 3)
+    owner = np.repeat(np.arange(len(tets)), 4)
+    ordered = np.sort(faces, axis=1).astype(np.int64)
+    key = (ordered[:, 0] << 42) | (ordered[:, 1] << 21) | ordered[:, 2]
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    lone = np.sort(first[count == 1])
+    return faces[lone].astype(np.int32), owner[lone].astype(np.int32)
+
+
+def components(n_vertex: int, tets: Indices) -> Indices:
+    """(n_vertex,) label of the connected part each vertex belongs to."""
+    i = np.repeat(tets[:, :1], 3, axis=1).ravel()
+    graph = coo_matrix((np.ones(i.size), (i, tets[:, 1:].ravel())), shape=(n_vertex, n_vertex))
+    return connected_components(graph, directed=False)[1].astype(np.int32)
+
+
+def part_vertices(
+    tets: Indices, severed: set[tuple[int, ...]], vertices: Sequence[int], n_vertex: int
+) -> tuple[Indices, list[int]]:
+    """Give each side of a severed surface its own vertices.
+
+    Around each of `vertices`, the incident tetrahedra that still hang together through a face
+    that is not severed stay on one vertex; every further group gets a new one.
+
+    Args:
+        tets: (n_tet, 4).
+        severed: faces, as sorted triples of vertices, that no longer join their tetrahedra.
+        vertices: where to look.
+        n_vertex: vertices so far; new ones are numbered from here.
+
+    Returns:
+        the new tets, and for each new vertex the one it came from.
+    """
+    tets = tets.copy()
+    old = tets.copy()
+    parents: list[int] = []
+    for v in vertices:
+        around = np.flatnonzero((old == v).any(axis=1))
+        for group in _groups(old[around], severed, v)[1:]:
+            chosen = around[group]
+            block = tets[chosen]
+            block[old[chosen] == v] = n_vertex + len(parents)
+            tets[chosen] = block
+            parents.append(int(v))
+    return tets, parents
+
+
+def _groups(tets: Indices, severed: set[tuple[int, ...]], v: int) -> list[list[int]]:
+    """Tetrahedra around v, grouped by faces through v that are not severed."""
+    by_face: dict[tuple[int, ...], list[int]] = {}
+    for e, tet in enumerate(tets.tolist()):
+        for corner in range(4):
+            face = tuple(sorted(tet[:corner] + tet[corner + 1 :]))
+            if v in face and face not in severed:
+                by_face.setdefault(face, []).append(e)
+    label = list(range(len(tets)))
+
+    def root(e: int) -> int:
+        while label[e] != e:
+            e = label[e]
+        return e
+
+    for shared in by_face.values():
+        if len(shared) == 2:
+            a, b = sorted((root(shared[0]), root(shared[1])))
+            label[b] = a
+    groups: dict[int, list[int]] = {}
+    for e in range(len(tets)):
+        groups.setdefault(root(e), []).append(e)
+    return [groups[k] for k in sorted(groups)]

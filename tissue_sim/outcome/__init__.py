@@ -1,0 +1,1 @@
+"""Whether a task has succeeded, read from the physical state only."""

@@ -1,0 +1,26 @@
+"""What lies between the right tool's jaws."""
+
+from __future__ import annotations
+
+from tissue_sim.frames import Array
+from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M, Tubes
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
+
+GALLBLADDER = "gallbladder"
+MOUTHS = {  # how far back from the tip the jaws act, and how wide
+    "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
+    "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
+}
+
+
+def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]:
+    """Names of the structures that the jaws would meet on, were they to close.
+
+    Seen a step ahead: what lies a little farther off may be there by then.
+    """
+    reach_m, width_m = MOUTHS[tool]
+    found = {t for t in tubes.organ.tubes if tubes.crossing(t, T_world_tool, reach_m)}
+    if tubes.sac_between(T_world_tool, reach_m, width_m, BETWEEN_HALF_GAP_M):
+        found.add(GALLBLADDER)
+    return frozenset(found)

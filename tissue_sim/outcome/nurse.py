@@ -1,0 +1,46 @@
+"""The scrub nurse: exchanges and reloads the right arm's tool, as a person does in SRT-H.
+
+The arm is drawn back through its port, gets what the next task needs, and returns to where it
+was. Policies pause meanwhile, and the time is counted apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_sim.frames import Array
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.world import World
+
+OUT_INSERTION_M = 0.05  # the tip is outside the field
+EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not what is studied
+
+
+def is_needed(world: World, tool: str, *, clip: bool) -> bool:
+    """Whether the right arm lacks the tool, or a clip to place."""
+    if world.arms.mounted[RIGHT_ARM].name != tool:
+        return True
+    return clip and not world.record.clip_loaded
+
+
+def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
+    """Joint targets, control step by control step, from commanded joints (2, 7) and back.
+
+    Where the other tool's wrist turns less far it comes back at its limit.
+    """
+    steps = round(EXCHANGE_S / world.config.control_step_s)
+    there = joints.copy()
+    there[RIGHT_ARM, 2] = min(OUT_INSERTION_M, joints[RIGHT_ARM, 2])
+    for k in range(steps):
+        yield _between(joints, there, (k + 1) / steps)
+    world.equip(tool)
+    there, back = world.arms.limited(there), world.arms.limited(joints)
+    for k in range(steps):
+        yield _between(there, back, (k + 1) / steps)
+
+
+def _between(start: Array, end: Array, share: float) -> JointCommand:
+    smooth = share * share * (3.0 - 2.0 * share)
+    return JointCommand(joints=start + np.clip(smooth, 0.0, 1.0) * (end - start))

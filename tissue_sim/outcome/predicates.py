@@ -1,0 +1,187 @@
+"""Has it been done? Predicates of the procedure, read from the physical state only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from tissue_sim.frames import Array
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure
+from tissue_sim.surgery.cut import Cut
+from tissue_sim.surgery.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n
+from tissue_sim.thresholds import (
+    CLIP_LEAST_GAP_M,
+    CLIP_MOST_SLIP_M,
+    CLIP_MOST_TILT_RAD,
+    CUFF_LEAST_M,
+    GRASP_HOLD_S,
+    GRASP_LEAST_TRACTION_N,
+    GRASP_MOST_JAW_RAD,
+    HELD_PINCH_N,
+    LUMEN_CLOSED,
+    RETRACTED_M,
+    SPREAD_LEAST_M,
+    TAUT_LEAST,
+)
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.world import World
+
+CLIPS_A_TUBE = 3
+
+
+def gallbladder_grasped(world: World) -> bool:
+    """The infundibulum held for a second, taut, without slip, the tubes spread."""
+    grasp = world.record.grasp
+    steady = world.record.time_s - grasp.since_s >= GRASP_HOLD_S
+    taut = grasp.traction_n >= GRASP_LEAST_TRACTION_N
+    return gallbladder_held(world) and steady and taut and tubes_spread(world.tubes)
+
+
+def gallbladder_held(world: World) -> bool:
+    """The infundibulum between closed jaws that press on it from both sides."""
+    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD)
+    infundibulum = world.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
+    tool = world.arms.T_world_tool()[LEFT_ARM]
+    pressed_n = min(inward_n(world.tissue, infundibulum, LEFT_FINGERS, tool))
+    return closed and pressed_n >= HELD_PINCH_N
+
+
+def grasper_pressed_n(world: World) -> float:
+    """Normal force (N) of the grasper's jaws on any tissue, inwards, the smaller of the two."""
+    everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
+    tool = world.arms.T_world_tool()[LEFT_ARM]
+    return min(inward_n(world.tissue, everything, LEFT_FINGERS, tool))
+
+
+def grasper_hooked(world: World) -> bool:
+    """A jaw presses tissue outwards, so that it hooks behind a fold when it is drawn back."""
+    return grasper_pressed_n(world) <= -HELD_PINCH_N
+
+
+def tubes_spread(tubes: Tubes) -> bool:
+    """Both tubes drawn straight, with room between their walls."""
+    return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_LEAST) and (
+        gap_m(tubes) >= SPREAD_LEAST_M
+    )
+
+
+def straightness(tubes: Tubes, tube: str) -> float:
+    """Distance between a tube's ends over its length at rest; above 1 when stretched."""
+    centres = tubes.centres(tube)
+    return float(np.linalg.norm(centres[-1] - centres[0]) / tubes.length_m[tube])
+
+
+def gap_m(tubes: Tubes) -> float:
+    """Smallest distance between the walls of duct and artery over their middle halves."""
+    duct, artery = (_middle(tubes.centres(t)) for t in TUBES)
+    apart = np.linalg.norm(duct[:, None] - artery[None], axis=-1).min()
+    return float(apart - sum(tubes.radius_m(t) for t in TUBES))
+
+
+def good_clips(world: World, tube: str) -> tuple[Clip, ...]:
+    """Clips on this tube alone, whole, square, apart from each other and closing it."""
+    placed: list[Clip] = []
+    for clip in world.record.clips:
+        if _well_placed(world.tubes, clip, tube) and _apart(clip, placed, tube):
+            placed.append(clip)
+    return tuple(placed)
+
+
+def clip_placed(world: World, tube: str, k: int) -> bool:
+    """The first k clips (1 to 3) are good, and in order: each further from the fixed end."""
+    stations = [_station(c, tube) for c in good_clips(world, tube)][:k]
+    return len(stations) == k and all(a < b for a, b in pairwise(stations))
+
+
+def right_arm_back(world: World) -> bool:
+    """The right tip at a distance from every tube, nothing between its jaws."""
+    tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
+    away = [np.linalg.norm(world.tubes.centres(t) - tip, axis=1) for t in world.organ.tubes]
+    distance = min(float(a.min()) for a in away)
+    touching = world.tissue.host("contact_shape")[0, : world.tissue.n_vertex()] >= 4
+    return distance >= RETRACTED_M and not touching.any()
+
+
+def tube_cut(world: World, tube: str) -> bool:
+    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut or torn."""
+    cuts = [c for c in world.record.cuts if c.tube == tube]
+    torn = any(t.tube == tube for t in world.record.tears)
+    clips = good_clips(world, tube)
+    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
+        return False
+    low, high = sorted(_station(c, tube) for c in clips)[1:3]
+    return _cuffs_m(cuts[0], low, high) >= CUFF_LEAST_M
+
+
+def tube_severed(world: World, tube: str) -> bool:
+    """Cut into two parts, well or badly."""
+    return any(c.tube == tube for c in world.record.cuts) and world.tubes.in_two_parts(tube)
+
+
+def stumps_hold(world: World) -> bool:
+    """Every clip that was on a tube still holds where it was set, and nothing leaks.
+
+    A clip that never was on a tube, dropped into the field, is counted but fails nothing.
+    """
+    clips = world.record.clips
+    firm = not any(c.came_off or c.slid_m > CLIP_MOST_SLIP_M for c in clips)
+    return firm and not world.record.leaks
+
+
+def procedure_flags(world: World) -> dict[str, bool]:
+    """What of the procedure is done in the world's state now, whatever came before."""
+    flags = {"gallbladder grasped": gallbladder_grasped(world)}
+    for side in ("left", "right"):
+        tube = world.anatomy.structure(side)
+        for k in range(1, CLIPS_A_TUBE + 1):
+            flags[f"{side} clip {k}"] = clip_placed(world, tube, k)
+        flags[f"{side} cut"] = tube_cut(world, tube)
+    flags["right arm back"] = right_arm_back(world)
+    flags["no injury"] = not world.record.injuries
+    return flags
+
+
+def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
+    crossing = clip.on(tube)
+    return (
+        crossing is not None
+        and not clip.lost
+        and len(clip.crossings) == 1
+        and all(clip.complete)
+        and not clip.on_sac
+        and crossing.tilt_rad <= CLIP_MOST_TILT_RAD
+        and closure(tubes, clip, tube) < LUMEN_CLOSED
+        and _edge_m(tubes, clip, tube) >= CUFF_LEAST_M
+    )
+
+
+def _edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
+    """From the clip's nearer edge to the end of the tube."""
+    s = _station(clip, tube)
+    return min(s, tubes.length_m[tube] - s) - 0.5 * CLIP_WIDTH_M
+
+
+def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:
+    least = CLIP_LEAST_GAP_M + CLIP_WIDTH_M
+    return all(abs(_station(clip, tube) - _station(p, tube)) >= least for p in placed)
+
+
+def _station(clip: Clip, tube: str) -> float:
+    crossing = clip.on(tube)
+    if crossing is None:
+        raise ValueError(f"clip {clip.number} is not on the {tube}")
+    return crossing.station_m
+
+
+def _cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
+    """Length of the shorter stump beyond its clip; negative when the cut is not between them."""
+    return min(cut.station_m - low_m, high_m - cut.station_m) - 0.5 * CLIP_WIDTH_M
+
+
+def _middle(centres: Array) -> Array:
+    n = len(centres)
+    return centres[n // 4 : n - n // 4]

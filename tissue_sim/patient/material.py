@@ -1,0 +1,74 @@
+"""What the tissue is made of: moduli by region.
+
+Young's moduli are effective ones of a mesh whose walls are thicker than the real ones. Shear
+moduli of the sheet (gallbladder 85 kPa, bile duct 166 kPa, hepatic artery 210 kPa, E about 3 G)
+are scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for
+the sac's body, 0.7 for the duct, 0.5 for the artery). Bile and lumen are soft fill: they carry the
+contents' volume and keep opposite walls from passing through each other.
+
+What a solid gallbladder misses, which a hollow wall under bile pressure would show: the wall is not
+taut at rest, so it does not gape when it opens, nor does the sac go slack as it empties (only the
+leak ends); the bile does not flow away from the jaws, so a pinch feels the filling rather than two
+walls upon each other; a fold of wall cannot be lifted alone. Walls are linear where real ones
+stiffen: real stress at a given stretch is not known, and the gallbladder's wall is therefore torn
+by its stretch, not by its strength (2.5 MPa), which this material would reach at a stretch of ten.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_sim.frames import Array
+from tissue_sim.patient.mesher import Indices
+
+DENSITY_KG_M3 = 1000.0  # water
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Isotropic elasticity."""
+
+    young_pa: float
+    poisson: float
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """mu and lambda of the fixed-corotated energy, Pa."""
+        mu = self.young_pa / (2 * (1 + self.poisson))
+        lam = self.young_pa * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
+        return mu, lam
+
+
+MATERIALS = {
+    "gallbladder wall": Material(young_pa=68e3, poisson=0.45),
+    "bile": Material(young_pa=4e3, poisson=0.45),  # assumed
+    "duct wall": Material(young_pa=285e3, poisson=0.45),
+    "duct lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "artery wall": Material(young_pa=500e3, poisson=0.45),
+    "artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "second artery wall": Material(young_pa=500e3, poisson=0.45),
+    "second artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+}
+
+WALL_THICKNESS_M = {  # real, assumed
+    "gallbladder": 1.0e-3,
+    "duct": 0.4e-3,
+    "artery": 0.4e-3,
+    "second artery": 0.4e-3,
+}
+SAC_MESH_WALL_M = 3.75e-3  # for which the gallbladder wall's modulus is scaled
+
+TIE_STIFFNESS = 400.0  # N/m a vertex, assumed: as stiff as the walls it joins
+TIE_STRENGTH = 1.5  # N a vertex, assumed
+ANCHOR_STIFFNESS = 60.0  # N/m a vertex, assumed: loose connective tissue
+ANCHOR_STRENGTH = 1.2  # N a vertex, assumed
+REMNANT_STIFFNESS = 20.0  # N/m a strand, assumed
+REMNANT_STRENGTH = 0.15  # N a strand, assumed
+
+
+def lame_of(region: Indices, names: tuple[str, ...], scale: float) -> tuple[Array, Array]:
+    """mu and lambda (n_tet,) of every tetrahedron, Pa, with stiffness multiplied by `scale`."""
+    table = np.array([MATERIALS[name].lame for name in names]) * scale
+    return table[region, 0], table[region, 1]

@@ -1,0 +1,328 @@
+"""Gallbladder, cystic duct and cystic artery as one connected finite-element system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from tissue_sim.frames import Array, unit
+from tissue_sim.patient.anatomy import Anatomy, Artery
+from tissue_sim.patient.axes import AWAY, RIGHT, UP, field_point
+from tissue_sim.patient.mesh_checks import require_sound_elements
+from tissue_sim.patient.mesher import Indices, Sweep, subdivided, sweep
+
+REGIONS = (
+    "gallbladder wall",
+    "bile",
+    "duct wall",
+    "duct lumen",
+    "artery wall",
+    "artery lumen",
+    "second artery wall",
+    "second artery lumen",
+)
+TUBES = ("duct", "artery")  # those of the procedure, in every organ; `Organ.tubes` are all
+
+NECK_UP_M = 0.008  # where the neck stands in the field
+RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
+INFUNDIBULUM_M = 0.015  # the part of the sac, from the neck, that is free of the liver
+FUNDUS_SPACING_M = 0.010
+INFUNDIBULUM_SEGMENTS = 6
+EMBEDDED_M = 0.004  # how deep a tube's end reaches into the sac
+SAC_SECTORS, TUBE_SECTORS = 10, 6
+SAC_LUMEN, TUBE_LUMEN = 0.75, 0.5  # inner over outer radius
+FAT_SPREAD = (0.25, 0.9)  # where fat joins the tubes, over their length from the fixed end
+BED_CLEARANCE = 0.82  # bed plane's distance from the axis over the body's radius: pressed in
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiverBed:
+    """The plane the gallbladder lies on, from `edge_m` upward; tissue is on its +normal side."""
+
+    point_m: Array
+    normal: Array
+    along: Array
+    edge_m: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Organ:
+    """The rest mesh and what holds it.
+
+    Attributes:
+        vertices: (n_vertex, 3), world frame, m.
+        tets: (n_tet, 4).
+        region: (n_tet,), index into `REGIONS`.
+        fixed: (n_vertex,), held by the body: the far ends of the tubes.
+        rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; from the fixed end up.
+        neck_ring: tube name -> index of the ring where the tube leaves the sac.
+        sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
+        tie_vertex: (n_tie,), tube vertices tied into the sac.
+        tie_corners: (n_tie, 4), corners of the sac's tetrahedron; tie_weights: their weights.
+        bed_vertices: (n_bed,), sac vertices held to the liver by connective tissue.
+        remnants: (n_remnant, 2), pairs of vertices joined by leftover strands, those of fat last.
+        bed: the liver bed.
+    """
+
+    vertices: Array
+    tets: Indices
+    region: Indices
+    fixed: NDArray[np.bool_]
+    rings: dict[str, Indices]
+    neck_ring: dict[str, int]
+    sac_rings: Indices
+    tie_vertex: Indices
+    tie_corners: Indices
+    tie_weights: Array
+    bed_vertices: Indices
+    remnants: Indices
+    bed: LiverBed
+
+    @property
+    def tubes(self) -> tuple[str, ...]:
+        """Names of its tubes; the procedure's `TUBES` come first."""
+        return tuple(self.rings)
+
+
+def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
+    """Mesh the anatomy. Pure: the same anatomy gives the same mesh.
+
+    Args:
+        anatomy: the patient.
+        refinement: parts into which each edge along and around the world's mesh is cut, for the
+            study of convergence; what holds a vertex (ties, anchors) then holds more of them.
+
+    Raises:
+        ValueError: a part is so sharply bent that an element is inverted or flat.
+    """
+    side = -1.0 if anatomy.artery_on_left else 1.0
+    axis, radius = _sac_profile(anatomy)
+    sac = sweep(
+        subdivided(axis, refinement),
+        subdivided(radius, refinement),
+        sectors=refinement * SAC_SECTORS,
+        lumen=SAC_LUMEN,
+    )
+    lines = {"duct": _duct_centreline(anatomy, side)}
+    diameters = {"duct": anatomy.duct_diameter_m}
+    for name, artery in anatomy.arteries.items():
+        lines[name] = _artery_centreline(artery, side, axis, radius)
+        diameters[name] = artery.diameter_m
+    tubes = {
+        name: sweep(
+            subdivided(line, refinement),
+            np.full(refinement * (len(line) - 1) + 1, 0.5 * diameters[name]),
+            sectors=refinement * TUBE_SECTORS,
+            lumen=TUBE_LUMEN,
+        )
+        for name, (line, _) in lines.items()
+    }
+    necks = {name: refinement * neck for name, (_, neck) in lines.items()}
+    return _join(anatomy, sac, tubes, necks, axis, refinement)
+
+
+def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
+    """The sac's axis (n, 3) from neck to fundus, and its radius (n,)."""
+    length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
+    n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
+    stations = np.concatenate(
+        [
+            np.arange(INFUNDIBULUM_SEGMENTS) * INFUNDIBULUM_M / INFUNDIBULUM_SEGMENTS,
+            np.linspace(INFUNDIBULUM_M, length, n_body + 1),
+        ]
+    )
+    neck = max(0.65 * anatomy.duct_diameter_m, 0.0024)
+    knots = [0.0, 0.005, 0.012, 0.4 * length, 0.65 * length, 0.9 * length, length]
+    sizes = [neck, *(width * share for share in (0.13, 0.20, 0.46, 0.5, 0.36, 0.12))]
+    radius = PchipInterpolator(knots, sizes)(stations)
+    fine = np.linspace(0.0, length, 400)
+    tilt = anatomy.bed_tilt_rad * _smoothstep((fine - 0.006) / 0.025)
+    heading = np.cos(tilt)[:, None] * UP + np.sin(tilt)[:, None] * AWAY
+    curve = np.cumsum(heading * (fine[1] - fine[0]), axis=0) - heading[0] * (fine[1] - fine[0])
+    axis = np.stack([np.interp(stations, fine, curve[:, k]) for k in range(3)], axis=1)
+    return axis + field_point(0.0, NECK_UP_M, 0.0), radius
+
+
+def _duct_centreline(anatomy: Anatomy, side: float) -> tuple[Array, int]:
+    """Rings from the common bile duct to inside the neck, and the ring at the neck."""
+    neck = field_point(0.0, NECK_UP_M, 0.0)
+    down = -np.cos(anatomy.duct_angle_rad) * UP
+    heading = down - side * np.sin(anatomy.duct_angle_rad) * RIGHT
+    return _tube_centreline(
+        neck,
+        neck + EMBEDDED_M * UP,
+        heading,
+        anatomy.duct_length_m,
+        anatomy.duct_slack,
+        -side * RIGHT,
+    )
+
+
+def _artery_centreline(
+    artery: Artery, side: float, axis: Array, radius: Array
+) -> tuple[Array, int]:
+    """Rings from the hepatic artery to inside the sac's wall, and the ring at the wall."""
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1))])
+    at = artery.insertion_m
+    centre = np.array([np.interp(at, arc, axis[:, k]) for k in range(3)])
+    outward = np.cos(artery.turn_rad) * side * RIGHT - np.sin(artery.turn_rad) * AWAY
+    wall = centre + float(np.interp(at, arc, radius)) * outward
+    heading = -np.cos(artery.angle_rad) * UP + side * np.sin(artery.angle_rad) * RIGHT
+    heading = unit(heading + artery.depth_m / artery.length_m * AWAY)
+    inside = wall - EMBEDDED_M * unit(outward - 0.4 * UP)
+    return _tube_centreline(wall, inside, heading, artery.length_m, artery.slack, outward)
+
+
+def _tube_centreline(
+    joint: Array, inside: Array, heading: Array, length: float, slack: float, bow: Array
+) -> tuple[Array, int]:
+    """A slightly bowed line of the given length below the joint, and a stub inside the sac."""
+    chord = length * (1.0 - slack)
+    sagitta = np.sqrt(0.375 * chord * (length - chord))  # arc = chord + 8 sagitta^2 / (3 chord)
+    n = int(np.ceil(length / RING_SPACING_M))
+    t = np.linspace(1.0, 0.0, n + 1)[:, None]
+    bow = unit(bow - (bow @ heading) * heading)
+    line = joint + t * chord * heading + 4 * sagitta * t * (1 - t) * bow
+    stub = joint + np.linspace(0, 1, 3)[1:, None] * (inside - joint)
+    return np.concatenate([line, stub]), n
+
+
+def _join(
+    anatomy: Anatomy,
+    sac: Sweep,
+    tubes: dict[str, Sweep],
+    neck_ring: dict[str, int],
+    axis: Array,
+    refinement: int,
+) -> Organ:
+    """Number the parts in one system and find what holds them together."""
+    parts = {"gallbladder": sac, **tubes}
+    for name, part in parts.items():
+        require_sound_elements(part.vertices, part.tets, name)
+    ends = np.cumsum([len(p.vertices) for p in parts.values()])
+    starts = dict(zip(parts, [0, *ends[:-1]], strict=True))
+    vertices = np.concatenate([p.vertices for p in parts.values()])
+    tets = np.concatenate([p.tets + starts[n] for n, p in parts.items()]).astype(np.int32)
+    region = np.concatenate(
+        [2 * k + p.in_lumen.astype(np.int32) for k, p in enumerate(parts.values())]
+    ).astype(np.int32)
+    rings = {n: (p.rings + starts[n]).astype(np.int32) for n, p in tubes.items()}
+    fixed = np.zeros(len(vertices), bool)
+    for ring in rings.values():
+        fixed[ring[0]] = True
+    tie_vertex = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
+    corners, weights = _embed(vertices[tie_vertex], vertices, sac.tets)
+    bed = _liver_bed(anatomy, axis)
+    return Organ(
+        vertices=vertices,
+        tets=tets,
+        region=region,
+        fixed=fixed,
+        rings=rings,
+        neck_ring=neck_ring,
+        sac_rings=sac.rings,
+        tie_vertex=tie_vertex.astype(np.int32),
+        tie_corners=corners,
+        tie_weights=weights,
+        bed_vertices=_bed_vertices(vertices, sac.rings, bed, refinement),
+        remnants=np.concatenate(
+            [
+                _remnants(anatomy, rings, refinement),
+                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings),
+            ]
+        ),
+        bed=bed,
+    )
+
+
+def _embed(points: Array, vertices: Array, tets: Indices) -> tuple[Indices, Array]:
+    """For each point the tetrahedron it lies in (or is nearest to) and barycentric weights."""
+    corners = vertices[tets]  # (n_tet, 4, 3)
+    edges = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    local = np.einsum("tij,ptj->pti", edges, points[:, None] - corners[None, :, 0])
+    weights = np.concatenate([1 - local.sum(-1, keepdims=True), local], axis=-1)
+    best = np.argmax(weights.min(-1), axis=1)  # the least outside
+    return tets[best], weights[np.arange(len(points)), best]
+
+
+def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
+    tilt = anatomy.bed_tilt_rad
+    along = np.cos(tilt) * UP + np.sin(tilt) * AWAY
+    normal = np.sin(tilt) * UP - np.cos(tilt) * AWAY
+    middle = axis[len(axis) * 2 // 3]
+    point = middle - BED_CLEARANCE * 0.5 * anatomy.gallbladder_width_m * normal
+    return LiverBed(
+        point_m=point,
+        normal=normal,
+        along=along,
+        edge_m=-0.20 * anatomy.gallbladder_length_m,
+    )
+
+
+def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int) -> Indices:
+    """The outer vertices of the body and fundus that face the liver."""
+    body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
+    outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()
+    offset = vertices[outer] - bed.point_m
+    lies = (offset @ bed.normal < 0.006) & (offset @ bed.along > bed.edge_m)
+    return outer[lies].astype(np.int32)
+
+
+def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
+    """Strands left by the dissection between duct and artery, near the sac."""
+    outer = {
+        name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
+        for name, r in rings.items()
+    }
+    rng = np.random.default_rng([0x57A2D, anatomy.seed])
+    pairs = [
+        (
+            int(rng.choice(outer["duct"][-5 - int(rng.integers(0, 2))])),
+            int(rng.choice(outer["artery"][-4 - int(rng.integers(0, 2))])),
+        )
+        for _ in range(anatomy.remnants)
+    ]
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _fat_strands(
+    anatomy: Anatomy,
+    vertices: Array,
+    rings: dict[str, Indices],
+    neck_ring: dict[str, int],
+    sac_rings: Indices,
+) -> Indices:
+    """Strands across Calot's triangle: two of three from duct to artery, the third to the sac."""
+    rng = np.random.default_rng([0xFA7, anatomy.seed])
+    pairs = []
+    for k in range(anatomy.fat_strands):
+        share = rng.uniform(*FAT_SPREAD)
+        walls = {
+            tube: rings[tube][round(share * neck_ring[tube]), 1 + TUBE_SECTORS :] for tube in TUBES
+        }
+        if k % 3 == 2:
+            tube = TUBES[k // 3 % 2]
+            near = rings[tube][neck_ring[tube] - int(rng.integers(2, 6)), 1 + TUBE_SECTORS :]
+            sac = sac_rings[1 : INFUNDIBULUM_SEGMENTS - 1, 1 + SAC_SECTORS :].ravel()
+            pairs.append(_facing(vertices, near, sac, rng))
+        else:
+            pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _facing(
+    vertices: Array, first: Indices, second: Indices, rng: np.random.Generator
+) -> tuple[int, int]:
+    """One of the four shortest ways from some vertices to others."""
+    apart = np.linalg.norm(vertices[first][:, None] - vertices[second][None], axis=-1)
+    chosen = np.argsort(apart, axis=None)[int(rng.integers(0, 4))]
+    i, j = np.unravel_index(chosen, apart.shape)
+    return int(first[i]), int(second[j])
+
+
+def _smoothstep(x: Array) -> Array:
+    x = np.clip(x, 0.0, 1.0)
+    return x * x * (3.0 - 2.0 * x)

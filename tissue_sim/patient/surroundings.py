@@ -1,0 +1,81 @@
+"""Where the rigid parts around the field are: liver surface, common bile duct, hepatic artery.
+
+For drawing and for safety alike. World frame, metres, the body at its anatomical place.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_sim.frames import Array, unit
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.axes import AWAY, field_point
+from tissue_sim.patient.organ import Organ
+
+FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
+LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
+COMMON_DUCT_RADIUS_M = 0.0032
+GRID_M = 0.006  # spacing of surfaces' points
+
+
+def relief_rng(anatomy: Anatomy) -> np.random.Generator:
+    """The patient's own waves and lumps: the liver draws first."""
+    return np.random.default_rng([0x5CE4E, anatomy.seed])
+
+
+def liver_points(organ: Organ, anatomy: Anatomy, rng: np.random.Generator) -> Array:
+    """A lumpy slab from the bed's lower edge upward, hollowed where the gallbladder lies.
+
+    Returns:
+        (n, m, 3) a grid of points; outside is the side of rows x columns.
+    """
+    bed, half_width_m = organ.bed, 0.5 * anatomy.gallbladder_width_m
+    across = np.cross(bed.normal, bed.along)
+    lateral = np.arange(-0.125, 0.1251, GRID_M)
+    arc = np.linspace(-np.pi / 2 - 0.5, 0.0, 13)  # round the edge from below
+    edge = [(LIVER_EDGE_M * np.sin(t), LIVER_EDGE_M * (np.cos(t) - 1)) for t in arc]
+    flat = [(s, 0.0) for s in np.arange(GRID_M, 0.17, GRID_M)]
+    under = [(-LIVER_EDGE_M + 0.03, -0.075), (-LIVER_EDGE_M + 0.006, -0.035)]
+    s, h = np.array([*under, *edge, *flat]).T
+    s = s[:, None] + bed.edge_m + LIVER_EDGE_M + 0.004 * waves(lateral, 0.045, rng)
+    shoulder = np.clip((np.abs(lateral) - 0.75 * half_width_m) / 0.035, 0.0, 1.0)
+    shoulder = 0.011 * shoulder**2 * (3 - 2 * shoulder)
+    lump = 0.0011 * waves(lateral, 0.03, rng) * waves(s[:, 0] + 0.1, 0.037, rng)[:, None]
+    height = h[:, None] - 0.0012 + shoulder + lump - 1.2 * np.maximum(np.abs(lateral) - 0.085, 0)
+    return (
+        bed.point_m
+        + s[..., None] * bed.along
+        + lateral[:, None] * across
+        + height[..., None] * bed.normal
+    )
+
+
+def common_duct_line(organ: Organ, anatomy: Anatomy) -> Array:
+    """(n, 3) centreline; the fixed end of the cystic duct lies on its wall."""
+    side = -1.0 if anatomy.artery_on_left else 1.0
+    end, next_to_it = organ.vertices[organ.rings["duct"][:2, 0]]
+    line = _through_end(organ, "duct", (-0.9 * side, 0.1), (0.3 * side, -0.9))
+    return line - COMMON_DUCT_RADIUS_M * unit(next_to_it - end)
+
+
+def hepatic_artery_line(organ: Organ, anatomy: Anatomy, tube: str) -> Array:
+    """(n, 3) centreline of the artery that a tube branches off from."""
+    side = -1.0 if anatomy.artery_on_left else 1.0
+    return _through_end(organ, tube, (0.85 * side, 0.35), (-0.15 * side, -0.9))
+
+
+def _through_end(
+    organ: Organ, tube: str, up: tuple[float, float], down: tuple[float, float]
+) -> Array:
+    """A line (n, 3) through a tube's fixed end that dives into the fat both ways (right, up)."""
+    end = organ.vertices[organ.rings[tube][0, 0]]
+    t = np.linspace(-1.0, 1.0, 31)[:, None]
+    aside = np.where(t < 0, field_point(*up, 0.0), field_point(*down, 0.0))
+    dive = FAT_BEHIND_M + 0.007 - end @ AWAY
+    return end + 0.034 * np.abs(t) * aside + (0.35 * np.abs(t) + 0.65 * t**2) * dive * AWAY
+
+
+def waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:
+    """A smooth random wave over x, of about unit height."""
+    phase, stretch = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.7, 1.5, 3)
+    return np.sin(2 * np.pi * x[:, None] / (length_m * stretch) + phase).sum(axis=1) / 1.8

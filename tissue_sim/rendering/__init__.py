@@ -1,0 +1,1 @@
+"""How the field looks: surfaces, textures and light for cameras."""

@@ -1,0 +1,75 @@
+"""Things to draw in a SAPIEN scene: a triangle surface, wet or dull, that may move or change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+from tissue_sim.rendering.textures import Look, material
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface:
+    """A closed or open triangle surface.
+
+    Attributes:
+        points: (n, 3), m.
+        normals: (n, 3), unit.
+        triangles: (n_triangle, 3), seen from the side they turn about counter-clockwise.
+        uv: (n, 2) place in the texture; zeros where there is none.
+    """
+
+    points: NDArray[np.floating]
+    normals: NDArray[np.floating]
+    triangles: NDArray[np.integer]
+    uv: NDArray[np.floating]
+
+
+class Drawn:
+    """One named entity in the scene. It has no body: physics does not know of it."""
+
+    def __init__(self, scene: sapien.Scene, name: str, look: Look) -> None:
+        self._scene, self._material = scene, material(look)
+        self._component: sapien.render.RenderBodyComponent | None = None
+        self.entity = sapien.Entity()
+        self.entity.name = name
+        scene.add_entity(self.entity)
+
+    def show(self, surface: Surface) -> None:
+        """Draw this surface from now on. The renderer's meshes cannot change, so swap them."""
+        component = sapien.render.RenderBodyComponent()
+        component.attach(
+            sapien.render.RenderShapeTriangleMesh(
+                np.ascontiguousarray(surface.points, np.float32),
+                np.ascontiguousarray(surface.triangles, np.uint32),
+                np.ascontiguousarray(surface.normals, np.float32),
+                np.ascontiguousarray(surface.uv, np.float32),
+                self._material,
+            )
+        )
+        self.hide()
+        self.entity.add_component(component)
+        self._component = component
+
+    def keep(self, surface: Surface) -> None:
+        """Draw this surface unless one is drawn already: for what only moves."""
+        if self._component is None:
+            self.show(surface)
+
+    def hide(self) -> None:
+        """Draw nothing until shown again."""
+        if self._component is not None:
+            self.entity.remove_component(self._component)
+            self._component = None
+
+    def move(self, T_world_surface: Array) -> None:
+        """Put the surface's frame somewhere."""
+        self.entity.set_pose(sapien.Pose(T_world_surface))
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._scene.remove_entity(self.entity)

@@ -1,0 +1,61 @@
+"""The clips in the field, and the one that waits between the applier's jaws."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+
+from tissue_sim.frames import Array, pose
+from tissue_sim.rendering.clip_shape import HALF_TURN, LOOK, leg
+from tissue_sim.rendering.drawing import Drawn
+from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.surgery.clip import T_world_clip
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import PATCH_LINKS
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+
+class DrawnClips:
+    """Two legs a clip, the held ones and those that lie in the field."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._legs = [
+            (Drawn(scene, "clip", LOOK), Drawn(scene, "clip", LOOK)) for _ in range(MOST_CLIPS + 1)
+        ]
+
+    def update(self, world: World) -> None:
+        """Draw every clip where it is."""
+        places = T_world_legs(world)
+        for k, legs in enumerate(self._legs):
+            for side, drawn in enumerate(legs):
+                if k < len(places):
+                    drawn.keep(leg())
+                    drawn.move(places[k][side])
+                else:
+                    drawn.hide()
+
+
+def T_world_legs(world: World) -> list[tuple[Array, Array]]:
+    """Poses of both legs of each clip: of those that closed last, and of the loaded one."""
+    clips = world.record.clips[-MOST_CLIPS:]
+    places = [legs_of_latched(T_world_clip(world.tubes, clip)) for clip in clips]
+    if world.record.clip_loaded and world.arms.mounted[RIGHT_ARM].name == "clip_applier":
+        places.append(_legs_of_loaded(world))
+    return places
+
+
+def legs_of_latched(T_world_clip: Array) -> tuple[Array, Array]:
+    """Poses of both legs of a closed clip."""
+    return T_world_clip, T_world_clip @ HALF_TURN
+
+
+def _legs_of_loaded(world: World) -> tuple[Array, Array]:
+    """Poses of both legs in the grooves of the applier's fingers."""
+    T_world_link = world.arms.contact_shapes().T_world_link
+    first = RIGHT_ARM * len(PATCH_LINKS) + PATCH_LINKS.index("finger_plus")
+    tip = pose(np.eye(3), np.array([0.0, 0.0, world.arms.mounted[RIGHT_ARM].yaw_to_tip_m]))
+    return T_world_link[first] @ tip, T_world_link[first + 1] @ tip @ HALF_TURN

@@ -1,0 +1,93 @@
+"""Bile and blood where it leaks: a spot on the opening and drops that fall from it.
+
+Each drop holds what leaks until the next one falls, so that its size shows the rate.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+
+from tissue_sim.frames import Array
+from tissue_sim.rendering.drawing import Drawn, Surface
+from tissue_sim.rendering.shapes import drop, joined
+from tissue_sim.rendering.textures import Look
+from tissue_sim.surgery.leak import Leak
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+FALL_M = 0.014
+DROPS = 4
+PERIOD_S = 0.8
+MOST_RADIUS_M = 0.003  # a drop that is larger falls apart
+_BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
+_BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
+LEAK_LOOKS = {
+    "duct": _BILE,
+    "gallbladder": _BILE,
+    "artery": _BLOOD,
+    "second artery": _BLOOD,
+}
+
+
+class DrawnLeaks:
+    """One surface for each structure that may leak."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._drawn = {
+            name: Drawn(scene, f"{name} leak", look) for name, look in LEAK_LOOKS.items()
+        }
+
+    def update(self, world: World) -> None:
+        """Draw what leaks now."""
+        surfaces = leak_surfaces(world)
+        for name, drawn in self._drawn.items():
+            if name in surfaces:
+                drawn.show(surfaces[name])
+            else:
+                drawn.hide()
+
+
+def leak_surfaces(world: World) -> dict[str, Surface]:
+    """What runs out of each structure that leaks."""
+    wet: dict[str, list[Surface]] = {}
+    for leak in world.record.leaks:
+        wet.setdefault(leak.structure, []).append(_wet(world, leak))
+    return {structure: joined(surfaces) for structure, surfaces in wet.items()}
+
+
+def _wet(world: World, leak: Leak) -> Surface:
+    """A blob over the opening and falling drops, larger the more leaks."""
+    radius = drop_radius_m(leak.rate_m3_s)
+    phase = world.record.time_s / PERIOD_S % 1.0
+    centre = _mouth(world, leak)
+    down = np.array([0.0, 0.0, -1.0])
+    spot = drop(centre, np.full(3, _mouth_radius_m(world, leak)))
+    fallen = (np.arange(DROPS) + phase) / DROPS
+    falling = [
+        drop(centre + f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4])) for f in fallen
+    ]
+    return joined([spot, *falling])
+
+
+def drop_radius_m(rate_m3_s: float) -> float:
+    """Of a ball that holds what leaks from one drop to the next."""
+    volume = rate_m3_s * PERIOD_S / DROPS
+    return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MOST_RADIUS_M)
+
+
+def _mouth_radius_m(world: World, leak: Leak) -> float:
+    if leak.structure == "gallbladder":
+        return MOST_RADIUS_M
+    return 1.15 * world.tubes.radius_m(leak.structure)
+
+
+def _mouth(world: World, leak: Leak) -> Array:
+    """The middle of the leaking opening (3,), world frame."""
+    if leak.structure == "gallbladder":
+        return world.sac.hole_centre()
+    rings = world.tubes.below if leak.side == "body" else world.tubes.above
+    return world.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

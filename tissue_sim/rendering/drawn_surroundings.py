@@ -1,0 +1,119 @@
+"""What lies around the field and does not deform: liver, fat, bile duct, hepatic artery, cavity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+from scipy.spatial import KDTree
+
+from tissue_sim.frames import pose
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.axes import AWAY, RIGHT, UP
+from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.surroundings import (
+    COMMON_DUCT_RADIUS_M,
+    FAT_BEHIND_M,
+    GRID_M,
+    common_duct_line,
+    hepatic_artery_line,
+    liver_points,
+    relief_rng,
+    waves,
+)
+from tissue_sim.rendering.drawing import Drawn, Surface
+from tissue_sim.rendering.shapes import drop, joined, pipe, sheet
+from tissue_sim.rendering.textures import TILE_M, Look
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+LOBULE_M = 0.010  # a lobule of fat
+FAT_TILE_M = 0.055
+CAVITY_RADIUS_M = 0.28
+
+
+class DrawnSurroundings:
+    """The same from a patient's first step to the last; it moves with the body."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._scene = scene
+        self._organ: Organ | None = None
+        self._drawn: list[Drawn] = []
+
+    def update(self, world: World) -> None:
+        """Draw another patient's surroundings, when it is another, where the body is now."""
+        if world.organ is not self._organ:
+            self._renew(world)
+        for drawn in self._drawn:
+            drawn.move(pose(np.eye(3), world.body.offset_m))
+
+    def _renew(self, world: World) -> None:
+        self._organ = world.organ
+        for drawn in self._drawn:
+            drawn.remove()
+        self._drawn = []
+        for name, (surface, look) in surroundings(world.organ, world.anatomy).items():
+            self._drawn.append(Drawn(self._scene, name, look))
+            self._drawn[-1].show(surface)
+
+
+def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Look]]:
+    """All surfaces, world frame, by name."""
+    rng = relief_rng(anatomy)
+    red, green, blue = anatomy.duct_colour
+    return {
+        "liver": (
+            sheet(liver_points(organ, anatomy, rng), TILE_M),
+            Look(colour=anatomy.liver_colour, mottle=0.13, relief=0.10, grain=22, specular=0.7,
+                 roughness=0.33),
+        ),
+        "fat": (
+            fat(rng),
+            Look(colour=(0.78, 0.52, 0.17), mottle=0.06, vessels=0.30, relief=0.035, grain=14,
+                 lobules=0.42, roughness=0.38, specular=0.4),
+        ),
+        "common bile duct": (
+            pipe(common_duct_line(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
+            Look(colour=(0.8 * red, 0.82 * green, 0.8 * blue), mottle=0.1, vessels=0.2,
+                 relief=0.10),
+        ),
+        "hepatic artery": (
+            joined(
+                [
+                    pipe(hepatic_artery_line(organ, anatomy, tube), 0.8 * artery.diameter_m, TILE_M)
+                    for tube, artery in anatomy.arteries.items()
+                ]
+            ),
+            Look(colour=anatomy.artery_colour, mottle=0.1, relief=0.10),
+        ),
+        "cavity": (
+            _inside_out(drop(np.zeros(3), np.full(3, CAVITY_RADIUS_M))),
+            Look(colour=(0.42, 0.12, 0.08), roughness=0.6, glow=0.02),
+        ),
+    }  # fmt: skip
+
+
+def fat(rng: np.random.Generator) -> Surface:
+    """Lobulated fat behind the tubes, which comes nearer below and at the sides."""
+    u, v = np.meshgrid(np.arange(-0.138, 0.139, GRID_M), np.arange(-0.102, 0.103, GRID_M))
+    below = np.clip(-v - 0.032, 0.0, None)
+    beside = np.clip(np.abs(u) - 0.06, 0.0, None)
+    above = np.clip(v - 0.004, 0.0, None)
+    folds = 0.0022 * waves(u[0], 0.05, rng) * waves(v[:, 0], 0.043, rng)[:, None]
+    depth = FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2 - 0.18 * beside + folds
+    centres = rng.uniform(-0.18, 0.18, (int((0.36 / LOBULE_M) ** 2 / 2), 2))
+    nearest = KDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
+    depth -= 0.0042 * np.sqrt(np.clip(1.0 - (0.75 * nearest) ** 2, 0.0, 1.0))
+    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
+    return sheet(points[:, ::-1], FAT_TILE_M)
+
+
+def _inside_out(surface: Surface) -> Surface:
+    return Surface(
+        points=surface.points,
+        normals=-surface.normals,
+        triangles=surface.triangles[:, ::-1],
+        uv=surface.uv,
+    )

@@ -1,0 +1,108 @@
+"""Gallbladder, duct and artery as they deform, and their cut faces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.axes import RIGHT, UP
+from tissue_sim.patient.organ import Organ
+from tissue_sim.rendering.drawing import Drawn, Surface
+from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin, surface_faces
+from tissue_sim.rendering.textures import TILE_M, Look
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+
+def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
+    """The parts' materials, a share of the whole surface under dye."""
+    clean = {
+        "gallbladder": Look(
+            colour=anatomy.gallbladder_colour,
+            mottle=0.12,
+            vessels=0.65,
+            relief=0.05,
+            grain=10,
+            roughness=0.27,
+            specular=0.8,
+        ),
+        "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
+        **{
+            artery: Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24)
+            for artery in ("artery", "second artery")
+        },
+        CUT_WALL: Look(colour=(0.55, 0.10, 0.08), mottle=0.15, relief=0.1, roughness=0.25),
+        CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
+    }
+    return {name: replace(look, dyed=dyed) for name, look in clean.items()}
+
+
+class DrawnTissue:
+    """The tissue's skin: built anew when its topology changes, moved otherwise."""
+
+    def __init__(self, scene: sapien.Scene) -> None:
+        self._scene = scene
+        self._organ: Organ | None = None
+        self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
+        self._parts: dict[str, Drawn] = {}
+        self._dyed = 0.0
+
+    def update(self, world: World) -> None:
+        """Draw the tissue where it is."""
+        if world.organ is not self._organ or world.conditions.dyed != self._dyed:
+            self._renew(world)
+        tets = world.tissue.tets()[alive_tets(world)]
+        if not np.array_equal(tets, self._tets):
+            self._tets = tets.copy()
+            self._skin = self._build(world)
+            self._uv = self._unwrapped(world)
+        surfaces = self._skin.surfaces(world.tissue.positions())
+        for name, drawn in self._parts.items():
+            if name not in surfaces:
+                drawn.hide()
+                continue
+            points, normals = surfaces[name]
+            triangles = self._skin.patches[name].triangles
+            drawn.show(
+                Surface(points=points, normals=normals, triangles=triangles, uv=self._uv[name])
+            )
+
+    def _renew(self, world: World) -> None:
+        """Another patient, or other liquid on this one."""
+        for drawn in self._parts.values():
+            drawn.remove()
+        self._organ, self._dyed = world.organ, world.conditions.dyed
+        self._rest_faces = surface_faces(world.organ.tets)
+        self._tets = np.zeros((0, 4), np.int32)
+        self._parts = {
+            name: Drawn(self._scene, name, look)
+            for name, look in looks(world.anatomy, self._dyed).items()
+        }
+
+    def _build(self, world: World) -> Skin:
+        alive = alive_tets(world)
+        return build_skin(
+            self._tets,
+            world.organ.region[alive],
+            self._rest_faces[alive],
+            world.tissue.n_vertex(),
+        )
+
+    def _unwrapped(self, world: World) -> dict[str, Floats]:
+        """Texture coordinates: where each point was in the resting view, so without a seam."""
+        rest = np.zeros((world.tissue.n_vertex(), 3))
+        rest[self._tets] = world.organ.vertices[world.organ.tets[alive_tets(world)]]
+        flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
+        fine = self._skin.weights @ flat
+        return {name: fine[patch.rows] for name, patch in self._skin.patches.items()}
+
+
+def alive_tets(world: World) -> NDArray[np.bool_]:
+    """(n_tet,) which of the organ's elements are left."""
+    return world.tissue.host("tet_alive")[0, : len(world.organ.tets)] != 0

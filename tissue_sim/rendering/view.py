@@ -1,0 +1,106 @@
+"""The pictures of a world: everything that is seen in it, updated from its state when asked.
+
+Nothing here changes the world: a run with pictures is the run without, bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.rendering.drawn_clips import DrawnClips
+from tissue_sim.rendering.drawn_leaks import DrawnLeaks
+from tissue_sim.rendering.drawn_strands import DrawnStrands
+from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
+from tissue_sim.rendering.drawn_tissue import DrawnTissue
+from tissue_sim.rendering.illumination import Illumination
+from tissue_sim.rendering.shader_pack import (
+    COLOR_PICTURE,
+    set_picture_formats,
+    shader_pack,
+)
+from tissue_sim.sensing.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.tools.physics_system import physics_system
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+
+class Visual(Protocol):
+    """Something that is seen."""
+
+    def update(self, world: World) -> None:
+        """Look as the world is now."""
+        ...
+
+
+VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks, Illumination)
+
+
+def renderable_scene() -> sapien.Scene:
+    """An empty scene with physics and a renderer: on a GPU where there is one, else on the CPU."""
+    renderer = sapien.render.RenderSystem(_device())
+    return sapien.Scene([physics_system(), renderer])
+
+
+def _device() -> sapien.Device:
+    try:
+        return sapien.Device("cuda")
+    except RuntimeError:
+        return sapien.Device("cpu")
+
+
+class View:
+    """All cameras on one world's scene."""
+
+    def __init__(self, scene: sapien.Scene, cameras: Sequence[CameraSpec] = CAMERAS) -> None:
+        self._scene = scene
+        self._specs = {spec.name: spec for spec in cameras}
+        self._cameras: dict[str, sapien.render.RenderCameraComponent] = {}
+        self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
+
+    def update(self, world: World) -> None:
+        """Bring everything that is drawn up to date."""
+        for visual in self._visuals:
+            visual.update(world)
+
+    def images(self, world: World, names: Iterable[str]) -> dict[str, NDArray[np.uint8]]:
+        """Camera name -> (height, width, 3) uint8 of what it sees now.
+
+        Raises:
+            ValueError: there is no such camera.
+        """
+        names = list(names)
+        cameras = [self._camera(name) for name in names]
+        self.update(world)
+        for name, camera in zip(names, cameras, strict=True):
+            camera.entity.set_pose(sapien.Pose(T_world_camera(world, name)))
+        self._scene.update_render()
+        for camera in cameras:
+            camera.take_picture()
+        return {
+            n: c.get_picture(COLOR_PICTURE)[..., :3] for n, c in zip(names, cameras, strict=True)
+        }
+
+    def _camera(self, name: str) -> sapien.render.RenderCameraComponent:
+        if name not in self._specs:
+            raise ValueError(f"no camera {name!r}: choose from {sorted(self._specs)}")
+        if name not in self._cameras:
+            self._cameras[name] = _add_camera(self._scene, self._specs[name])
+        return self._cameras[name]
+
+
+def _add_camera(scene: sapien.Scene, spec: CameraSpec) -> sapien.render.RenderCameraComponent:
+    set_picture_formats()
+    camera = sapien.render.RenderCameraComponent(spec.width, spec.height, str(shader_pack()))
+    camera.set_fovy(spec.fov_rad, compute_x=True)
+    camera.near, camera.far = NEAR_M, FAR_M
+    entity = sapien.Entity()
+    entity.name = spec.name
+    entity.add_component(camera)
+    scene.add_entity(entity)
+    return camera

@@ -1,0 +1,1 @@
+"""How a world's state is saved, checked and restored."""

@@ -1,0 +1,1 @@
+"""What can be observed of the field: points, forces and pictures."""

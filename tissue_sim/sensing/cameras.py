@@ -1,0 +1,68 @@
+"""The cameras: a stereo endoscope, and one on each instrument's wrist."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissue_sim.frames import Array, pose, unit
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import PATCH_LINKS
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
+
+BASELINE_M = 0.0045  # between the endoscope's eyes
+NEAR_M, FAR_M = 0.003, 0.6
+WRIST_BACK_M = 0.035  # behind the wrist's pitch axis, clear of the shaft:
+WRIST_ASIDE_M = 0.016  # along that axis
+
+_OPTICAL = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # left, up, away of x, y, z ahead
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSpec:
+    """One camera: picture size in pixels and vertical field of view."""
+
+    name: str
+    width: int = 640
+    height: int = 480
+    fov_rad: float = float(np.deg2rad(65.0))
+
+    def __post_init__(self) -> None:
+        if self.name not in CAMERA_NAMES:
+            raise ValueError(f"camera {self.name!r} is unknown: choose from {list(CAMERA_NAMES)}")
+        if min(self.width, self.height) < 1 or not 0.0 < self.fov_rad < np.pi:
+            raise ValueError(f"camera {self.name}: impossible size or field of view: {self}")
+
+
+CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right")
+CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
+
+
+def T_world_camera(world: World, name: str) -> Array:
+    """Where a camera is now (4, 4): x the way it looks, y left, z up."""
+    if name == "endoscope_left":
+        return looking(world.T_world_endoscope)
+    if name == "endoscope_right":
+        return looking(world.T_world_endoscope @ pose(np.eye(3), np.array([-BASELINE_M, 0, 0])))
+    arm = LEFT_ARM if name == "wrist_left" else RIGHT_ARM
+    link = arm * len(PATCH_LINKS) + PATCH_LINKS.index("wrist")
+    return world.arms.contact_shapes().T_world_link[link] @ _T_wrist_camera(world, arm)
+
+
+def looking(T_world_eye: Array) -> Array:
+    """The renderer's pose (x the way it looks) of an eye with +x left, +y up, +z away."""
+    return pose(T_world_eye[:3, :3] @ _OPTICAL, T_world_eye[:3, 3])
+
+
+def _T_wrist_camera(world: World, arm: int) -> Array:
+    """In the wrist's frame: x along the clevis, z along the pitch axis."""
+    tool = world.arms.mounted[arm]
+    tip = np.array([tool.pitch_to_yaw_m + tool.yaw_to_tip_m, 0.0, 0.0])
+    eye = np.array([-WRIST_BACK_M, 0.0, WRIST_ASIDE_M])
+    ahead = unit(tip - eye)
+    left = unit(np.cross([0.0, 0.0, 1.0], ahead))
+    return pose(np.stack([ahead, left, np.cross(ahead, left)], axis=1), eye)

@@ -1,0 +1,101 @@
+"""What is seen of the tissue as a network takes it: where each tool has it, and along the tubes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.tools.arms import RIGHT_ARM
+
+FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
+LENGTH_M = 0.01
+WAVES_M = 0.008, 0.004, 0.002  # tell lengths apart that differ by a tenth of a millimetre
+FORCE_N, TOUCH_N = 2.0, 0.2
+CLIPS_A_TUBE = 4  # one more than there should be
+SITS_WITHIN_M = 0.003  # of the centreline; the tubes are 4 to 8 mm apart or more, assumed
+
+
+class Sitting(NamedTuple):
+    """The clips that sit on a tube, in their order along it.
+
+    Attributes:
+        places_m: (B, `CLIPS_A_TUBE`, 3) of the first of them.
+        stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end.
+        there: (B, `CLIPS_A_TUBE`) 1 where there is one, else 0: the others mean nothing then.
+    """
+
+    places_m: Tensor
+    stations_m: Tensor
+    there: Tensor
+
+
+def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
+    """Points in the endoscope's and in each tool's frame, and the right tip along each tube."""
+    slots = torch.arange(MOST_CLIPS, device=now["n_clips"].device)
+    tubes = [now["left_tube_m"], now["right_tube_m"]]
+    closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
+    sitting = [clips_along(tube, now["clips_m"], closed) for tube in tubes]
+    points = torch.cat(
+        [*tubes, now["sac_m"], now["clips_m"], *(clips.places_m for clips in sitting)], dim=1
+    )
+    n_always = points.shape[1] - MOST_CLIPS - 2 * CLIPS_A_TUBE
+    of_clips = torch.cat([closed, *(clips.there for clips in sitting)], dim=1)
+    there = torch.cat([torch.ones_like(points[:, :n_always, 0]), of_clips], dim=1)[..., None]
+    tips = now["tips_endoscope"]
+    off = (points[:, None] - tips[:, :, None, :, 3]) * there[:, None]  # (B, 2, n, 3)
+    seen = torch.einsum("baji,banj->bani", tips[..., :3], off)
+    tip_m = tips[:, RIGHT_ARM, None, :, 3]
+    return [
+        off / FAR_M, seen / FAR_M, torch.tanh(seen / NEAR_M), of_clips,
+        *(along_tube(*parts, tip_m) for parts in zip(tubes, sitting, strict=True)),
+    ]  # fmt: skip
+
+
+def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
+    """The clips on a tube, whatever the order of closing.
+
+    Args:
+        tube_m: (B, n, 3) points of its centreline.
+        clips_m: (B, m, 3) all clips.
+        closed: (B, m) 1 where there is a clip, else 0.
+    """
+    station_m, distance_m = _projected(tube_m, clips_m)
+    sits = (distance_m < SITS_WITHIN_M) & (closed > 0)
+    order = torch.where(sits, station_m, torch.inf)
+    first = order.topk(CLIPS_A_TUBE, dim=1, largest=False).indices
+    return Sitting(
+        places_m=clips_m.gather(1, first[..., None].expand(-1, -1, 3)),
+        stations_m=station_m.gather(1, first),
+        there=sits.gather(1, first).to(clips_m),
+    )
+
+
+def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
+    """How far from the tube's ends and from its clips a tip (B, 1, 3) is, coarse and fine.
+
+    Fine are waves, as a network hears little of small differences in a number of order one
+    (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
+    """
+    length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
+    station_m, _ = _projected(tube_m, tip_m)
+    apart_m = torch.cat([station_m, length_m - station_m, station_m - clips.stations_m], dim=1)
+    there = torch.cat([torch.ones_like(apart_m[:, :2]), clips.there], dim=1)
+    angles = [2.0 * math.pi * apart_m / wave_m for wave_m in WAVES_M]
+    fine = [there * wave for angle in angles for wave in (angle.sin(), angle.cos())]
+    coarse = [there * apart_m, clips.there * clips.stations_m]
+    return torch.cat([*(part / LENGTH_M for part in coarse), *fine], dim=1)
+
+
+def _projected(tube_m: Tensor, points_m: Tensor) -> tuple[Tensor, Tensor]:
+    """(B, m) how far along a tube the places nearest to points (B, m, 3) are, and how far off."""
+    begin, along = tube_m[:, None, :-1], (tube_m[:, 1:] - tube_m[:, :-1])[:, None]  # (B, 1, n-1, 3)
+    off = points_m[:, :, None] - begin  # (B, m, n-1, 3)
+    share = ((off * along).sum(-1) / along.square().sum(-1).clamp(min=1e-12)).clamp(0.0, 1.0)
+    distance_m, nearest = (off - share[..., None] * along).norm(dim=-1).min(dim=-1)
+    lengths_m = along.norm(dim=-1)[:, 0]  # (B, n-1)
+    before_m = (lengths_m.cumsum(dim=1) - lengths_m)[:, None] + share * lengths_m[:, None]
+    return before_m.gather(-1, nearest[..., None])[..., 0], distance_m

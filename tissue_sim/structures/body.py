@@ -1,0 +1,96 @@
+"""The body that holds the organ, and moves it as it breathes."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array, pose
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.organ import LiverBed, Organ
+from tissue_sim.tools.arms import LIVER
+
+LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
+LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed
+
+
+class Body:
+    """Fixed ends of duct and artery, the liver and its bed, and the strands that hang on it.
+
+    Attributes:
+        offset_m: (3,) from where the anatomy has it, world frame.
+        target_m: (3,) offset at the end of the next control step.
+        velocity_m_s: (3,) of the last control step.
+    """
+
+    def __init__(self, scene: sapien.Scene, tissue: Tissue, organ: Organ) -> None:
+        self._tissue, self._bed = tissue, organ.bed
+        self._strands_m = organ.vertices[organ.bed_vertices]
+        self._liver_pose = sapien.Pose(_T_world_liver(organ.bed))
+        self.liver = _liver(scene, self._liver_pose)
+        self._liver_body = cast(
+            sapien.physx.PhysxRigidDynamicComponent,
+            self.liver.find_component_by_type(sapien.physx.PhysxRigidDynamicComponent),
+        )
+        self.offset_m, self.target_m, self.velocity_m_s = np.zeros((3, 3))
+
+    def begin_step(self, duration_s: float) -> bool:
+        """It goes from offset to target at a steady speed. False when it is and was at rest."""
+        was_moving = self.velocity_m_s.any()
+        self.velocity_m_s = (self.target_m - self.offset_m) / duration_s
+        return bool(was_moving or self.velocity_m_s.any())
+
+    def move_liver(self, share: float) -> None:
+        """Push the liver to a share of the step's way, for the rigid instruments."""
+        self._liver_body.set_kinematic_target(self._shifted_liver(self._at(share)))
+
+    def move_tissue(self, share: float) -> None:
+        """Put what the body holds at a share of the step's way, moving."""
+        self._place_tissue(self._at(share))
+
+    def end_step(self) -> None:
+        """It is there."""
+        self.offset_m = self.target_m
+
+    def state(self) -> NDArray[np.float64]:
+        """(3, 3) offset, target and velocity."""
+        return np.stack([self.offset_m, self.target_m, self.velocity_m_s])
+
+    def restore(self, state: NDArray[np.float64]) -> None:
+        """Put back what `state` returned; the tissue's own state comes first."""
+        self.offset_m, self.target_m, self.velocity_m_s = state.copy()
+        self.liver.set_pose(self._shifted_liver(self.offset_m))
+        self._place_tissue(self.offset_m)
+
+    def _at(self, share: float) -> Array:
+        return self.offset_m + share * (self.target_m - self.offset_m)
+
+    def _shifted_liver(self, offset_m: Array) -> sapien.Pose:
+        return sapien.Pose((self._liver_pose.p + offset_m).tolist(), self._liver_pose.q)
+
+    def _place_tissue(self, offset_m: Array) -> None:
+        tissue, n_strand = self._tissue, len(self._strands_m)
+        held = np.flatnonzero(tissue.host("fixed")[0])
+        tissue.host("position")[0, held] = tissue.host("rest")[0, held] + offset_m
+        tissue.host("velocity")[0, held] = self.velocity_m_s
+        tissue.host("anchor_point")[0, :n_strand] = self._strands_m + offset_m
+        tissue.host("bed_point")[0] = self._bed.point_m + offset_m
+
+
+def _liver(scene: sapien.Scene, at: sapien.Pose) -> sapien.Entity:
+    """A slab behind the gallbladder."""
+    builder = scene.create_actor_builder()
+    builder.add_box_collision(half_size=LIVER_SIZE_M)
+    builder.set_initial_pose(at)
+    return builder.build_kinematic(name=LIVER)
+
+
+def _T_world_liver(bed: LiverBed) -> Array:
+    across = np.cross(bed.normal, bed.along)
+    deep, inward = LIVER_GIVES_M
+    middle = (bed.edge_m + inward + LIVER_SIZE_M[2]) * bed.along
+    middle = middle - (deep + LIVER_SIZE_M[1]) * bed.normal
+    return pose(np.stack([across, bed.normal, bed.along], axis=1), bed.point_m + middle)

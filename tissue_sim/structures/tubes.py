@@ -1,0 +1,229 @@
+"""Duct and artery as a surgeon sees them: a line of rings with stations, lumen and stumps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_sim.frames import Array, inverse_pose, transform, unit
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.topology import components
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import Organ
+
+MEETING_HALF_GAP_M = 0.0016  # jaws this close to their middle plane meet, assumed
+# a tube whose middle is nearer to that of closing jaws is between them; beside them, a finger (2 mm
+# thick) and half the tube are in the way
+BETWEEN_HALF_GAP_M = 0.0025
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """Where a tube passes through the plane of an instrument's jaws.
+
+    Attributes:
+        station_m: along the tube at rest, from its fixed end.
+        ring: nearest ring.
+        tilt_rad: between the tube and the square to the jaws, 0 to pi/2.
+        point_m: in the tool frame.
+    """
+
+    tube: str
+    station_m: float
+    ring: int
+    tilt_rad: float
+    point_m: Array
+
+
+class Tubes:
+    """The tubes of one environment; `above` holds the upper side's vertices of a severed ring."""
+
+    def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
+        self.tissue, self.organ, self.b = tissue, organ, b
+        self.below = organ.rings
+        self.above = {tube: rings.copy() for tube, rings in organ.rings.items()}
+        self.stations_m = {tube: _stations(organ, tube) for tube in organ.tubes}
+        self.length_m = {
+            tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
+        }
+        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in organ.tubes}
+        self.tie_rows = {
+            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube]))
+            for tube in organ.tubes
+        }
+        n = (next(iter(self.below.values())).shape[1] - 1) // 2
+        self._inner = slice(1, 1 + n)
+        shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
+        self._next = shift - shift.T
+        self._tube_tets = {
+            tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
+            for k, tube in enumerate(organ.tubes, start=1)
+        }
+
+    def centres(self, tube: str) -> Array:
+        """(n_ring, 3) centreline up to the neck, world frame, m."""
+        rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
+        return self.tissue.positions(self.b)[rings].astype(np.float64)
+
+    def radius_m(self, tube: str) -> float:
+        """Outer radius at rest."""
+        return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
+
+    def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
+        """Position (3,) and unit tangent (3,) at a station, on its own stump, world frame."""
+        centres, stations = self.centres(tube), self.stations_m[tube]
+        first, last = self.stump(tube, station_m)
+        centres[first] = self.tissue.positions(self.b)[self.above[tube][first, 0]]
+        k = int(np.clip(np.searchsorted(stations, station_m) - 1, first, last - 1))
+        t = (station_m - stations[k]) / (stations[k + 1] - stations[k])
+        low, high = max(k - 1, first), min(k + 2, last)
+        return centres[k] + t * (centres[k + 1] - centres[k]), unit(centres[high] - centres[low])
+
+    def ring_spacing_m(self, tube: str) -> float:
+        """Mean distance between rings at rest."""
+        return self.length_m[tube] / self.organ.neck_ring[tube]
+
+    def side(self, tube: str, station_m: float) -> Indices:
+        """(n_ring, 1 + 2 n) rings as the stump at a station has them."""
+        upper = self.stations_m[tube] < station_m
+        return np.where(upper[:, None], self.above[tube], self.below[tube])
+
+    def stump(self, tube: str, station_m: float) -> tuple[int, int]:
+        """First and last ring of the part of the tube that a station lies on."""
+        severed, stations = self.severed_rings(tube), self.stations_m[tube]
+        upper = stations[severed] < station_m
+        return (
+            int(max(severed[upper], default=0)),
+            int(min(severed[~upper], default=self.organ.neck_ring[tube])),
+        )
+
+    def free_ends_m(self, tube: str) -> Array:
+        """Stations (n,) where the tube is severed."""
+        return self.stations_m[tube][self.severed_rings(tube)]
+
+    def lumen_fraction_at(self, tube: str, ring: int, station_m: float) -> float:
+        """`lumen_fraction` of one ring, on the stump at a station."""
+        rings = self.above if self.stations_m[tube][ring] < station_m else self.below
+        corners = self.tissue.positions(self.b)[rings[tube][ring, self._inner]].astype(np.float64)
+        turn = corners.T @ self._next @ corners  # twice the area's vector, as a skew matrix
+        twice = np.sqrt(turn[0, 1] ** 2 + turn[1, 2] ** 2 + turn[2, 0] ** 2)
+        return float(0.5 * twice / self._rest_area[tube][ring])
+
+    def lumen_fraction(self, tube: str) -> Array:
+        """(n_ring,) area of the lumen over its area at rest."""
+        return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
+
+    def rest_lumen_m2(self, tube: str) -> Array:
+        """(n_ring,) area of the lumen at rest."""
+        return self._rest_area[tube]
+
+    def open_share(self, tube: str, ring: int) -> float:
+        """How much of the lumen's edge is parted at a ring, 0 to 1."""
+        inner = slice(1, 1 + (self.below[tube].shape[1] - 1) // 2)
+        return float((self.above[tube] != self.below[tube])[ring, inner].mean())
+
+    def crossing(
+        self,
+        tube: str,
+        T_world_tool: Array,
+        reach_m: float,
+        half_gap_m: float = BETWEEN_HALF_GAP_M,
+    ) -> Crossing | None:
+        """Where the tube crosses the plane x = 0 between an instrument's jaws.
+
+        Args:
+            tube: its name.
+            T_world_tool: (4, 4) pose of the tool.
+            reach_m: how far back from the tip the jaws act.
+            half_gap_m: how far from the jaws' middle it may lie; as a rule, as they close.
+        """
+        centres = transform(inverse_pose(T_world_tool), self.centres(tube))
+        x = centres[:, 0]
+        spans = np.flatnonzero((x[:-1] * x[1:] <= 0) & (x[:-1] != x[1:])).tolist()
+        severed = set(self.severed_rings(tube).tolist()) if spans else ()
+        best = None
+        for k in spans:
+            t = x[k] / (x[k] - x[k + 1])
+            point = centres[k] + t * (centres[k + 1] - centres[k])
+            if k in severed or not (-reach_m <= point[2] <= self.radius_m(tube)):
+                continue
+            if abs(point[1]) < half_gap_m and (
+                best is None or abs(point[1]) < abs(best.point_m[1])
+            ):
+                low, high = max(k - 1, 0), min(k + 2, len(centres) - 1)
+                tangent = unit(centres[high] - centres[low])
+                s = self.stations_m[tube]
+                best = Crossing(
+                    tube=tube,
+                    station_m=float(s[k] + t * (s[k + 1] - s[k])),
+                    ring=k + round(float(t)),
+                    tilt_rad=float(np.arccos(np.clip(abs(tangent[0]), 0.0, 1.0))),
+                    point_m=point,
+                )
+        return best
+
+    def nearest(self, T_world_tool: Array, reach_m: float) -> str:
+        """The tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
+        middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
+        return min(
+            self.organ.tubes, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min()
+        )
+
+    def sac_between(
+        self,
+        T_world_tool: Array,
+        reach_m: float,
+        width_m: float,
+        half_gap_m: float = MEETING_HALF_GAP_M,
+    ) -> bool:
+        """Whether part of the gallbladder lies where the closing jaws meet.
+
+        Args:
+            T_world_tool: (4, 4) pose of the tool.
+            reach_m: how far back from the tip the jaws act.
+            width_m: of the jaws, along x.
+            half_gap_m: how far from the jaws' middle it may lie.
+        """
+        sac = self.tissue.positions(self.b)[self.organ.sac_rings.ravel()].astype(float)
+        x, y, z = transform(inverse_pose(T_world_tool), sac).T
+        across = (np.abs(x) < 0.5 * width_m) & (np.abs(y) < half_gap_m)
+        return bool((across & (-reach_m < z) & (z < 0.0)).any())
+
+    def slide_ring(self, tube: str, ring: int, station_m: float) -> None:
+        """Move a ring of the mesh along the tube, at rest and now alike.
+
+        The ring slides on the straight edges to its neighbour, so the shape keeps, and a cut
+        lies where the blades were rather than at the nearest ring.
+        """
+        stations = self.stations_m[tube]
+        neighbour = ring + 1 if station_m > stations[ring] else ring - 1
+        share = (station_m - stations[ring]) / (stations[neighbour] - stations[ring])
+        here, there = self.below[tube][ring], self.below[tube][neighbour]
+        self.tissue.slide(self.b, here, there, float(share))
+        self.stations_m[tube][ring] = station_m
+
+    def severed_rings(self, tube: str) -> Indices:
+        """Rings whose two sides no longer share any vertex."""
+        apart = (self.above[tube] != self.below[tube]).all(axis=1)
+        return np.flatnonzero(apart).astype(np.int32)
+
+    def in_two_parts(self, tube: str) -> bool:
+        """No element joins the fixed end to the sac's end any more."""
+        tets = self.tissue.tets(self.b)[self._tube_tets[tube]]
+        label = components(self.tissue.n_vertex(self.b), tets)
+        return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
+
+    def _lumen_areas(self, positions: Array, tube: str) -> Array:
+        """(n_ring,) area of the inner ring's polygon, m^2."""
+        rings = self.below[tube]
+        n = (rings.shape[1] - 1) // 2
+        corners = positions[rings[:, 1 : 1 + n]].astype(np.float64)
+        spokes = corners - corners.mean(axis=1, keepdims=True)
+        areas = 0.5 * np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
+        return np.linalg.norm(areas, axis=1)
+
+
+def _stations(organ: Organ, tube: str) -> Array:
+    centres = organ.vertices[organ.rings[tube][:, 0]]
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centres, axis=0), axis=1))])

@@ -1,0 +1,87 @@
+"""The grasper's hold on the gallbladder, read from contact: who is held, how firmly, since when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+from statistics import median
+
+import numpy as np
+
+from tissue_sim.frames import Array
+from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import Organ
+from tissue_sim.thresholds import GRASP_MOST_SLIP_M
+
+LEFT_FINGERS, RIGHT_FINGERS = (2, 3), (6, 7)  # rows of the contact shapes
+INFUNDIBULUM_RINGS = 7
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grasp:
+    """A hold of tissue between both jaws of the left arm.
+
+    Attributes:
+        vertices: held sac vertices; empty when nothing is held by both jaws.
+        place_tool_m: where each was in the tool frame when it was caught, (n, 3).
+        since_s: when it began, or began anew after a slip.
+        slip_m: how far the tissue has moved in the jaws since.
+        pinch_n: normal force between jaws and tissue, the smaller of the two jaws.
+        traction_n: net force of the tissue on the jaws.
+    """
+
+    vertices: tuple[int, ...] = ()
+    place_tool_m: tuple[tuple[float, ...], ...] = ()
+    since_s: float = 0.0
+    slip_m: float = 0.0
+    pinch_n: float = 0.0
+    traction_n: float = 0.0
+
+
+def follow_grasp(
+    before: Grasp, tissue: Tissue, organ: Organ, T_world_tool: Array, time_s: float, b: int = 0
+) -> Grasp:
+    """The grasp now, given the grasp one control step ago."""
+    sac = organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
+    touching = tissue.host("contact_shape")[b][sac]
+    held = [sac[touching == finger] for finger in LEFT_FINGERS]
+    if not all(len(h) for h in held):
+        return Grasp(since_s=time_s)
+    forces = [tissue.host("contact_force")[b][h].astype(float) for h in held]
+    total = forces[0].sum(axis=0) + forces[1].sum(axis=0)
+    vertices = np.concatenate(held)
+    offsets = tissue.positions(b)[vertices].astype(float) - T_world_tool[:3, 3]
+    places = [tuple(p) for p in (offsets @ T_world_tool[:3, :3]).tolist()]
+    now = dict(zip(vertices.tolist(), places, strict=True))
+    caught = now | dict(zip(before.vertices, before.place_tool_m, strict=True))
+    slip = median(hypot(p[0] - caught[v][0], p[2] - caught[v][2]) for v, p in now.items())
+    slipped = slip >= GRASP_MOST_SLIP_M or not before.vertices
+    return Grasp(
+        vertices=tuple(now),
+        place_tool_m=tuple(now.values()) if slipped else tuple(caught[v] for v in now),
+        since_s=time_s if slipped else before.since_s,
+        slip_m=slip,
+        pinch_n=pinch_n(tissue, sac, LEFT_FINGERS, T_world_tool, b),
+        traction_n=float(np.linalg.norm(total)),
+    )
+
+
+def pinch_n(
+    tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
+) -> float:
+    """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
+    return min(map(abs, inward_n(tissue, vertices, fingers, T_world_tool, b)))
+
+
+def inward_n(
+    tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
+) -> tuple[float, float]:
+    """Normal force (N) of the upper (+y of the tool) and the lower jaw, towards each other.
+
+    Below zero where a jaw presses outwards, as on tissue that it was opened in.
+    """
+    touching = tissue.host("contact_shape")[b, vertices]
+    across = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]
+    upper, lower = (float(across[touching == finger].sum()) for finger in fingers)
+    return -upper, lower

@@ -1,0 +1,110 @@
+"""Bile and blood from stumps that no clip closes, and from holes in the gallbladder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tissue_sim.patient.material import WALL_THICKNESS_M
+from tissue_sim.structures.sac import Sac
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure
+from tissue_sim.surgery.flow import BILE, BLOOD, Fluid, Stretch, outflow_m3_s
+from tissue_sim.surgery.parting import Opening
+from tissue_sim.thresholds import LUMEN_CLOSED
+
+SIDES = ("body", "gallbladder")
+FLUIDS: dict[str, Fluid] = {"duct": BILE, "artery": BLOOD, "second artery": BLOOD}
+DRAIN = ("duct", "gallbladder")  # by this stump the gallbladder itself runs out
+BILE_PRESSURE_PA = 1.2e3  # in ducts and gallbladder at rest: 12 cm of water, assumed
+ARTERIAL_PRESSURE_PA = 12.4e3  # mean, 93 mmHg, textbook value
+BACK_PRESSURE_PA = 2.0e3  # from the gallbladder's small vessels, assumed
+PRESSURE_PA = {
+    ("duct", "body"): BILE_PRESSURE_PA,
+    ("duct", "gallbladder"): BILE_PRESSURE_PA,
+    ("artery", "body"): ARTERIAL_PRESSURE_PA,
+    ("artery", "gallbladder"): BACK_PRESSURE_PA,
+    ("second artery", "body"): ARTERIAL_PRESSURE_PA,
+    ("second artery", "gallbladder"): BACK_PRESSURE_PA,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leak:
+    """What leaks, and how fast (m^3/s).
+
+    Attributes:
+        structure: a tube, or "gallbladder".
+        side: of a tube's opening, from where it leaks; "hole" of the gallbladder.
+        ring: of a tube, the parted one; -1 of the gallbladder.
+    """
+
+    structure: str
+    side: str
+    ring: int
+    rate_m3_s: float
+
+    @property
+    def drains_sac(self) -> bool:
+        """Whether it is the gallbladder's own bile that is lost."""
+        return self.structure == "gallbladder" or (self.structure, self.side) == DRAIN
+
+
+def leaks(
+    tubes: Tubes, clips: Sequence[Clip], openings: Sequence[Opening], *, fullness: float = 1.0
+) -> tuple[Leak, ...]:
+    """Every leaking stump now, of tubes that were cut or torn.
+
+    Of several openings in a tube only the outer two are fed, one from either side.
+
+    Args:
+        tubes: of the patient.
+        clips: all, lost ones too.
+        openings: all cuts and tears.
+        fullness: of the gallbladder, 0 to 1; its pressure falls with it, assumed in proportion.
+    """
+    found = []
+    for tube in dict.fromkeys(o.tube for o in openings):
+        ordered = sorted((o for o in openings if o.tube == tube), key=lambda o: o.station_m)
+        for side, opening in zip(SIDES, (ordered[0], ordered[-1]), strict=True):
+            pressure = PRESSURE_PA[tube, side] * (fullness if (tube, side) == DRAIN else 1.0)
+            way = _way_out(tubes, clips, opening, side)
+            if way:
+                rate = outflow_m3_s(FLUIDS[tube], pressure, way)
+                found.append(Leak(structure=tube, side=side, ring=opening.ring, rate_m3_s=rate))
+    return tuple(found)
+
+
+def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
+    """The gallbladder's leak by its holes, if it has any."""
+    if not sac.open_patches().size:
+        return ()
+    way = Stretch(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=sac.hole_m2())
+    rate = outflow_m3_s(BILE, BILE_PRESSURE_PA * fullness, [way])
+    return (Leak(structure="gallbladder", side="hole", ring=-1, rate_m3_s=rate),)
+
+
+def _way_out(
+    tubes: Tubes, clips: Sequence[Clip], opening: Opening, side: str
+) -> tuple[Stretch, ...]:
+    """From the source on one side to an opening; empty when a clip closes it."""
+    tube, station = opening.tube, opening.station_m
+    lumen = tubes.rest_lumen_m2(tube)[opening.ring]
+    length = station if side == SIDES[0] else tubes.length_m[tube] - station
+    between = [closure(tubes, c, tube) for c in clips if _stands_between(c, opening, side)]
+    mouth = tubes.open_share(tube, opening.ring)
+    if mouth == 0.0 or min(between, default=1.0) <= LUMEN_CLOSED:
+        return ()
+    squeezed = [Stretch(length_m=CLIP_WIDTH_M, area_m2=lumen * min(s, 1.0)) for s in between]
+    return (
+        Stretch(length_m=length, area_m2=lumen),
+        *squeezed,
+        Stretch(length_m=0.0, area_m2=lumen * mouth),
+    )
+
+
+def _stands_between(clip: Clip, opening: Opening, side: str) -> bool:
+    crossing = clip.on(opening.tube)
+    if clip.lost or crossing is None:
+        return False
+    return (crossing.station_m < opening.station_m) == (side == SIDES[0])

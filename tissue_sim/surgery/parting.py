@@ -1,0 +1,75 @@
+"""A tube gives way at a ring: the faces of its section split, wholly or in part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.mechanics.topology import part_vertices
+from tissue_sim.patient.mesher import Indices
+from tissue_sim.structures.tubes import Tubes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """Where a tube stands open since it was cut or torn.
+
+    Attributes:
+        ring: the parted one.
+        station_m: of that ring, along the tube at rest.
+    """
+
+    tube: str
+    time_s: float
+    ring: int
+    station_m: float
+
+
+def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) -> bool:
+    """Split a ring's faces all of whose vertices have given way. The tissue is rewired.
+
+    Args:
+        tubes: of the tissue to part.
+        tube: its name.
+        ring: neither the fixed one nor one within the sac.
+        given_way: (1 + 2 sectors,), for each vertex of the ring.
+
+    Returns:
+        False when nothing parted: no face has given way, or no vertex is left to spare.
+    """
+    tissue, b, vertices = tubes.tissue, tubes.b, tubes.below[tube][ring]
+    severed = {
+        tuple(sorted(int(v) for v in vertices[face]))
+        for face in ring_faces(len(vertices))
+        if given_way[face].all()
+    }
+    n = tissue.n_vertex(b)
+    tets, parents = part_vertices(tissue.tets(b), severed, vertices.tolist(), n)
+    if not 0 < len(parents) <= tissue.spare_vertices(b):
+        return False
+    tissue.duplicate(b, parents)
+    tissue.tets(b)[:] = tets
+    for k, parent in enumerate(parents):
+        tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
+    around = tissue.host("ring_above")[b, tubes.organ.tubes.index(tube), ring]
+    around[:] = tubes.above[tube][ring, -len(around) :]
+    tissue.take_loose_from_parts(b)
+    tissue.rewire(b)
+    return True
+
+
+def ring_faces(n_ring: int) -> Indices:
+    """Triangles (n, 3) of a section, as places within a ring: centre, inner, outer."""
+    n = (n_ring - 1) // 2
+    k = np.arange(n)
+    inner, inner_next = 1 + k, 1 + (k + 1) % n
+    outer, outer_next = inner + n, inner_next + n
+    return np.concatenate(
+        [
+            np.stack([np.zeros_like(k), inner, inner_next], axis=1),
+            np.stack([inner, outer, outer_next], axis=1),
+            np.stack([inner, outer_next, inner_next], axis=1),
+        ]
+    ).astype(np.int32)

@@ -1,0 +1,107 @@
+"""A tube pulled too hard parts at its weakest section.
+
+The mesh's walls are thicker and softer than the real ones, so the limit is a force: the real
+wall's ultimate strength times its section. A linear wall stretches further than a real one, which
+stiffens, before it carries that force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+from tissue_sim.patient.material import WALL_THICKNESS_M
+from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.parting import Opening, part_ring
+from tissue_sim.thresholds import STRENGTH_PA
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """The segment of a tube that is nearest to its ultimate strength.
+
+    Attributes:
+        segment: above the ring of the same number.
+        pull_n: along the tube.
+        holds_n: the pull at which it parts.
+    """
+
+    tube: str
+    segment: int
+    pull_n: float
+    holds_n: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tear(Opening):
+    """A tube pulled in two. The pull and what the wall held, N."""
+
+    pull_n: float
+    holds_n: float
+
+
+def wall_section_m2(tube: str, radius_m: float) -> float:
+    """Section of the real wall of a tube of this outer radius."""
+    t = WALL_THICKNESS_M[tube]
+    return np.pi * t * (2.0 * radius_m - t)
+
+
+def worst_load(tubes: Tubes, tube: str) -> Load:
+    """Of the loads that `Tissue.load_walls` found, the one nearest to a tear.
+
+    A pull runs on along the tube: what one segment alone carries is jaws that work on it.
+    """
+    whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))
+    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
+    if not pulls.any():
+        return Load(tube=tube, segment=0, pull_n=0.0, holds_n=whole_n)
+    around = np.concatenate([[0.0], pulls[: tubes.organ.neck_ring[tube]], [0.0]])
+    pulls = np.minimum(around[1:-1], np.maximum(around[:-2], around[2:]))
+    share = intact_share(tubes, tube)
+    holds_n = whole_n * np.minimum(share[:-1], share[1:])[: len(pulls)]
+    k = int(np.argmax(pulls / holds_n))
+    return Load(tube=tube, segment=k, pull_n=float(pulls[k]), holds_n=float(holds_n[k]))
+
+
+def tear(tubes: Tubes, load: Load, *, time_s: float) -> Tear | None:
+    """Part the tube by the overloaded segment; None when no ring there can part.
+
+    A clip holds its rings together: the tube gives way beside it.
+    """
+    tube, rings = load.tube, tubes.below[load.tube]
+    free = _can_part(tubes, tube)
+    if not free.any():
+        return None
+    # of two rings equally near, the weaker
+    distance = np.abs(np.arange(len(free)) - load.segment - 0.5) + 0.1 * intact_share(tubes, tube)
+    ring = int(np.argmin(np.where(free, distance, np.inf)))
+    if not part_ring(tubes, tube, ring, np.ones(rings.shape[1], bool)):
+        return None
+    return Tear(
+        tube=tube,
+        time_s=time_s,
+        ring=ring,
+        station_m=float(tubes.stations_m[tube][ring]),
+        pull_n=load.pull_n,
+        holds_n=load.holds_n,
+    )
+
+
+def intact_share(tubes: Tubes, tube: str) -> Array:
+    """(n_ring,) how much of the wall a cut has left; 1 again at a stump's end."""
+    same = (tubes.above[tube] == tubes.below[tube])[:, 1:]
+    if same.all():
+        return np.ones(len(same))
+    joined = same.mean(axis=1)
+    return np.where(joined > 0.0, joined, 1.0)
+
+
+def _can_part(tubes: Tubes, tube: str) -> NDArray[np.bool_]:
+    """(n_ring,) neither parted already, nor clipped, nor held by the body or the sac."""
+    ring = np.arange(len(tubes.below[tube]))
+    free = (ring > 0) & (ring < tubes.organ.neck_ring[tube])
+    free[tubes.severed_rings(tube)] = False
+    return free & ~tubes.tissue.host("covered")[tubes.b, tubes.below[tube]].any(axis=1)

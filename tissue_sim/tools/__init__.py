@@ -1,0 +1,1 @@
+"""What the robot holds: two arms, their kinematics, instruments and meshes."""

@@ -1,0 +1,149 @@
+"""The URDF of a PSM with one instrument, written from the DH table so that both agree exactly.
+
+Each joint's origin is its DH transform at zero and its axis is z: turning about z and sliding
+along z commute, so origin times joint motion is the DH transform. Every centre of mass lies at
+its link's origin, so that the simulator's link velocities and wrenches refer to the link frame.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from math import atan2, hypot
+from pathlib import Path
+
+import numpy as np
+
+from tissue_sim.frames import Array, pose
+from tissue_sim.tools.instruments import SHAFT_RADIUS_M, WRIST_RADIUS_M, Instrument
+from tissue_sim.tools.psm import T_YAW_TOOL_AXES, DhRow, dh_table, dh_transform
+
+SHAFT_LENGTH_M = 0.40
+LINK_OF_JOINT = {
+    "outer_yaw": "outer_yaw",
+    "outer_pitch": "outer_pitch",
+    "insertion": "carriage",
+    "roll": "shaft",
+    "wrist_pitch": "wrist",
+    "wrist_yaw": "palm",
+}
+FINGER_SIDES = {"finger_plus": -1, "finger_minus": 1}  # sense of opening about x_tool
+JOINT_ORDER = (*LINK_OF_JOINT, *FINGER_SIDES)
+
+_INERTIAS = {  # mass (kg), moment of inertia (kg m2): assumed, light beside the drives
+    "base": (1.0, 1e-2),
+    "outer_yaw": (0.10, 1e-3),
+    "outer_pitch": (0.10, 1e-3),
+    "carriage": (0.05, 1e-3),
+    "shaft": (0.03, 1e-4),
+    "wrist": (0.01, 2e-6),
+    "palm": (0.01, 2e-6),
+    "finger_plus": (0.005, 1e-6),
+    "finger_minus": (0.005, 1e-6),
+}
+
+
+@cache
+def _cache_directory() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="calot-psm-")
+
+
+@cache
+def urdf_path(instrument: Instrument, *, visuals: bool) -> Path:
+    """The URDF as a file, with its meshes beside it; kept until the process ends."""
+    directory = Path(tempfile.mkdtemp(prefix=instrument.name, dir=_cache_directory().name))
+    path = directory / "psm.urdf"
+    path.write_text(urdf(instrument, _write_meshes(instrument, directory) if visuals else {}))
+    return path
+
+
+def urdf(instrument: Instrument, mesh_files: dict[str, str]) -> str:
+    """URDF text; `mesh_files` gives the visual of each link that has one, empty for none."""
+    collisions = _collisions(instrument)
+    links = [_link(name, collisions.get(name, ""), mesh_files.get(name)) for name in _INERTIAS]
+    joints, parent = [], "base"
+    for row in dh_table(instrument):
+        joints.append(_dh_joint(row, parent, LINK_OF_JOINT[row.name]))
+        parent = LINK_OF_JOINT[row.name]
+    fingers = [_finger_joint(name, sense, instrument) for name, sense in FINGER_SIDES.items()]
+    return "\n".join(['<robot name="psm">', *links, *joints, *fingers, "</robot>"])
+
+
+def _write_meshes(instrument: Instrument, directory: Path) -> dict[str, str]:
+    from tissue_sim.tools.instrument_meshes import write_link_meshes
+
+    return write_link_meshes(instrument, directory)
+
+
+def _collisions(instrument: Instrument) -> dict[str, str]:
+    half = instrument.finger_half_thickness_m
+    width = 2 * (instrument.finger_half_width_m + half)
+    length = instrument.yaw_to_tip_m
+    finger = f'<box size="{width} {2 * half} {length}"/>'
+    return {
+        "shaft": _collision(
+            f'<capsule radius="{SHAFT_RADIUS_M}" length="{SHAFT_LENGTH_M}"/>',
+            _origin(pose(np.eye(3), np.array([0.0, 0.0, -SHAFT_LENGTH_M / 2]))),
+        ),
+        "wrist": _collision(
+            f'<capsule radius="{WRIST_RADIUS_M}" length="{instrument.pitch_to_yaw_m}"/>',
+            f'<origin xyz="{instrument.pitch_to_yaw_m / 2} 0 0" rpy="0 {np.pi / 2} 0"/>',
+        ),
+        "finger_plus": _collision(finger, f'<origin xyz="0 {half} {length / 2}" rpy="0 0 0"/>'),
+        "finger_minus": _collision(finger, f'<origin xyz="0 {-half} {length / 2}" rpy="0 0 0"/>'),
+    }
+
+
+def _collision(geometry: str, origin: str) -> str:
+    return f"<collision>{origin}<geometry>{geometry}</geometry></collision>"
+
+
+def _link(name: str, collision: str, mesh_file: str | None) -> str:
+    mass, inertia = _INERTIAS[name]
+    visual = f'<visual><geometry><mesh filename="{mesh_file}"/></geometry></visual>'
+    return (
+        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{inertia}"'
+        f' iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        f"{visual if mesh_file else ''}{collision}</link>"
+    )
+
+
+def _dh_joint(row: DhRow, parent: str, child: str) -> str:
+    kind = "prismatic" if row.prismatic else "revolute"
+    origin = _origin(dh_transform(row))
+    return _joint(row.name, kind, parent, child, origin, "0 0 1", (row.lower, row.upper))
+
+
+def _finger_joint(name: str, sense: int, instrument: Instrument) -> str:
+    upper = instrument.jaw_range_rad[1] / 2
+    origin = _origin(T_YAW_TOOL_AXES)
+    return _joint(name, "revolute", "palm", name, origin, f"{sense} 0 0", (0.0, upper))
+
+
+def _joint(
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    origin: str,
+    axis: str,
+    limits: tuple[float, float],
+) -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'{origin}<axis xyz="{axis}"/><limit lower="{limits[0]}" upper="{limits[1]}"'
+        ' effort="1000" velocity="100"/></joint>'
+    )
+
+
+def _origin(T: Array) -> str:
+    """URDF origin of a pose: fixed-axis roll, pitch, yaw; roll 0 where pitch is +-90 deg."""
+    R = T[:3, :3]
+    cos_pitch = hypot(R[0, 0], R[1, 0])
+    pitch = atan2(-R[2, 0], cos_pitch)
+    if cos_pitch > 1e-9:
+        roll, yaw = atan2(R[2, 1], R[2, 2]), atan2(R[1, 0], R[0, 0])
+    else:
+        roll, yaw = 0.0, atan2(-R[0, 1], R[1, 1])
+    x, y, z = T[:3, 3]
+    return f'<origin xyz="{x} {y} {z}" rpy="{roll} {pitch} {yaw}"/>'
