@@ -9,7 +9,7 @@ from planner.instruction import Instruction
 from tissue_sim.sensing.observation import Observation
 
 
-class PlannerUncorrecting:
+class PlannerWithoutCorrections:
     """Says the task that another planner says, and keeps its corrections back."""
 
     def __init__(self, planner: Planner[Observation]) -> None:

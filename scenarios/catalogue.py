@@ -70,5 +70,7 @@ CONTROLLERS: dict[str, str] = {
 LEARNED_CONTROLLERS = ("diffusion",)
 """Made from a checkpoint and a seed; the others from the world, which these never get hold of."""
 
-ABLATIONS: dict[str, str] = {"no-corrections": "planner.without_corrections:PlannerUncorrecting"}
+ABLATIONS: dict[str, str] = {
+    "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"
+}
 """What is taken away from a planner, by a factory that takes the planner."""

@@ -24,7 +24,7 @@ BAD_INPUT = 2
 FAULT = 3
 
 
-class Command(Protocol):
+class Subcommand(Protocol):
     """What the words on the command line ask for."""
 
     def execute(self) -> int:
@@ -32,7 +32,7 @@ class Command(Protocol):
         ...
 
 
-COMMANDS: dict[str, Callable[..., Command]] = {
+COMMANDS: dict[str, Callable[..., Subcommand]] = {
     "run": Run,
     "evaluate": Evaluate,
     "view": View,
@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAULT
 
 
-def parse(argv: Sequence[str] | None = None) -> Command:
+def parse(argv: Sequence[str] | None = None) -> Subcommand:
     """Returns the command that the words ask for.
 
     Raises:

@@ -36,9 +36,9 @@ from scenarios.catalogue import (
     SCENARIOS,
 )
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Heard, Inbox
-from scenarios.loop.motion_metrics import Conduct
+from scenarios.loop.motion_metrics import MotionMetrics
 from scenarios.loop.observer import Observer
 from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
 from scenarios.loop.script import read_script
@@ -77,7 +77,7 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     """From where it has begun, at `start_s` of `perf_counter`, to its end."""
     for observer in observers:
         observer.on_reset(episode.world)
-    conduct = Conduct(episode.world)
+    conduct = MotionMetrics(episode.world)
     for step in episode.steps():
         conduct.on_step(step)
         for observer in observers:
@@ -168,7 +168,7 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     heard: tuple[Heard, ...] = ()
-    hand: Hand | None = None
+    hand: GuidedArm | None = None
     ahead: Chunk = ()
     spent_s: Mapping[str, float] = field(default_factory=dict)
 
@@ -206,7 +206,7 @@ class Episode:
         self._chunk: deque[ToolAction] = deque()
         self._clock = StageClock()
         self._n_told = 0  # entries of the ledger that observers have been told of
-        self._led_by: Hand | None = None
+        self._led_by: GuidedArm | None = None
         self._heeded: tuple[str, Source, float] | None = None  # the correction in force
         self._heard: list[Heard] = []  # of which observers have not been told
 
@@ -359,7 +359,7 @@ class Episode:
         asked: ToolAction | None = None,
         disturbed: bool = False,
         exchange: bool = False,
-        hand: Hand | None = None,
+        hand: GuidedArm | None = None,
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = tuple(self.ledger[self._n_told :])

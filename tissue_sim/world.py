@@ -31,7 +31,7 @@ from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.physics_system import physics_system
 
 if TYPE_CHECKING:
-    from tissue_sim.rendering.view import View
+    from tissue_sim.rendering.view import FieldCameras
 
 WORLD_VERSION = 5  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
@@ -314,7 +314,7 @@ def _new_scene(*, render: bool) -> sapien.Scene:
     return renderable_scene()
 
 
-def _new_view(scene: sapien.Scene) -> View:
-    from tissue_sim.rendering.view import View
+def _new_view(scene: sapien.Scene) -> FieldCameras:
+    from tissue_sim.rendering.view import FieldCameras
 
-    return View(scene)
+    return FieldCameras(scene)

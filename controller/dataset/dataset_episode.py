@@ -38,7 +38,7 @@ class Header:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Episode:
+class DatasetEpisode:
     """Frames of one episode, 30 a second.
 
     Attributes:

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
-from controller.dataset.dataset_episode import Episode
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.part import read_part
 from controller.dataset.schema import FEATURES, TEXTS
 from controller.dataset.statistics import Statistics, pooled, statistics_of
@@ -101,7 +101,7 @@ class _DataFiles:
         )
 
 
-def _numbered(episode: Episode, number: int, first_frame: int) -> dict[str, np.ndarray]:
+def _numbered(episode: DatasetEpisode, number: int, first_frame: int) -> dict[str, np.ndarray]:
     frames = len(episode)
     return {
         **episode.columns,
@@ -111,7 +111,7 @@ def _numbered(episode: Episode, number: int, first_frame: int) -> dict[str, np.n
 
 
 def _row(
-    episode: Episode, number: int, first_frame: int, statistics: dict[str, Statistics]
+    episode: DatasetEpisode, number: int, first_frame: int, statistics: dict[str, Statistics]
 ) -> dict[str, Any]:
     header = asdict(episode.header)
     return {

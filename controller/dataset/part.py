@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from controller.dataset.dataset_episode import Episode, Header
+from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.schema import DEMONSTRATED, SCHEMA_VERSION
 from controller.dataset.tables import columns_of, table_of
 from tissue_sim.world import WORLD_VERSION
@@ -17,7 +17,7 @@ from tissue_sim.world import WORLD_VERSION
 _HEADER = b"calot"
 
 
-def part_bytes(episode: Episode) -> bytes:
+def part_bytes(episode: DatasetEpisode) -> bytes:
     """The content of an episode's file.
 
     Raises:
@@ -33,7 +33,7 @@ def part_bytes(episode: Episode) -> bytes:
     return sink.getvalue().to_pybytes()
 
 
-def read_part(path: Path) -> Episode:
+def read_part(path: Path) -> DatasetEpisode:
     """Reads an episode's file back.
 
     Raises:
@@ -45,7 +45,7 @@ def read_part(path: Path) -> Episode:
             raise ValueError("it is no demonstrated episode")
         header = Header(**json.loads(metadata[_HEADER]))
         require_versions(header.schema_version, header.world_version)
-        return Episode(header=header, columns=columns_of(table, DEMONSTRATED))
+        return DatasetEpisode(header=header, columns=columns_of(table, DEMONSTRATED))
     except (OSError, ValueError, TypeError, pa.ArrowException) as error:
         raise ValueError(f"{path}: {one_line(error)}") from error
 

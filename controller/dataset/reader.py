@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
-from controller.dataset.dataset_episode import Episode, Header
+from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import FEATURES
 from controller.dataset.tables import arrow_schema, columns_of
@@ -22,7 +22,7 @@ _PLACE = ("data/chunk_index", "data/file_index")
 _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
 
-def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Iterator[Episode]:
+def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Iterator[DatasetEpisode]:
     """The episodes of a dataset in their order, with the columns asked for.
 
     The dataset's description is checked at once, an episode when its turn comes.
@@ -71,7 +71,9 @@ def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
     return table.select(list(_ROW)).to_pylist()
 
 
-def _episodes(root: Path, columns: Sequence[str], rows: list[dict[str, Any]]) -> Iterator[Episode]:
+def _episodes(
+    root: Path, columns: Sequence[str], rows: list[dict[str, Any]]
+) -> Iterator[DatasetEpisode]:
     features, path = {name: FEATURES[name] for name in columns}, None
     for row in rows:
         place = dict(zip(("chunk_index", "file_index"), (row[key] for key in _PLACE), strict=True))
@@ -81,7 +83,7 @@ def _episodes(root: Path, columns: Sequence[str], rows: list[dict[str, Any]]) ->
                 file, group = _opened(path), 0
             read = columns_of(file.read_row_group(group, columns=[*columns]), features)
             group += 1
-            episode = Episode(header=_header(row), columns=read)
+            episode = DatasetEpisode(header=_header(row), columns=read)
             if len(episode) != row["length"]:
                 raise ValueError(f"it has {len(episode)} frames, not {row['length']}")
         except (OSError, ValueError, IndexError, pa.ArrowException) as error:

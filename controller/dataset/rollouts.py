@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.dataset.dataset_episode import Episode
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
@@ -33,7 +33,7 @@ def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rol
     return [rollout_of(e) for e in episodes if _kind(e) not in left_out]
 
 
-def rollout_of(episode: Episode) -> Rollout:
+def rollout_of(episode: DatasetEpisode) -> Rollout:
     """One episode."""
     states, heard, task, flag, wanted = (episode.columns[name] for name in COLUMNS)
     corrected = heard >= len(TASKS)
@@ -49,7 +49,7 @@ def rollout_of(episode: Episode) -> Rollout:
     )
 
 
-def _kind(episode: Episode) -> str:
+def _kind(episode: DatasetEpisode) -> str:
     return episode.header.kind.partition(":")[0]
 
 

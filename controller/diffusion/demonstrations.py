@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.dataset.dataset_episode import Episode
+from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
-from controller.diffusion.windows import Demonstration
+from controller.diffusion.windows import DemonstrationArrays
 
 COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
 
 
-def demonstrations(roots: Iterable[Path], leave_out: Container[str] = ()) -> list[Demonstration]:
+def demonstrations(
+    roots: Iterable[Path], leave_out: Container[str] = ()
+) -> list[DemonstrationArrays]:
     """All of the datasets in folders, or all but those of some kinds, "recovery" say.
 
     Raises:
@@ -24,13 +26,13 @@ def demonstrations(roots: Iterable[Path], leave_out: Container[str] = ()) -> lis
     return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] not in leave_out))
 
 
-def unbroken(episodes: Iterable[Episode]) -> Iterator[Demonstration]:
+def unbroken(episodes: Iterable[DatasetEpisode]) -> Iterator[DemonstrationArrays]:
     """Episodes parted where tools were exchanged."""
     for episode in episodes:
         states, actions, texts, expert, segment = (episode.columns[name] for name in COLUMNS)
         for number in np.unique(segment):
             rows = segment == number
-            yield Demonstration(
+            yield DemonstrationArrays(
                 states=states[rows],
                 actions=actions[rows],
                 texts=texts[rows].tolist(),

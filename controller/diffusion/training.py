@@ -14,7 +14,7 @@ from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import displaced, half_shut
 from controller.diffusion.policy import Policy
-from controller.diffusion.windows import Demonstration, Windows
+from controller.diffusion.windows import DemonstrationArrays, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
@@ -65,7 +65,7 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
 
 
 def train(
-    demonstrations: Sequence[Demonstration],
+    demonstrations: Sequence[DemonstrationArrays],
     config: TrainingConfig,
     out: Path,
     device: str = "cpu",

@@ -21,7 +21,7 @@ Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Demonstration:
+class DemonstrationArrays:
     """An unbroken run of control steps: no tool exchange within it.
 
     Attributes:
@@ -50,7 +50,7 @@ class Demonstration:
             if not np.isfinite(value).all():
                 raise ValueError(f"demonstration: {name} has entries that are no finite numbers")
 
-    def heard_by(self, config: PolicyConfig) -> Demonstration:
+    def heard_by(self, config: PolicyConfig) -> DemonstrationArrays:
         """As a policy hears it."""
         return replace(self, texts=[config.heard(text) for text in self.texts])
 
@@ -92,7 +92,7 @@ class Windows:
 
     def __init__(
         self,
-        demonstrations: Sequence[Demonstration],
+        demonstrations: Sequence[DemonstrationArrays],
         config: PolicyConfig,
         device: torch.device | str = "cpu",
     ) -> None:
@@ -148,7 +148,9 @@ class _Track(NamedTuple):
     n_valid: Tensor
 
 
-def _track(demonstration: Demonstration, rows: dict[str, int], config: PolicyConfig) -> _Track:
+def _track(
+    demonstration: DemonstrationArrays, rows: dict[str, int], config: PolicyConfig
+) -> _Track:
     states = torch.from_numpy(demonstration.states)
     actions = torch.from_numpy(demonstration.actions)
     poses = trajectory(actions.double()).float()
@@ -168,7 +170,7 @@ def _track(demonstration: Demonstration, rows: dict[str, int], config: PolicyCon
     )
 
 
-def _digest(demonstrations: Sequence[Demonstration]) -> str:
+def _digest(demonstrations: Sequence[DemonstrationArrays]) -> str:
     digest = sha256()
     for d in demonstrations:
         for part in (d.states, d.actions, d.expert):

@@ -42,14 +42,14 @@ _CLOSED_WORDS = {
 }  # fmt: skip
 
 
-class Gap(NamedTuple):
+class GapInWords(NamedTuple):
     """A sentence of which the words say a part only, and what is expected of it."""
 
     row: Row
     parsed: Parse
 
 
-class Outcome(NamedTuple):
+class GapGuess(NamedTuple):
     """The likeliest command for a gap, where it may be taken."""
 
     row: Row
@@ -114,7 +114,7 @@ def _regress(inputs: Tensor, targets: Tensor, n_classes: int) -> Tensor:
     return weights.detach()
 
 
-def gaps(rows: Sequence[Row]) -> Iterator[Gap]:
+def gaps(rows: Sequence[Row]) -> Iterator[GapInWords]:
     """What the words leave open where the grammar does not know one of them."""
     for row in rows:
         words = normalised(row.sentence).split()
@@ -122,7 +122,7 @@ def gaps(rows: Sequence[Row]) -> Iterator[Gap]:
         for text in sorted({row.sentence, *texts}):
             parsed = parse(text)
             if parsed.unknown and parsed.filled and not parsed.refusal:
-                yield Gap(row, parsed)
+                yield GapInWords(row, parsed)
 
 
 def _forgettable(words: list[str]) -> list[int]:
@@ -133,7 +133,7 @@ def _forgettable(words: list[str]) -> list[int]:
     ]
 
 
-def outcomes(rows: Sequence[Row]) -> list[Outcome]:
+def outcomes(rows: Sequence[Row]) -> list[GapGuess]:
     """What becomes of the gaps of rows that the heads were not trained on."""
     found = []
     for k in range(FOLDS):
@@ -141,7 +141,7 @@ def outcomes(rows: Sequence[Row]) -> list[Outcome]:
         for row, parsed in gaps(rows[k::FOLDS]):
             ranked = heads.ranked(_vector(normalised(row.sentence)).numpy(), parsed.filled)
             if ranked and may_be_filled(parsed, ranked[0][1]):
-                found.append(Outcome(row, openness(parsed), ranked[0][1].text, ranked[0][0]))
+                found.append(GapGuess(row, openness(parsed), ranked[0][1].text, ranked[0][0]))
     return found
 
 
@@ -149,13 +149,13 @@ def _without(rows: Sequence[Row], fold: int) -> list[Row]:
     return [row for k, row in enumerate(rows) if k % FOLDS != fold]
 
 
-def chosen_thresholds(found: Sequence[Outcome]) -> dict[str, float]:
+def chosen_thresholds(found: Sequence[GapGuess]) -> dict[str, float]:
     """By what is open, the least that `_threshold` allows."""
     kinds = sorted({one.openness for one in found})
     return {kind: _threshold([one for one in found if one.openness == kind]) for kind in kinds}
 
 
-def _threshold(found: Sequence[Outcome]) -> float:
+def _threshold(found: Sequence[GapGuess]) -> float:
     """The least at which no sentence out of scope moves the robot, and few are misread."""
     wrong = sorted((one.confidence for one in found if not one.right), reverse=True)
     outside = [one for one in found if one.row.expected == OUT_OF_SCOPE]

@@ -76,7 +76,7 @@ class Labels(NamedTuple):
     fails: Tensor
 
 
-class Moment(NamedTuple):
+class MomentBatch(NamedTuple):
     """All steps of all rollouts, end to end."""
 
     states: Tensor
@@ -106,7 +106,7 @@ class Rollouts:
         self.digest = sha256(b"".join(r.digest for r in rollouts)).hexdigest()
         lengths = torch.tensor([len(r.task) for r in rollouts])
         begins = torch.cumsum(lengths, 0) - lengths
-        self.steps = Moment(
+        self.steps = MomentBatch(
             states=_joined([at_rest(r.states, fixed_m(r.states[0])) for r in rollouts]),
             said=_joined([r.said for r in rollouts]),
             corrected=_joined([r.corrected for r in rollouts]),

@@ -11,23 +11,23 @@ from scipy.stats import binomtest, t
 from scenarios.bench.trials.correction_trial import (
     LOOK_S,
     WITHIN_S,
-    Comparison,
+    CorrectionTrial,
     Course,
-    Trial,
+    ForkComparison,
     lost_trial,
 )
-from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.loop.episode_config import EpisodeConfig
 
 
-def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Trial]:
+def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[CorrectionTrial]:
     """On the patients from the configuration's seed on, in order."""
     seeds = range(config.seed, config.seed + episodes)
-    comparison = Attempt(run=Comparison(config=config), lost=lost_trial)
+    comparison = TrialAttempt(run=ForkComparison(config=config), lost=lost_trial)
     return sorted(run_all("corrections", seeds, workers, comparison), key=lambda trial: trial.seed)
 
 
-def corrections_table(trials: Sequence[Trial]) -> Table:
+def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
     """Without, with, and the paired gain with its 95 % interval."""
     table = Table(title=f"corrections, seeds {trials[0].seed} to {trials[-1].seed}")
     for heading in ("", "without", "with", "gain (95 % interval, paired)"):
@@ -49,7 +49,7 @@ def corrections_table(trials: Sequence[Trial]) -> Table:
     return table
 
 
-def error_lines(trials: Sequence[Trial]) -> list[str]:
+def error_lines(trials: Sequence[CorrectionTrial]) -> list[str]:
     """A line for each trial that an error ended."""
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 

@@ -20,7 +20,7 @@ from controller.action import CONTROL_STEP_S
 from scenarios.episode import Episode, Step, begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import interpreter
-from scenarios.recording.snapshot import Moment
+from scenarios.recording.snapshot import Snapshot
 from tissue_sim.frames import Array
 
 FIRST_S, EVERY_S = 1.0, 0.7  # of simulated time: moments at which somebody speaks
@@ -69,7 +69,7 @@ def measured(config: EpisodeConfig) -> Iterator[Wait]:
         interpreter().read(text)
     texts = (TEXTS[n % len(TEXTS)] for n in count())
     while (step := next(_until(episode, due_s), None)) is not None:
-        moment, due_s = Moment(episode), step.time_s + EVERY_S
+        moment, due_s = Snapshot(episode), step.time_s + EVERY_S
         commands = [s.command.joints for s in islice(moment.again().steps(), WITHIN_STEPS)]
         yield _wait(moment.again(), commands, next(texts), chance.uniform(0.0, CONTROL_STEP_S))
         episode = moment.again()

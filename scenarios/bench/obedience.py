@@ -8,20 +8,20 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.trials.obedience_trial import Examination, Trial, lost_trial
-from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.bench.trials.obedience_trial import Examination, ObedienceTrial, lost_trial
+from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.episode_config import EpisodeConfig
 
 
-def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[Trial]:
+def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[ObedienceTrial]:
     """On the patients from the configuration's seed on, in order."""
     seeds = range(config.seed, config.seed + episodes)
-    examination = Attempt(run=Examination(config=config), lost=lost_trial)
+    examination = TrialAttempt(run=Examination(config=config), lost=lost_trial)
     return sorted(run_all("words", seeds, workers, examination), key=lambda trial: trial.seed)
 
 
-def obedience_table(trials: Sequence[Trial]) -> Table:
+def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
     """Of each correction how often it was obeyed, and how often the wrong tube was gone to.
 
     And how often it was asked for and withheld, as `Told` has it: that counts as not obeyed.
@@ -42,7 +42,7 @@ def obedience_table(trials: Sequence[Trial]) -> Table:
     return table
 
 
-def error_lines(trials: Sequence[Trial]) -> list[str]:
+def error_lines(trials: Sequence[ObedienceTrial]) -> list[str]:
     """A line for each trial that an error ended."""
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 

@@ -12,18 +12,18 @@ from scenarios.bench.trials.memory_growth import (
     growth_kb_a_reset,
     world_resetter,
 )
-from scenarios.bench.trials.run_trials import Attempt, run_all
-from scenarios.bench.trials.storm_trial import Trial, lost_trial, run_trial
+from scenarios.bench.trials.run_trials import TrialAttempt, run_all
+from scenarios.bench.trials.storm_trial import StormTrial, lost_trial, run_trial
 
 
-def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
+def run_trials(seed: int, episodes: int, workers: int) -> list[StormTrial]:
     """Storms on the patients from `seed` on, in order; a bar shows how far they are."""
     seeds = range(seed, seed + episodes)
-    trials = run_all("storms", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
+    trials = run_all("storms", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 
-def trial_table(trials: Sequence[Trial]) -> Table:
+def trial_table(trials: Sequence[StormTrial]) -> Table:
     """What the storms did, and the laws they broke."""
     table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
     table.add_column("measured")
@@ -52,12 +52,12 @@ def trial_table(trials: Sequence[Trial]) -> Table:
     return table
 
 
-def broken_lines(trials: Sequence[Trial]) -> list[str]:
+def broken_lines(trials: Sequence[StormTrial]) -> list[str]:
     """A line for each storm that broke a law."""
     return [f"seed {t.seed}: {', '.join(t.broken)}" for t in trials if t.broken]
 
 
-def caught_lines(trials: Sequence[Trial]) -> list[str]:
+def caught_lines(trials: Sequence[StormTrial]) -> list[str]:
     """The storms after which tissue still hung on a tool, if any."""
     seeds = [str(t.seed) for t in trials if t.caught]
     return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []

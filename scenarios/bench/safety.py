@@ -20,13 +20,13 @@ from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
     Attacked,
+    AttackRun,
+    AttackTrial,
     Pair,
-    Run,
-    Trial,
     lost_trial,
     run_trial,
 )
-from scenarios.bench.trials.run_trials import Attempt, run_all
+from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from tissue_sim.frames import Array
@@ -38,14 +38,14 @@ CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
 
 
-def run_trials(seed: int, episodes: int, workers: int) -> list[Trial]:
+def run_trials(seed: int, episodes: int, workers: int) -> list[AttackTrial]:
     """Attacks on the patients from `seed` on, in order; a bar shows how far they are."""
     seeds = range(seed, seed + episodes)
-    trials = run_all("attacks", seeds, workers, Attempt(run=run_trial, lost=lost_trial))
+    trials = run_all("attacks", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 
-def depth_tables(trials: Sequence[Trial]) -> list[Table]:
+def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:
     """What attacks came to without the filter and with it, as commanded and in the world."""
     pairs = [pair for trial in trials for pair in trial.pairs]
     seeds = f"seeds {trials[0].seed} to {trials[-1].seed}"
@@ -81,7 +81,7 @@ def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
     return table
 
 
-def broken_lines(trials: Sequence[Trial]) -> list[str]:
+def broken_lines(trials: Sequence[AttackTrial]) -> list[str]:
     """A line for each attack in which the filter failed, as commanded, and for each error."""
     lines = [f"seed {t.seed}: {t.error}" for t in trials if t.error]
     for trial in trials:
@@ -91,7 +91,7 @@ def broken_lines(trials: Sequence[Trial]) -> list[str]:
 
 
 def _failures(pair: Pair) -> Iterator[str]:
-    run: Run = pair.filtered
+    run: AttackRun = pair.filtered
     if run.beyond_range > ROUNDING:
         yield f"a joint {run.beyond_range:.2g} beyond its range"
     if run.deepest_m > ALLOWED_M and not pair.in_world:

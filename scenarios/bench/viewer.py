@@ -29,7 +29,7 @@ from scenarios.viewer.pace import Pace
 from scenarios.viewer.page import FRAME_S
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
-from scenarios.viewer.session_state import Desk
+from scenarios.viewer.session_state import SessionState
 from scenarios.viewer.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -64,12 +64,12 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     return _speed_table(speeds, seed), _wait_table(waits, seed)
 
 
-def _desk(config: EpisodeConfig, out: Path) -> Desk:
+def _desk(config: EpisodeConfig, out: Path) -> SessionState:
     pace = Pace(speed=math.inf)
-    return Desk(config=config, out=out, pace=pace, watcher=Watcher(pace))
+    return SessionState(config=config, out=out, pace=pace, watcher=Watcher(pace))
 
 
-def _speeds(desk: Desk, chromium: Browser, address: str) -> tuple[float, float]:
+def _speeds(desk: SessionState, chromium: Browser, address: str) -> tuple[float, float]:
     """Times real time of the same steps, without and with a tab that shows them."""
     alone = _speed(desk)
     with open_tab(chromium, address) as tab:
@@ -77,7 +77,7 @@ def _speeds(desk: Desk, chromium: Browser, address: str) -> tuple[float, float]:
         return alone, _speed(desk)
 
 
-def _speed(desk: Desk) -> float:
+def _speed(desk: SessionState) -> float:
     steps = _steps(desk, begin(desk.config))
     for _ in islice(steps, SETTLE_STEPS):
         pass
@@ -87,7 +87,7 @@ def _speed(desk: Desk) -> float:
     return STEPS * CONTROL_STEP_S / (time.perf_counter() - start_s)
 
 
-def _steps(desk: Desk, episode: Episode) -> Iterator[np.ndarray]:
+def _steps(desk: SessionState, episode: Episode) -> Iterator[np.ndarray]:
     """The joint commands of an episode that is watched."""
     episode.inbox = desk.inbox
     desk.watcher.on_reset(episode.world)
@@ -104,7 +104,7 @@ class _Loop:
         still: how many steps there were since.
     """
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: SessionState) -> None:
         self.changed_s, self.still = 0.0, 0
         self._desk, self._over = desk, Event()
         self._thread = Thread(target=self._run, name="calot-loop")
@@ -129,7 +129,9 @@ class _Loop:
                 return
 
 
-def _waits(desk: Desk, chromium: Browser, address: str, clicks: int) -> dict[str, list[float]]:
+def _waits(
+    desk: SessionState, chromium: Browser, address: str, clicks: int
+) -> dict[str, list[float]]:
     """From a click, and from Enter, to the first changed command of arms that held still, s."""
     desk.pace.speed = 1.0
     loop, buttons, sentences = _Loop(desk), list[float](), list[float]()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tyro.constructors import PrimitiveConstructorSpec
 
-from scenarios.evaluation.arm import FORM, Arm, arm_from_text
+from scenarios.evaluation.arm import FORM, StudyArm, arm_from_text
 
 
 def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
@@ -87,10 +87,10 @@ def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...]]:
     )
 
 
-def some_arms() -> PrimitiveConstructorSpec[tuple[Arm, ...]]:
+def some_arms() -> PrimitiveConstructorSpec[tuple[StudyArm, ...]]:
     """Returns the type of one or more arms of an evaluation."""
 
-    def parse(words: list[str]) -> tuple[Arm, ...]:
+    def parse(words: list[str]) -> tuple[StudyArm, ...]:
         if not words:
             raise ValueError(f"there is none; allowed: {FORM}, once or more")
         return tuple(map(arm_from_text, words))

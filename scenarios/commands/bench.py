@@ -21,7 +21,7 @@ LEAST_STEPS = 30  # some chunks join in them
 
 
 @dataclass(frozen=True, kw_only=True)
-class World:
+class BenchWorld:
     """How fast each stage of the world is, on one core."""
 
     seed: Annotated[int, at_least(0)] = 20_000
@@ -143,7 +143,7 @@ class Safety:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Controller:
+class BenchController:
     """How long a chunk of the diffusion controller takes, and how smoothly chunks join."""
 
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -197,7 +197,7 @@ class Obedience:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Planner:
+class BenchPlanner:
     """Whether the learned planner says what should be said, on rollouts that it has not seen."""
 
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -251,7 +251,7 @@ class Corrections:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Latency:
+class BenchLatency:
     """How long it takes from submitted text to the first joint command that it changed."""
 
     controller: Literal["diffusion", "expert"] = "expert"
@@ -320,16 +320,16 @@ class Bench:
     """Measure how a part of Calot does on this machine."""
 
     part: OmitSubcommandPrefixes[
-        Annotated[World, subcommand("world")]
+        Annotated[BenchWorld, subcommand("world")]
         | Annotated[Accuracy, subcommand("accuracy")]
         | Annotated[Robustness, subcommand("robustness")]
         | Annotated[Parallel, subcommand("parallel")]
         | Annotated[Safety, subcommand("safety")]
-        | Annotated[Controller, subcommand("controller")]
+        | Annotated[BenchController, subcommand("controller")]
         | Annotated[Obedience, subcommand("obedience")]
-        | Annotated[Planner, subcommand("planner")]
+        | Annotated[BenchPlanner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
-        | Annotated[Latency, subcommand("latency")]
+        | Annotated[BenchLatency, subcommand("latency")]
         | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
     ]

@@ -11,25 +11,25 @@ from rich.console import Console
 from scenarios.loop.episode_config import EpisodeConfig
 
 if TYPE_CHECKING:
-    from scenarios.viewer.session_state import Desk
+    from scenarios.viewer.session_state import SessionState
 
 LOCAL = "127.0.0.1"
 
 
 def desk_for(
     config: EpisodeConfig, out: Path, *, paused: bool, restarts: bool, camera: bool
-) -> Desk:
+) -> SessionState:
     """What a page's controls act on, from this episode on."""
     from scenarios.viewer.pace import Pace
-    from scenarios.viewer.session_state import Desk
+    from scenarios.viewer.session_state import SessionState
     from scenarios.viewer.watcher import Watcher
 
     pace = Pace(paused=paused)
     watcher = Watcher(pace, camera=camera)
-    return Desk(config=config, out=out, pace=pace, watcher=watcher, restarts=restarts)
+    return SessionState(config=config, out=out, pace=pace, watcher=watcher, restarts=restarts)
 
 
-def page_of(desk: Desk, host: str, port: int | None) -> AbstractContextManager[None]:
+def page_of(desk: SessionState, host: str, port: int | None) -> AbstractContextManager[None]:
     """The page, served while the block lasts, and where it is told.
 
     Raises:

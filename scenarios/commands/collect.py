@@ -18,7 +18,7 @@ from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.demonstrate import (
     PARTS,
-    Outcome,
+    DemonstrationOutcome,
     broken_off,
     demonstrate,
     is_finished,
@@ -28,7 +28,7 @@ from scenarios.demonstration.mix import (
     MIXES,
     ROLLOUT,
     TRAINING_SEEDS,
-    Demonstration,
+    PlannedDemonstration,
     demonstrations,
 )
 from scenarios.files.errors import BadInputError
@@ -108,8 +108,8 @@ class Collect:
         require_writable_folder(self.out, "--out")
         require_cluster(self.cluster, self.out)
 
-    def _collect(self, waiting: Sequence[Demonstration]) -> list[Outcome]:
-        outcomes: list[Outcome] = []
+    def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
+        outcomes: list[DemonstrationOutcome] = []
         display = ProgressDisplay(len(waiting), Console(stderr=True))
         with display, closing(self._outcomes(waiting)) as arriving:
             for outcome in arriving:
@@ -122,7 +122,9 @@ class Collect:
                 display.advance()
         return outcomes
 
-    def _outcomes(self, waiting: Sequence[Demonstration]) -> Generator[Outcome, None, None]:
+    def _outcomes(
+        self, waiting: Sequence[PlannedDemonstration]
+    ) -> Generator[DemonstrationOutcome, None, None]:
         attempt = partial(demonstrate, out=self.out)
         if self.workers > 1 or self.cluster is not None:
             yield from run_side_by_side(attempt, waiting, self.workers, broken_off, self.cluster)
@@ -146,7 +148,7 @@ class Collect:
 
 
 def _report(
-    asked: Sequence[Demonstration], outcomes: Sequence[Outcome], wall_s: float
+    asked: Sequence[PlannedDemonstration], outcomes: Sequence[DemonstrationOutcome], wall_s: float
 ) -> list[str]:
     broken = [outcome for outcome in outcomes if outcome.error]
     passed = sum(outcome.success for outcome in outcomes)

@@ -19,7 +19,7 @@ from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import INTERRUPTED
-from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
+from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import dumps, plain
@@ -45,7 +45,7 @@ class Evaluate:
     episodes ended in error, 130 interrupted.
     """
 
-    arms: Annotated[tuple[Arm, ...], some_arms()] = (REFERENCE,)
+    arms: Annotated[tuple[StudyArm, ...], some_arms()] = (REFERENCE,)
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE and
     ,ablation=no-corrections where wanted; the others are compared with the first."""
     suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)

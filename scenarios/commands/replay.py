@@ -29,7 +29,7 @@ from scenarios.recording.verify import (
 from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:
-    from scenarios.viewer.recording_frames import Reel
+    from scenarios.viewer.recording_frames import RecordingFrames
 
 VIEW_EVERY = 3  # steps a frame: 10 a second
 
@@ -155,9 +155,9 @@ class Replay:
         return max(map(_verdict, reels))
 
 
-def _reel(file: Path, *, every: int) -> Reel:
+def _reel(file: Path, *, every: int) -> RecordingFrames:
     from scenarios.recording.recorder import load
-    from scenarios.viewer.recording_frames import Reel
+    from scenarios.viewer.recording_frames import RecordingFrames
 
     try:
         recording = load(file)
@@ -166,7 +166,7 @@ def _reel(file: Path, *, every: int) -> Reel:
     except ValueError as error:
         raise BadInputError(str(error)) from None
     try:
-        return Reel(recording, every=every)
+        return RecordingFrames(recording, every=every)
     except ValueError as error:
         raise BadInputError(f"{file}: {error}") from None
 
@@ -182,7 +182,7 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def _verdict(reel: Reel) -> int:
+def _verdict(reel: RecordingFrames) -> int:
     """Says whether it came out the same."""
     if reel.differs_s is None:
         Console().print(f"the same, to the bit, for {reel.end_s:.1f} s", highlight=False)

@@ -41,7 +41,7 @@ from scenarios.recording.video import VideoWriter
 from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:
-    from scenarios.viewer.session_state import Desk
+    from scenarios.viewer.session_state import SessionState
 
 INTERRUPTED = 130
 VIDEO_SUFFIX = ".mp4"
@@ -188,11 +188,11 @@ class Run:
             for k in range(self.episodes)
         ]
 
-    def _desk(self) -> Desk:
+    def _desk(self) -> SessionState:
         return desk_for(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
 
     def _results(
-        self, observers: Sequence[Observer], desk: Desk | None
+        self, observers: Sequence[Observer], desk: SessionState | None
     ) -> Generator[EpisodeResult, None, None]:
         configs = self._configs()
         if self.workers > 1 or self.cluster is not None:
@@ -207,7 +207,7 @@ class Run:
 
 
 def _attempted(
-    config: EpisodeConfig, out: Path, observers: Sequence[Observer], desk: Desk | None
+    config: EpisodeConfig, out: Path, observers: Sequence[Observer], desk: SessionState | None
 ) -> EpisodeResult:
     """One episode, watched at a desk where there is one."""
     if desk is None:

@@ -14,14 +14,14 @@ from scenarios.demonstration.mix import (
     OF_THE_LEARNED,
     ORDER,
     TURNS,
-    Demonstration,
+    PlannedDemonstration,
 )
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
 
 if TYPE_CHECKING:  # both are heavy to import
-    from controller.dataset.dataset_episode import Episode as Demonstrated
+    from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
     from scenarios.episode import Episode as Running
     from scenarios.loop.episode_config import EpisodeConfig
 
@@ -29,7 +29,7 @@ PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class DemonstrationOutcome:
     """What a demonstration came to.
 
     Attributes:
@@ -38,7 +38,7 @@ class Outcome:
         unwritable: why its file could not be written; None if it was.
     """
 
-    demonstration: Demonstration
+    demonstration: PlannedDemonstration
     success: bool = False
     error: str | None = None
     unwritable: str | None = None
@@ -46,17 +46,17 @@ class Outcome:
     wall_s: float = 0.0
 
 
-def part_path(demonstration: Demonstration, out: Path, folder: str = PARTS) -> Path:
+def part_path(demonstration: PlannedDemonstration, out: Path, folder: str = PARTS) -> Path:
     """Where its frames are kept."""
     return out / folder / f"{demonstration.name}.parquet"
 
 
-def is_finished(demonstration: Demonstration, out: Path) -> bool:
+def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
     """Whether it was done before, whatever it came to; one that broke off was not."""
     return any(part_path(demonstration, out, f).exists() for f in (PARTS, FAILED))
 
 
-def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
+def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
     """Runs it and leaves its file in `out`; an exception in the episode becomes its error."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from controller.dataset.part import part_bytes
@@ -72,7 +72,7 @@ def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
             trace,
         )
     success = episode.header.success
-    outcome = Outcome(
+    outcome = DemonstrationOutcome(
         demonstration=demonstration,
         success=success,
         frames=len(episode),
@@ -83,10 +83,10 @@ def demonstrate(demonstration: Demonstration, out: Path) -> Outcome:
     return _written(outcome, path, part_bytes(episode))
 
 
-def run(demonstration: Demonstration) -> Demonstrated:
+def run(demonstration: PlannedDemonstration) -> Demonstrated:
     """The whole of it, in memory."""
-    from controller.dataset.dataset_episode import Episode, Header
-    from scenarios.demonstration.demonstration_recorder import Witness
+    from controller.dataset.dataset_episode import DatasetEpisode, Header
+    from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.rollout_recorder import WitnessOfRollout
     from scenarios.demonstration.turns import expert_acts
     from scenarios.episode import play
@@ -95,7 +95,7 @@ def run(demonstration: Demonstration) -> Demonstrated:
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
-    make = WitnessOfRollout if demonstration.is_rollout else Witness
+    make = WitnessOfRollout if demonstration.is_rollout else DemonstrationRecorder
     witness = make(lambda: expert_acts(episode.controller))
     result = play(episode, [witness], time.perf_counter())
     header = Header(
@@ -107,10 +107,10 @@ def run(demonstration: Demonstration) -> Demonstrated:
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
     )
-    return Episode(header=header, columns=witness.columns(seed, kind))
+    return DatasetEpisode(header=header, columns=witness.columns(seed, kind))
 
 
-def begun(demonstration: Demonstration) -> Running:
+def begun(demonstration: PlannedDemonstration) -> Running:
     """Whoever demonstrates ready, and what will go wrong arranged."""
     import numpy as np
 
@@ -144,7 +144,7 @@ def begun(demonstration: Demonstration) -> Running:
     return episode
 
 
-def _config(demonstration: Demonstration) -> EpisodeConfig:
+def _config(demonstration: PlannedDemonstration) -> EpisodeConfig:
     from scenarios.loop.episode_config import EpisodeConfig
 
     expert = EpisodeConfig(seed=demonstration.seed, scenario=demonstration.scenario)
@@ -162,14 +162,16 @@ def failures_of(result: EpisodeResult) -> list[str]:
     return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.success]
 
 
-def _written(outcome: Outcome, path: Path, content: bytes) -> Outcome:
+def _written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> DemonstrationOutcome:
     try:
         write_atomic(path, content)
     except OSError as error:
-        return Outcome(demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}")
+        return DemonstrationOutcome(
+            demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}"
+        )
     return outcome
 
 
-def broken_off(demonstration: Demonstration, error: Exception) -> Outcome:
+def broken_off(demonstration: PlannedDemonstration, error: Exception) -> DemonstrationOutcome:
     """Returns the outcome of a demonstration that `error` ended."""
-    return Outcome(demonstration=demonstration, error=describe_error(error))
+    return DemonstrationOutcome(demonstration=demonstration, error=describe_error(error))

@@ -23,7 +23,7 @@ PAUSE_STEPS = round(JAW_TIME_S / CONTROL_STEP_S)  # the expert opens jaws that a
 _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
-class Witness:
+class DemonstrationRecorder:
     """Observes one episode of the expert, of a learned controller, or of both by turns.
 
     Attributes:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from controller.dataset.dataset_episode import Episode as Demonstrated
+from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from scenarios.demonstration.demonstrate import PARTS, failures_of
-from scenarios.demonstration.demonstration_recorder import Witness
+from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
 from scenarios.episode import Step
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
@@ -40,7 +40,7 @@ class Interventions:
     def on_reset(self, world: World) -> None:
         """A new episode, nobody has intervened."""
         self._anatomy, self.intervened = world.anatomy, False
-        self._witness = Witness(lambda: self._expert)
+        self._witness = DemonstrationRecorder(lambda: self._expert)
         self._witness.on_reset(world)
 
     def on_step(self, step: Step) -> None:

@@ -40,7 +40,7 @@ LEARNED_MIXES = tuple(m for m, kinds in MIXES.items() if kinds[0].rstrip(FAILING
 
 
 @dataclass(frozen=True, kw_only=True)
-class Demonstration:
+class PlannedDemonstration:
     """One episode to demonstrate.
 
     Attributes:
@@ -89,7 +89,7 @@ def demonstrations(
     checkpoint: str = "",
     planner: str = "",
     artery_below_m: float = math.inf,
-) -> list[Demonstration]:
+) -> list[PlannedDemonstration]:
     """For each training seed whose patient's artery is short enough, one; more only add to them."""
     turns = MIXES[mix]
     made = []
@@ -99,7 +99,7 @@ def demonstrations(
         if kind.endswith(FAILING):
             kind += RECOVERIES[seed // len(turns) % len(RECOVERIES)]
         made.append(
-            Demonstration(
+            PlannedDemonstration(
                 seed=seed,
                 kind=kind,
                 noise=noise,

@@ -17,7 +17,7 @@ from controller.expert import ControllerExpert
 from controller.expert.motion import CHUNK_STEPS
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted
-from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, Witness
+from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, DemonstrationRecorder
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.episode import Step
 from tissue_sim.frames import Array
@@ -25,7 +25,7 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
 
-class WitnessOfRollout(Witness):
+class WitnessOfRollout(DemonstrationRecorder):
     """Labels of a rollout: the task under way is the one that should be."""
 
     def on_reset(self, world: World) -> None:

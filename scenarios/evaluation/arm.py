@@ -19,7 +19,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
 @dataclass(frozen=True, kw_only=True)
-class Arm:
+class StudyArm:
     """One of those that are compared.
 
     Attributes:
@@ -42,7 +42,7 @@ class Arm:
         return {name: value for name, value in vars(self).items() if name != "name"}
 
 
-def arm_from_text(text: str) -> Arm:
+def arm_from_text(text: str) -> StudyArm:
     """The arm that words name; without a name of its own it is named after both its parts.
 
     Raises:
@@ -54,7 +54,7 @@ def arm_from_text(text: str) -> Arm:
     name = name if named else parts
     if not plus or not _NAME.fullmatch(name):
         raise ValueError(f"{text!r} is no arm; allowed: {FORM}, as full=learned+diffusion")
-    arm = Arm(name=name, planner=planner, controller=controller, **_options(options))
+    arm = StudyArm(name=name, planner=planner, controller=controller, **_options(options))
     EpisodeConfig(**arm.choices)
     return arm
 
@@ -76,7 +76,7 @@ def _option(word: str) -> tuple[str, Any]:
     return name.replace("-", "_"), value
 
 
-def require_distinct(arms: Sequence[Arm]) -> None:
+def require_distinct(arms: Sequence[StudyArm]) -> None:
     """That no two have one name.
 
     Raises:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.files.errors import WorkerDiedError
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -23,7 +23,7 @@ class Case:
         suite: a key of `scenarios.suites.SUITES`.
     """
 
-    arm: Arm
+    arm: StudyArm
     suite: str
     condition: Condition
     seed: int

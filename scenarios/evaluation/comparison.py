@@ -23,7 +23,7 @@ MEASURES: dict[str, Callable[[EpisodeResult], float | None]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Difference:
+class PairedDifference:
     """Of a measure, first arm minus second; `interval_95` of its mean, None for fewer than two."""
 
     measure: str
@@ -33,7 +33,7 @@ class Difference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class ArmComparison:
     """An arm against the reference, in one suite.
 
     Attributes:
@@ -56,12 +56,12 @@ class Comparison:
     difference: float | None
     tango_95: Interval
     mcnemar_p: float
-    where_both_pass: tuple[Difference, ...]
+    where_both_pass: tuple[PairedDifference, ...]
 
 
 def compare(
     arm: str, reference: str, suite: str, results: Mapping[Case, EpisodeResult]
-) -> Comparison:
+) -> ArmComparison:
     """Over the conditions and patients that both met."""
     mine, its = (_of(name, suite, results) for name in (arm, reference))
     pairs = [(mine[place], its[place]) for place in mine if place in its]
@@ -70,7 +70,7 @@ def compare(
     passed = [(a.success, b.success) for a, b in pairs]
     only_arm, only_reference = passed.count((True, False)), passed.count((False, True))
     n = len(pairs)
-    return Comparison(
+    return ArmComparison(
         arm=arm,
         reference=reference,
         suite=suite,
@@ -97,14 +97,14 @@ def _of(arm: str, suite: str, results: Mapping[Case, EpisodeResult]) -> dict[Pla
 
 def _differences(
     pairs: list[tuple[EpisodeResult, EpisodeResult]],
-) -> tuple[Difference, ...]:
+) -> tuple[PairedDifference, ...]:
     found = []
     for name, measure in MEASURES.items():
         both = [(measure(a), measure(b)) for a, b in pairs]
         apart = [a - b for a, b in both if a is not None and b is not None]
         if apart:
             found.append(
-                Difference(
+                PairedDifference(
                     measure=name,
                     pairs=len(apart),
                     mean=sum(apart) / len(apart),

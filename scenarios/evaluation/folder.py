@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
 from scenarios.files.atomic_write import write_atomic
@@ -23,7 +23,7 @@ MANIFEST = "evaluation.json"
 SCHEMA = 1
 
 
-def open_folder(folder: Path, arms: Iterable[Arm]) -> None:
+def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
     """Notes what its episodes are made with, or sees that this is the same as before.
 
     Raises:
@@ -96,7 +96,7 @@ def _made_with() -> dict[str, Any]:
     return made | {"source": source_digest()} | versions()
 
 
-def _described(arm: Arm) -> dict[str, Any]:
+def _described(arm: StudyArm) -> dict[str, Any]:
     """The arm, its checkpoints by what is in them, wherever they lie."""
     choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
     return plain(choices) | {"checkpoints": checkpoint_digests(EpisodeConfig(**arm.choices))}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.loop.results import EpisodeResult, summarise
 from scenarios.suites import Condition, Ladder, Suite
@@ -19,17 +19,17 @@ Results = Mapping[Case, EpisodeResult]
 class Plan:
     """Arms, suites, patients: every arm meets every patient."""
 
-    arms: tuple[Arm, ...]
+    arms: tuple[StudyArm, ...]
     suites: tuple[Suite, ...]
     seeds: Sequence[int]
 
-    def cases(self, arm: Arm, suite: Suite, condition: Condition) -> list[Case]:
+    def cases(self, arm: StudyArm, suite: Suite, condition: Condition) -> list[Case]:
         """Of one condition, a patient each."""
         return [
             Case(arm=arm, suite=suite.name, condition=condition, seed=seed) for seed in self.seeds
         ]
 
-    def conditions(self, arm: Arm, suite: Suite, results: Results) -> list[Condition]:
+    def conditions(self, arm: StudyArm, suite: Suite, results: Results) -> list[Condition]:
         """Those that an arm has to meet, as far as is known by now."""
         rungs = (
             rung for ladder in suite.ladders for rung in self.climbed(arm, suite, ladder, results)
@@ -37,7 +37,7 @@ class Plan:
         return [*suite.conditions, *rungs]
 
     def climbed(
-        self, arm: Arm, suite: Suite, ladder: Ladder, results: Results
+        self, arm: StudyArm, suite: Suite, ladder: Ladder, results: Results
     ) -> Iterator[Condition]:
         """The rungs of a ladder up to the first that is not done or does not hold."""
         for rung in ladder.rungs:
@@ -49,7 +49,7 @@ class Plan:
             if rate is None or rate < HOLDS:
                 return
 
-    def asked(self, arm: Arm, suite: Suite, results: Results) -> list[Case]:
+    def asked(self, arm: StudyArm, suite: Suite, results: Results) -> list[Case]:
         """An arm's episodes in a suite, as far as is known by now."""
         conditions = self.conditions(arm, suite, results)
         return [case for c in conditions for case in self.cases(arm, suite, c)]

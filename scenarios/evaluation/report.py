@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.audit import AuditLine, audit
 from scenarios.evaluation.case import Case
-from scenarios.evaluation.comparison import Comparison, compare
+from scenarios.evaluation.comparison import ArmComparison, compare
 from scenarios.evaluation.detection import Detection, detection
 from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_figures
 from scenarios.evaluation.plan import HOLDS, Plan, Results
@@ -48,7 +48,7 @@ class Climb:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Episode:
+class ReportedEpisode:
     """One to look at: where it stands and what it came to."""
 
     suite: str
@@ -92,10 +92,10 @@ class ArmReport:
         detection: over all suites; None where its planner gives no chance of failure.
     """
 
-    arm: Arm
+    arm: StudyArm
     suites: dict[str, SuiteReport]
-    worst: tuple[Episode, ...]
-    errors: tuple[Episode, ...]
+    worst: tuple[ReportedEpisode, ...]
+    errors: tuple[ReportedEpisode, ...]
     detection: Detection | None
 
 
@@ -111,7 +111,7 @@ class Report:
     seeds: tuple[int, ...]
     suites: tuple[Suite, ...]
     arms: dict[str, ArmReport]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[ArmComparison, ...]
 
 
 def report_of(plan: Plan, results: Results, folder: Path) -> Report:
@@ -131,7 +131,7 @@ def report_of(plan: Plan, results: Results, folder: Path) -> Report:
     )
 
 
-def _of_arm(plan: Plan, arm: Arm, results: Results, folder: Path) -> ArmReport:
+def _of_arm(plan: Plan, arm: StudyArm, results: Results, folder: Path) -> ArmReport:
     mine = {case: result for case, result in results.items() if case.arm == arm}
     ended = {case: result for case, result in mine.items() if result.error is None}
     worst = sorted(ended.items(), key=lambda pair: _badness(pair[1]), reverse=True)
@@ -145,7 +145,7 @@ def _of_arm(plan: Plan, arm: Arm, results: Results, folder: Path) -> ArmReport:
 
 
 def _of_suite(
-    plan: Plan, arm: Arm, suite: Suite, mine: Mapping[Case, EpisodeResult], folder: Path
+    plan: Plan, arm: StudyArm, suite: Suite, mine: Mapping[Case, EpisodeResult], folder: Path
 ) -> SuiteReport:
     here = {case: result for case, result in mine.items() if case.suite == suite.name}
     reasons = Counter(why for r in here.values() if (why := reason(r)) is not None)
@@ -168,7 +168,7 @@ def _summary(here: Mapping[Case, EpisodeResult], condition: Condition) -> Summar
 
 
 def _climb(
-    plan: Plan, arm: Arm, suite: Suite, ladder: Ladder, mine: Mapping[Case, EpisodeResult]
+    plan: Plan, arm: StudyArm, suite: Suite, ladder: Ladder, mine: Mapping[Case, EpisodeResult]
 ) -> Climb:
     rungs = [
         Rung(magnitude=rung.magnitude or 0.0, summary=_summary(mine, rung))
@@ -192,8 +192,8 @@ def _badness(result: EpisodeResult) -> tuple[bool, int, int, float]:
     return not result.success, -done, len(result.injuries), result.procedure_time_s
 
 
-def _episode(case: Case, result: EpisodeResult) -> Episode:
-    return Episode(
+def _episode(case: Case, result: EpisodeResult) -> ReportedEpisode:
+    return ReportedEpisode(
         suite=case.suite,
         condition=case.condition.name,
         seed=case.seed,

@@ -15,7 +15,7 @@ SPEED_M_S = 0.03  # assumed: a surgeon's, with care
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hand:
+class GuidedArm:
     """Where one arm should be.
 
     Attributes:

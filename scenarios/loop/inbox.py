@@ -13,7 +13,7 @@ from typing import TypeVar
 from planner.command import Command
 from planner.instruction import Instruction
 from planner.language.interpreter import Interpreter, Reading
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
 
@@ -66,7 +66,7 @@ class Inbox:
         self._said: SimpleQueue[Reading] = SimpleQueue()
         self._arranged: deque[tuple[float, Reading]] = deque()
         self._disturbances: SimpleQueue[Perturbation] = SimpleQueue()
-        self.hand: Hand | None = None
+        self.hand: GuidedArm | None = None
 
     def say(self, text: str) -> Reading:
         """Submit free text; returns how it is read, be it understood or asked back."""

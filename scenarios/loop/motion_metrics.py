@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # both are heavy to import
     from tissue_sim.world import World
 
 
-class Conduct:
+class MotionMetrics:
     """Sees an episode's steps; those of tool exchanges, which the nurse commands, do not count."""
 
     def __init__(self, world: World) -> None:

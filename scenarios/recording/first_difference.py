@@ -16,7 +16,7 @@ BY_THE_CLOCK = ("wall_s",)  # of a result: the time it took to compute
 
 
 @dataclass(frozen=True, kw_only=True)
-class Difference:
+class FirstDifference:
     """Two recordings differ.
 
     Attributes:
@@ -34,25 +34,25 @@ class Difference:
         return f"from step {self.step} on: {self.field}{size}"
 
 
-def first_difference(recorded: Recording, again: Recording) -> Difference | None:
+def first_difference(recorded: Recording, again: Recording) -> FirstDifference | None:
     """Compares to the bit all that was recorded but the time on the clock; None: the same."""
     found = [*_anatomies(recorded, again), *_notes(recorded, again), *_arrays(recorded, again)]
     found += _ends(recorded, again)
     return min(found, key=lambda difference: difference.step, default=None)
 
 
-def _anatomies(recorded: Recording, again: Recording) -> Iterator[Difference]:
+def _anatomies(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     if recorded.anatomy != again.anatomy:
-        yield Difference(step=0, field="anatomy")
+        yield FirstDifference(step=0, field="anatomy")
 
 
-def _notes(recorded: Recording, again: Recording) -> Iterator[Difference]:
+def _notes(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     pairs = {name: (getattr(recorded, name), getattr(again, name)) for name in NOTES}
     pairs["instruction"] = (_asked(recorded), _asked(again))
     for name, (before, now) in pairs.items():
         for entries in zip_longest(before, now):
             if entries[0] != entries[1]:
-                yield Difference(step=min(e["step"] for e in entries if e), field=name)
+                yield FirstDifference(step=min(e["step"] for e in entries if e), field=name)
                 break
 
 
@@ -63,16 +63,16 @@ def _asked(recording: Recording) -> list[dict[str, Any]]:
     return [{"step": k, **recording.instructions[rows[k]]} for k in changes]
 
 
-def _arrays(recorded: Recording, again: Recording) -> Iterator[Difference]:
+def _arrays(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     n_steps = [len(recording.arrays["time_s"]) for recording in (recorded, again)]
     n = min(n_steps)
     for name in (name for name in STEP_ARRAYS if name != "instruction"):
         before, now = recorded.arrays[name][:n], again.arrays[name][:n]
         if len(unlike := np.flatnonzero((_bits(before) != _bits(now)).any(axis=1))):
             k = int(unlike[0])
-            yield Difference(step=k, field=name, size=float(np.abs(before[k] - now[k]).max()))
+            yield FirstDifference(step=k, field=name, size=float(np.abs(before[k] - now[k]).max()))
     if n_steps[0] != n_steps[1]:
-        yield Difference(step=n, field="number of steps", size=abs(n_steps[0] - n_steps[1]))
+        yield FirstDifference(step=n, field="number of steps", size=abs(n_steps[0] - n_steps[1]))
 
 
 def _bits(array: np.ndarray) -> np.ndarray:
@@ -81,11 +81,11 @@ def _bits(array: np.ndarray) -> np.ndarray:
     return np.frombuffer(array.tobytes(), np.uint8).reshape(len(array), size)
 
 
-def _ends(recorded: Recording, again: Recording) -> Iterator[Difference]:
+def _ends(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     n = len(recorded.arrays["time_s"])
     if recorded.error != again.error:
-        yield Difference(step=n, field="error")
+        yield FirstDifference(step=n, field="error")
     before, now = recorded.result or {}, again.result or {}
     for name in before | now:
         if name not in BY_THE_CLOCK and before.get(name) != now.get(name):
-            yield Difference(step=n, field=f"result, {name}")
+            yield FirstDifference(step=n, field=f"result, {name}")

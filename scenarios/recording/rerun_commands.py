@@ -24,7 +24,7 @@ from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
 
-class Rerun:
+class CommandRerun:
     """One recording and the world that it runs through.
 
     Attributes:

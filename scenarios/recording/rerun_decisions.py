@@ -14,7 +14,7 @@ from planner.command import COMMANDS
 from scenarios.catalogue import ENDPOINT_PLANNERS
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.by_hand import BY_HAND
@@ -114,8 +114,8 @@ class _People:
         return (entry for entry in entries if entry["step"] == self._step)
 
 
-def _hand(entry: dict[str, Any]) -> Hand:
-    return Hand(
+def _hand(entry: dict[str, Any]) -> GuidedArm:
+    return GuidedArm(
         arm=entry["arm"],
         T_world_goal=np.array(entry["T_world_goal"]),
         jaw_rad=entry["jaw_rad"],

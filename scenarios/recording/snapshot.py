@@ -8,7 +8,7 @@ from scenarios.episode import Episode
 from scenarios.loop.inbox import Inbox
 
 
-class Moment:
+class Snapshot:
     """All that the next steps depend on: world, planner, controller, driver, filter, chance.
 
     One between the steps of `Episode.steps`, while the controller has the arms.

@@ -23,7 +23,7 @@ SMOOTHING = 0.05  # of the stages' times, a share a step
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class LogLine:
     """One thing that happened.
 
     Attributes:
@@ -61,19 +61,19 @@ class Story:
     exchange: bool = False
     hand: int | None = None
     tasks: Mapping[int, Progress] = field(default_factory=dict)
-    lines: tuple[Line, ...] = ()
+    lines: tuple[LogLine, ...] = ()
     injuries: int = 0
     altered: int = 0
     spent_s: Mapping[str, float] = field(default_factory=dict)
     result: EpisodeResult | None = None
 
 
-class Chronicle:
+class EventLog:
     """Notes each step; to be read by whoever holds the lock that guards it."""
 
     def __init__(self) -> None:
         self._story = Story()
-        self._lines: deque[Line] = deque(maxlen=KEPT)
+        self._lines: deque[LogLine] = deque(maxlen=KEPT)
         self._tasks: dict[int, Progress] = {}
         self._spent_s: dict[str, float] = {}
         self._altered_s: dict[tuple[str, ...], float] = {}
@@ -123,7 +123,7 @@ class Chronicle:
         )
 
     def _tell(self, time_s: float, kind: Kind, text: str, detail: str = "") -> None:
-        self._lines.append(Line(time_s=time_s, kind=kind, text=text, detail=detail))
+        self._lines.append(LogLine(time_s=time_s, kind=kind, text=text, detail=detail))
 
     def _said(self, step: Step) -> None:
         for heard in step.heard:

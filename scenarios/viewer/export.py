@@ -9,13 +9,13 @@ from io import StringIO
 import viser
 
 from controller.action import CONTROL_STEP_S
-from scenarios.viewer.recording_frames import Reel
+from scenarios.viewer.recording_frames import RecordingFrames
 from scenarios.viewer.replay_page import LABEL_M, stage
 
 EVERY = 6  # steps a frame: 5 a second
 
 
-def export(reel: Reel, tell: Callable[[float], None]) -> str:
+def export(reel: RecordingFrames, tell: Callable[[float], None]) -> str:
     """The page's HTML, all of it; `tell` hears the simulated time it has come to."""
     with redirect_stdout(StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)

@@ -29,7 +29,7 @@ from scenarios.viewer.panels.timing import TimingPanel
 from scenarios.viewer.panels.training_data import TrainingDataPanel
 from scenarios.viewer.panels.transport import TransportPanel
 from scenarios.viewer.scene import Scene, look_through
-from scenarios.viewer.session_state import Asks, Desk
+from scenarios.viewer.session_state import Asks, SessionState
 
 FRAME_S = 1.0 / 20.0
 PANELS_EVERY = 4  # frames
@@ -108,7 +108,7 @@ class Page:
         while not self._stop.wait(FRAME_S):
             if not self.server.get_clients() and self._patient is not None:
                 continue
-            self._show(self._ask(Desk.frame))
+            self._show(self._ask(SessionState.frame))
             if n % PANELS_EVERY == 0:
                 self._update_panels()
             n += 1
@@ -124,13 +124,13 @@ class Page:
 
     def _enter(self, frame: Frame) -> None:
         """Makes a patient's scene, unless somebody else lies there already."""
-        patient = self._ask(Desk.patient)
+        patient = self._ask(SessionState.patient)
         if patient is not None and patient.number == frame.patient:
             self._patient = patient.number
             self._scene.enter(patient)
             look_through(self.server.initial_camera, frame.T_world_endoscope)
 
     def _update_panels(self) -> None:
-        state = self._ask(Desk.state)
+        state = self._ask(SessionState.state)
         for panel in self._panels:
             panel.update(state)

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
 from scenarios.files.errors import BadInputError
-from scenarios.viewer.session_state import Desk
+from scenarios.viewer.session_state import SessionState
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -22,7 +22,7 @@ GONE = EOFError, ConnectionError  # nobody is at the other end any more
 class PageProcess:
     """Serves while its `with` block lasts; if the process dies, the episode goes on."""
 
-    def __init__(self, desk: Desk, *, host: str, port: int) -> None:
+    def __init__(self, desk: SessionState, *, host: str, port: int) -> None:
         spawn = get_context("spawn")
         self._life, life = spawn.Pipe()
         self._asked, line = spawn.Pipe()
@@ -58,14 +58,14 @@ class PageProcess:
         self._asked.close()
 
 
-class Line:
+class SessionLink:
     """Asks the desk at the other end, one deed at a time."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._lock = connection, Lock()
 
     def __call__(
-        self, deed: Callable[Concatenate[Desk, P], T], /, *args: P.args, **kwargs: P.kwargs
+        self, deed: Callable[Concatenate[SessionState, P], T], /, *args: P.args, **kwargs: P.kwargs
     ) -> T:
         with self._lock:
             try:
@@ -78,7 +78,7 @@ class Line:
         return answer
 
 
-def answer(connection: Connection, desk: Desk) -> None:
+def answer(connection: Connection, desk: SessionState) -> None:
     """Does at the desk what the page asks for, until it is gone."""
     with suppress(*GONE):
         while True:
@@ -94,6 +94,6 @@ def _serve(life: Connection, line: Connection, host: str, port: int) -> None:
     """Of the page's process: tells its port, and serves until nobody is at the other end."""
     from scenarios.viewer.page import Page
 
-    with Page(Line(line), host=host, port=port) as page, suppress(*GONE):
+    with Page(SessionLink(line), host=host, port=port) as page, suppress(*GONE):
         life.send(page.port)
         life.recv()

@@ -7,19 +7,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.recording.recorder import Recording
-from scenarios.recording.rerun_commands import Rerun
+from scenarios.recording.rerun_commands import CommandRerun
 from scenarios.viewer.frame import Frame, frame_of, patient_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mark:
+class TimelineMark:
     """A moment worth seeing."""
 
     time_s: float
     text: str
 
 
-class Reel:
+class RecordingFrames:
     """Grows as the recording runs through the world once more.
 
     Attributes:
@@ -36,7 +36,7 @@ class Reel:
         Raises:
             ValueError: the recording is of another version.
         """
-        self._rerun, self._every = Rerun(recording), every
+        self._rerun, self._every = CommandRerun(recording), every
         self._time_s = recording.arrays["time_s"]
         self._instructions = recording.instructions
         self._row = recording.arrays["instruction"]
@@ -72,11 +72,11 @@ class Reel:
         return f"{said['source']}: {said['text']}"
 
 
-def marks_of(recording: Recording) -> tuple[Mark, ...]:
+def marks_of(recording: Recording) -> tuple[TimelineMark, ...]:
     """Where instructions change, people speak, something is hurt, goes wrong, or ends."""
     time_s, row = recording.arrays["time_s"], recording.arrays["instruction"]
     marks = [
-        Mark(time_s=float(time_s[k]), text=recording.instructions[row[k]]["text"])
+        TimelineMark(time_s=float(time_s[k]), text=recording.instructions[row[k]]["text"])
         for k in range(len(row))
         if k == 0 or row[k] != row[k - 1]
     ]
@@ -86,10 +86,11 @@ def marks_of(recording: Recording) -> tuple[Mark, ...]:
         ("disturbed", recording.perturbations, "name"),
     ):
         marks += [
-            Mark(time_s=float(entry["time_s"]), text=f"{kind}: {entry[name]}") for entry in entries
+            TimelineMark(time_s=float(entry["time_s"]), text=f"{kind}: {entry[name]}")
+            for entry in entries
         ]
     if len(time_s):
-        marks.append(Mark(time_s=float(time_s[-1]), text=_end(recording)))
+        marks.append(TimelineMark(time_s=float(time_s[-1]), text=_end(recording)))
     return tuple(sorted(marks, key=lambda mark: mark.time_s))
 
 

@@ -16,7 +16,7 @@ import viser
 
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
-from scenarios.viewer.recording_frames import Mark, Reel
+from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
 from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
 from tissue_sim.patient.axes import field_point
 
@@ -30,7 +30,9 @@ LABEL_M = field_point(0.0, -0.036, 0.0)  # below what is operated on
 class ReplayPage:
     """Serves while its `with` block lasts; what the reels hold already can be seen."""
 
-    def __init__(self, reels: Sequence[Reel], names: Sequence[str], *, host: str, port: int):
+    def __init__(
+        self, reels: Sequence[RecordingFrames], names: Sequence[str], *, host: str, port: int
+    ):
         with redirect_stdout(StringIO()):  # viser's own greeting
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         self._reels, self._names = tuple(reels), tuple(names)
@@ -139,7 +141,7 @@ class ReplayPage:
         self._now.content = f'<div class="calot"><div class="now">{time_s:.1f} s</div>{rows}</div>'
 
 
-def stage(server: viser.ViserServer, reels: Sequence[Reel]) -> list[Scene]:
+def stage(server: viser.ViserServer, reels: Sequence[RecordingFrames]) -> list[Scene]:
     """A scene for each reel, side by side, and a view of the first as its endoscope had it."""
     theme(server.gui, dark=True)
     scenes = []
@@ -158,17 +160,17 @@ def stage(server: viser.ViserServer, reels: Sequence[Reel]) -> list[Scene]:
     return scenes
 
 
-def _told(reels: Sequence[Reel]) -> dict[str, Mark]:
+def _told(reels: Sequence[RecordingFrames]) -> dict[str, TimelineMark]:
     """Marks by what stands in the list: time, text, and whose it is where there are several."""
     told = {}
     for k, reel in enumerate(reels, start=1):
         whose = f"[{k}] " if len(reels) > 1 else ""
         told |= {f"{mark.time_s:6.1f} s  {whose}{mark.text}": mark for mark in reel.marks}
-    start = Mark(time_s=0.0, text="start")
+    start = TimelineMark(time_s=0.0, text="start")
     return {start.text: start} | dict(sorted(told.items(), key=lambda item: item[1].time_s))
 
 
-def _row(name: str, reel: Reel, time_s: float) -> str:
+def _row(name: str, reel: RecordingFrames, time_s: float) -> str:
     """Whose it is, what is said, and whether what is seen is what was."""
     same = "as recorded, to the bit"
     if reel.differs_s is not None:

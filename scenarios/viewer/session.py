@@ -5,10 +5,10 @@ from __future__ import annotations
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.attempt import attempt_episode
 from scenarios.viewer.pace import Restart
-from scenarios.viewer.session_state import Desk
+from scenarios.viewer.session_state import SessionState
 
 
-def watch_episodes(desk: Desk) -> None:
+def watch_episodes(desk: SessionState) -> None:
     """Runs what people ask for; an episode that breaks off is told, and the next may begin."""
     while True:
         try:
@@ -20,7 +20,7 @@ def watch_episodes(desk: Desk) -> None:
             desk.begin(wish.config)
 
 
-def watch_episode(desk: Desk) -> EpisodeResult:
+def watch_episode(desk: SessionState) -> EpisodeResult:
     """Runs one to its end, recorded like any other.
 
     Raises:

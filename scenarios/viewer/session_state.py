@@ -14,7 +14,7 @@ from planner.command import COMMANDS
 from planner.language.interpreter import Reading
 from scenarios.catalogue import LEARNED_CONTROLLERS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.viewer.event_log import Story
@@ -56,7 +56,7 @@ class State:
 
 
 @dataclass(kw_only=True)
-class Desk:
+class SessionState:
     """One session: episode after episode, watched and corrected, from any thread.
 
     Attributes:
@@ -124,7 +124,7 @@ class Desk:
         """Take in what somebody said, as it was read."""
         self.inbox.put(reading)
 
-    def lead(self, hand: Hand | None) -> None:
+    def lead(self, hand: GuidedArm | None) -> None:
         """Have a person's hand lead an arm, or none."""
         self.inbox.hand = hand
 
@@ -181,9 +181,10 @@ class Desk:
 class Asks(Protocol):
     """Has something done at the desk, wherever that is, and returns what comes of it.
 
-    The deed is a method of `Desk`, the arguments are its own: `ask(Desk.press, "pause")`.
+    The deed is a method of `SessionState`, the arguments are its own:
+    `ask(SessionState.press, "pause")`.
     """
 
     def __call__(
-        self, deed: Callable[Concatenate[Desk, P], T], /, *args: P.args, **kwargs: P.kwargs
+        self, deed: Callable[Concatenate[SessionState, P], T], /, *args: P.args, **kwargs: P.kwargs
     ) -> T: ...

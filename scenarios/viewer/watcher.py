@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from controller.action import CONTROL_STEP_S
 from scenarios.loop.results import EpisodeResult
-from scenarios.viewer.event_log import Chronicle, Story
+from scenarios.viewer.event_log import EventLog, Story
 from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
 
@@ -37,7 +37,7 @@ class Watcher:
         self._pace = pace
         self._asked, self._picture_asked = Event(), Event()
         self._lock = Lock()
-        self._chronicle = Chronicle()
+        self._chronicle = EventLog()
         self._world: World | None = None
         self._step: Step | None = None
 
@@ -57,7 +57,7 @@ class Watcher:
         """Another patient; waits until a person starts."""
         self._world, self._step = world, None
         with self._lock:
-            self._chronicle = Chronicle()
+            self._chronicle = EventLog()
         self.patient = patient_of(world)
         self._copy()
         self._pace.wait(0.0, self._serve)

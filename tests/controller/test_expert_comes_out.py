@@ -9,7 +9,7 @@ from controller.expert.skills import among_tissue
 from planner.command import COMMANDS
 from planner.instruction import TASKS
 from scenarios.demonstration.demonstrate import begun
-from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.mix import PlannedDemonstration
 from tissue_sim.outcome.predicates import gallbladder_held
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -21,7 +21,7 @@ WORDS_LAST, ACTS_BY, OUT_BY = 60, 30, 240  # steps
 
 @pytest.mark.parametrize("said", ["open left gripper", "move left arm towards me"])
 def test_after_a_slip_and_a_word_it_comes_out(said):
-    episode = begun(Demonstration(seed=SEED, kind="recovery:grasp-slip", noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from planner.instruction import CORRECTIONS
-from planner.without_corrections import PlannerUncorrecting
+from planner.without_corrections import PlannerWithoutCorrections
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 
@@ -28,7 +28,7 @@ class Correcting:
 
 def test_its_tasks_are_heard_and_its_corrections_are_not():
     episode = begin(EpisodeConfig(seed=10_004, ablation="no-corrections"))
-    assert isinstance(episode.planner, PlannerUncorrecting)
-    episode.planner = PlannerUncorrecting(Correcting(episode.planner._planner))
+    assert isinstance(episode.planner, PlannerWithoutCorrections)
+    episode.planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))
     said = {step.instruction.text for step in islice(episode.steps(), 45)}
     assert said == {"grabbing gallbladder"}

@@ -4,7 +4,7 @@ import numpy as np
 
 from planner.command import COMMANDS
 from scenarios.episode import begin
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.recording.recorder import Recorder, load
@@ -49,6 +49,6 @@ def _interfere(k, inbox, world):
     if 130 <= k < 140:
         goal = world.arms.T_world_tool()[LEFT_ARM]
         goal[:3, 3] += world.T_world_endoscope[:3, :3] @ np.array([0.0, 2e-3, 0.0])
-        inbox.hand = Hand(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.3)
+        inbox.hand = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.3)
     if k == 140:
         inbox.hand = None

@@ -11,7 +11,7 @@ import pytest
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import anatomy_of, begin, run_episode
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.recording.snapshot import Moment
+from scenarios.recording.snapshot import Snapshot
 from tests.scenarios.procedures import run
 from tissue_sim.sensing.observation import MOST_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
 
@@ -40,7 +40,7 @@ def started(request):
     episode = begin(config(request.param))
     running = episode.steps()
     first = seen(running, BEFORE)
-    moment = Moment(episode)
+    moment = Snapshot(episode)
     return request.param, first, seen(running, AFTER), moment
 
 

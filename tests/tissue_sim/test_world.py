@@ -12,7 +12,7 @@ from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.surgery.injury import InjuryMonitor, Reading
+from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.tear import Load, tear
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World, WorldConfig
@@ -187,7 +187,7 @@ def test_the_monitor_reports_each_crossing_of_a_limit_once(
 ) -> None:
     monitor = InjuryMonitor()
     for k, value in enumerate(values):
-        monitor.watch(iter([Reading(event="pull", value=value, limit=limit)]), float(k))
+        monitor.watch(iter([LimitReading(event="pull", value=value, limit=limit)]), float(k))
     above = [False, *(v > limit for v in values)]
     crossings = [k for k in range(len(values)) if above[k + 1] and not above[k]]
     assert [e.time_s for e in monitor.events] == crossings
@@ -201,7 +201,7 @@ def test_the_monitor_keeps_events_apart(a: list[bool], b: list[bool]) -> None:
         monitor = InjuryMonitor()
         for k in range(20):
             readings = [
-                Reading(event=name, value=values[k], limit=0.5)
+                LimitReading(event=name, value=values[k], limit=0.5)
                 for name, values in series.items()
                 if k < len(values)
             ]

@@ -54,7 +54,7 @@ def _device() -> sapien.Device:
         return sapien.Device("cpu")
 
 
-class View:
+class FieldCameras:
     """All cameras on one world's scene."""
 
     def __init__(self, scene: sapien.Scene, cameras: Sequence[CameraSpec] = CAMERAS) -> None:

@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, Grasp, follow_grasp, pinch_n
-from tissue_sim.surgery.injury import InjuryMonitor, Reading
+from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.leak import hole_leak, leaks
 from tissue_sim.surgery.loose_clip import fall
 from tissue_sim.surgery.record import Record
@@ -101,7 +101,7 @@ def _clip(
     meant = intended if intended is not None else world.tubes.nearest(T, CLIP_LENGTH_M)
     wrong = [c.tube for c in clip.crossings if c.tube != meant]
     for name in wrong + ["gallbladder"] * clip.on_sac:
-        monitor.add(Reading(event=f"clip on {name}", value=1, limit=0), time_s)
+        monitor.add(LimitReading(event=f"clip on {name}", value=1, limit=0), time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
 
 
@@ -112,22 +112,24 @@ def _cut(
     meant = intended if intended is not None else world.tubes.nearest(T, BLADE_LENGTH_M)
     cuts = sever(world.tubes, T, time_s=time_s)
     for name in [c.tube for c in cuts if c.tube != meant]:
-        monitor.add(Reading(event=f"cut on {name}", value=1, limit=0), time_s)
+        monitor.add(LimitReading(event=f"cut on {name}", value=1, limit=0), time_s)
     slit = world.sac.under_blades(T, BLADE_LENGTH_M)
     if slit.size:
         before_m2 = world.sac.hole_m2()
         world.sac.open(slit)
         opened_m2 = world.sac.hole_m2() - before_m2
-        monitor.add(Reading(event="cut on gallbladder", value=opened_m2, limit=0), time_s)
+        monitor.add(LimitReading(event="cut on gallbladder", value=opened_m2, limit=0), time_s)
     r = replace(r, cuts=(*r.cuts, *cuts))
     return _part_clips(world, r) if cuts else r
 
 
-def _wall_readings(world: World, loads: Sequence[Load]) -> Iterator[Reading]:
+def _wall_readings(world: World, loads: Sequence[Load]) -> Iterator[LimitReading]:
     """How near each wall is to its ultimate strength: N for the tubes, stretch for the sac."""
     for load in loads:
-        yield Reading(event=f"avulsion of {load.tube}", value=load.pull_n, limit=load.holds_n)
-    yield Reading(event="tear of gallbladder", value=world.sac.stretch(), limit=SAC_MOST_STRETCH)
+        yield LimitReading(event=f"avulsion of {load.tube}", value=load.pull_n, limit=load.holds_n)
+    yield LimitReading(
+        event="tear of gallbladder", value=world.sac.stretch(), limit=SAC_MOST_STRETCH
+    )
 
 
 def _tear(world: World, r: Record, loads: Sequence[Load], time_s: float) -> Record:
@@ -168,16 +170,16 @@ def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMon
     before = r.clips[k]
     clip = under_pull(world.tubes, before, pull, world.config.control_step_s)
     if clip.slid_m > CLIP_MOST_SLIP_M >= before.slid_m:
-        slip = Reading(event="clip slip", value=clip.slid_m, limit=CLIP_MOST_SLIP_M)
+        slip = LimitReading(event="clip slip", value=clip.slid_m, limit=CLIP_MOST_SLIP_M)
         monitor.add(slip, time_s)
     if clip.lost:
-        monitor.add(Reading(event="clip off", value=1, limit=0), time_s)
+        monitor.add(LimitReading(event="clip off", value=1, limit=0), time_s)
         world.tissue.host("load")[0] = 0.0
         r = replace(r, pull=None)
     return replace(r, clips=(*r.clips[:k], clip, *r.clips[k + 1 :]))
 
 
-def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[Reading]:
+def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[LimitReading]:
     """Every other quantity that has a limit."""
     rigid = world.arms.contact_forces_n()
     beyond = float(np.abs(joints - world.target)[:, :6].max())
@@ -191,7 +193,7 @@ def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[
         ("leak", r.leaked_m3, LEAK_MOST_M3),
         ("joint limit", beyond, JOINT_MARGIN_RAD),
     ):
-        yield Reading(event=event, value=value, limit=limit)
+        yield LimitReading(event=event, value=value, limit=limit)
 
 
 def _right_pinch_n(world: World) -> float:

@@ -29,14 +29,14 @@ BLOOD = Fluid(viscosity_pa_s=3.5e-3, density_kg_m3=1060.0)  # textbook values
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stretch:
+class FlowSegment:
     """A stretch of the way out: length (m) and open area (m^2), above zero."""
 
     length_m: float
     area_m2: float
 
 
-def outflow_m3_s(fluid: Fluid, pressure_pa: float, way: Sequence[Stretch]) -> float:
+def outflow_m3_s(fluid: Fluid, pressure_pa: float, way: Sequence[FlowSegment]) -> float:
     """Rate Q through stretches in series, of which there is at least one."""
     narrowest = min(s.area_m2 for s in way)
     viscous = sum(8 * np.pi * fluid.viscosity_pa_s * s.length_m / s.area_m2**2 for s in way)

@@ -17,7 +17,7 @@ class Injury:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading:
+class LimitReading:
     """One quantity that may not exceed its limit."""
 
     event: str
@@ -32,7 +32,7 @@ class InjuryMonitor:
         self.events = list(events)
         self.broken = set(broken)
 
-    def watch(self, readings: Iterator[Reading], time_s: float) -> None:
+    def watch(self, readings: Iterator[LimitReading], time_s: float) -> None:
         """Add an event for each reading that newly exceeds its limit."""
         for reading in readings:
             if reading.value <= reading.limit:
@@ -41,7 +41,7 @@ class InjuryMonitor:
                 self.broken.add(reading.event)
                 self.add(reading, time_s)
 
-    def add(self, reading: Reading, time_s: float) -> None:
+    def add(self, reading: LimitReading, time_s: float) -> None:
         """Add an event outright."""
         self.events.append(
             Injury(event=reading.event, time_s=time_s, value=reading.value, limit=reading.limit)

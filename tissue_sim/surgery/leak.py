@@ -9,7 +9,7 @@ from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure
-from tissue_sim.surgery.flow import BILE, BLOOD, Fluid, Stretch, outflow_m3_s
+from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_s
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
 
@@ -79,14 +79,14 @@ def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
     """The gallbladder's leak by its holes, if it has any."""
     if not sac.open_patches().size:
         return ()
-    way = Stretch(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=sac.hole_m2())
+    way = FlowSegment(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=sac.hole_m2())
     rate = outflow_m3_s(BILE, BILE_PRESSURE_PA * fullness, [way])
     return (Leak(structure="gallbladder", side="hole", ring=-1, rate_m3_s=rate),)
 
 
 def _way_out(
     tubes: Tubes, clips: Sequence[Clip], opening: Opening, side: str
-) -> tuple[Stretch, ...]:
+) -> tuple[FlowSegment, ...]:
     """From the source on one side to an opening; empty when a clip closes it."""
     tube, station = opening.tube, opening.station_m
     lumen = tubes.rest_lumen_m2(tube)[opening.ring]
@@ -95,11 +95,11 @@ def _way_out(
     mouth = tubes.open_share(tube, opening.ring)
     if mouth == 0.0 or min(between, default=1.0) <= LUMEN_CLOSED:
         return ()
-    squeezed = [Stretch(length_m=CLIP_WIDTH_M, area_m2=lumen * min(s, 1.0)) for s in between]
+    squeezed = [FlowSegment(length_m=CLIP_WIDTH_M, area_m2=lumen * min(s, 1.0)) for s in between]
     return (
-        Stretch(length_m=length, area_m2=lumen),
+        FlowSegment(length_m=length, area_m2=lumen),
         *squeezed,
-        Stretch(length_m=0.0, area_m2=lumen * mouth),
+        FlowSegment(length_m=0.0, area_m2=lumen * mouth),
     )
 
 

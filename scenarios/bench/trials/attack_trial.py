@@ -30,7 +30,7 @@ ANY_NUMBER = range(10_000)
 
 
 @dataclass(kw_only=True)
-class Run:
+class AttackRun:
     """What one attack came to so far.
 
     Attributes:
@@ -57,12 +57,12 @@ class Pair:
 
     kind: str
     in_world: bool
-    without: Run
-    filtered: Run
+    without: AttackRun
+    filtered: AttackRun
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class AttackTrial:
     """All attacks on one patient, or the error that ended them."""
 
     seed: int
@@ -70,14 +70,14 @@ class Trial:
     error: str = ""
 
 
-def run_trial(seed: int) -> Trial:
+def run_trial(seed: int) -> AttackTrial:
     """All attacks on a seed's patient."""
-    return Trial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
+    return AttackTrial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
 
 
-def lost_trial(seed: int, error: Exception) -> Trial:
+def lost_trial(seed: int, error: Exception) -> AttackTrial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, error=describe_with_place(error))
+    return AttackTrial(seed=seed, error=describe_with_place(error))
 
 
 class Attacked:
@@ -107,7 +107,7 @@ class Attacked:
         asked = ATTACKS[kind](self._field(), start, rng)(start)
         self._filter.allow(start, asked, self._instruction, 0.0)
 
-    def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> Run:
+    def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> AttackRun:
         rng = np.random.default_rng([self._seed, number])
         self._begin(rng)
         start = self._world.target if in_world else self._clear_start(rng)
@@ -122,8 +122,8 @@ class Attacked:
         self._instruction = Instruction(task=task)
         self._filter.restart()
 
-    def _follow(self, attack: Attack, start: Array, in_world: bool, filtered: bool) -> Run:
-        run, joints, step_s = Run(), start, self._world.config.control_step_s
+    def _follow(self, attack: Attack, start: Array, in_world: bool, filtered: bool) -> AttackRun:
+        run, joints, step_s = AttackRun(), start, self._world.config.control_step_s
         limits = self._world.arms.limits
         for k in range(STEPS):
             before, asked = joints, attack(joints)
@@ -149,7 +149,7 @@ class Attacked:
         arms.set_joints(joints)
         return [before + share * (joints - before) for share in np.linspace(0, 1, LOOKS + 1)[1:]]
 
-    def _note_depths(self, run: Run, joints: Array) -> None:
+    def _note_depths(self, run: AttackRun, joints: Array) -> None:
         for obstacle, depth_m in self._depths(joints):
             run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
 

@@ -21,7 +21,7 @@ from scenarios.demonstration.labels import correction_of
 from scenarios.episode import Episode, Step, begin
 from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.recording.snapshot import Moment
+from scenarios.recording.snapshot import Snapshot
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
@@ -47,7 +47,7 @@ class Course:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class CorrectionTrial:
     """Of one patient.
 
     Attributes:
@@ -64,29 +64,29 @@ class Trial:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class ForkComparison:
     """With and without, by an episode's settings; the seed is each trial's."""
 
     config: EpisodeConfig
 
-    def __call__(self, seed: int) -> Trial:
+    def __call__(self, seed: int) -> CorrectionTrial:
         """On a seed's patient."""
         episode = begin(replace(self.config, seed=seed))
         step = _given_back(episode.steps())
         if step is None:
-            return Trial(seed=seed)
-        task, moment = step.instruction.task, Moment(episode)
+            return CorrectionTrial(seed=seed)
+        task, moment = step.instruction.task, Snapshot(episode)
         correction = correction_of(*wanted_motion(task, episode.world))
         if not correction:
-            return Trial(seed=seed)
+            return CorrectionTrial(seed=seed)
         without = _course(moment.again(), task, "")
         told = _course(moment.again(), task, correction)
-        return Trial(seed=seed, correction=correction, without=without, told=told)
+        return CorrectionTrial(seed=seed, correction=correction, without=without, told=told)
 
 
-def lost_trial(seed: int, error: Exception) -> Trial:
+def lost_trial(seed: int, error: Exception) -> CorrectionTrial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, error=describe_with_place(error))
+    return CorrectionTrial(seed=seed, error=describe_with_place(error))
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:

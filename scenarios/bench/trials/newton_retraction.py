@@ -34,7 +34,7 @@ LEAST_WEIGHT = 0.01  # of a corner in a tie; less is no spring
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class RetractedBody:
     """What both solvers are given.
 
     Attributes:
@@ -74,7 +74,7 @@ def height_m(step: int) -> float:
     return RETRACTION_M * min(step / DRAWN_STEPS, 1.0)
 
 
-def body_of(anatomy: Anatomy) -> Body:
+def body_of(anatomy: Anatomy) -> RetractedBody:
     """The organ held at its ends, at the liver and by the grasper, with springs for ties."""
     organ = build_organ(anatomy)
     drawn = organ.sac_rings[GRASPED_RINGS].ravel()
@@ -82,7 +82,7 @@ def body_of(anatomy: Anatomy) -> Body:
     held[organ.bed_vertices] = held[drawn] = True
     weights = np.maximum(organ.tie_weights, 0.0)
     tie, corner = np.nonzero(weights > LEAST_WEIGHT)
-    return Body(
+    return RetractedBody(
         organ=organ,
         stiffness_scale=anatomy.stiffness_scale,
         held=held,
@@ -92,7 +92,7 @@ def body_of(anatomy: Anatomy) -> Body:
     )
 
 
-def in_calot(body: Body, config: TissueConfig) -> Solver:
+def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
     """Our tissue."""
     none = np.zeros((0, 4), np.int32)
     organ = replace(
@@ -125,7 +125,7 @@ def in_calot(body: Body, config: TissueConfig) -> Solver:
     return Solver(name=f"Calot, {substeps} implicit steps", step=step, positions=tissue.positions)
 
 
-def in_newton(body: Body, *, substeps: int, iterations: int) -> Solver:
+def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
     """Newton's SolverVBD; a control step is recorded as a graph once, as in Newton's examples.
 
     Args:
@@ -164,7 +164,7 @@ def in_newton(body: Body, *, substeps: int, iterations: int) -> Solver:
     return Solver(name=name, step=step, positions=now.particle_q.numpy)
 
 
-def _newton_model(body: Body):  # of a type that only an installed Newton has
+def _newton_model(body: RetractedBody):  # of a type that only an installed Newton has
     from newton import ModelBuilder  # pyright: ignore[reportMissingImports]
 
     organ = body.organ

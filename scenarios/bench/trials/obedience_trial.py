@@ -50,7 +50,7 @@ class Told:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class ObedienceTrial:
     """Of one patient.
 
     Attributes:
@@ -88,7 +88,7 @@ class Examination:
 
     config: EpisodeConfig
 
-    def __call__(self, seed: int) -> Trial:
+    def __call__(self, seed: int) -> ObedienceTrial:
         """All that is said on a seed's patient."""
         episode = begin(replace(self.config, seed=seed))
         moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
@@ -101,12 +101,12 @@ class Examination:
                 del moments_s[0]
             if not moments_s:
                 break
-        return Trial(seed=seed, told=tuple(told), wrong_tube=wrong_tube)
+        return ObedienceTrial(seed=seed, told=tuple(told), wrong_tube=wrong_tube)
 
 
-def lost_trial(seed: int, error: Exception) -> Trial:
+def lost_trial(seed: int, error: Exception) -> ObedienceTrial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, error=describe_with_place(error))
+    return ObedienceTrial(seed=seed, error=describe_with_place(error))
 
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:

@@ -14,7 +14,7 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Attempt(Generic[Result]):
+class TrialAttempt(Generic[Result]):
     """One trial, by its seed; an exception in it becomes its result, too.
 
     Attributes:
@@ -33,7 +33,7 @@ class Attempt(Generic[Result]):
 
 
 def run_all(
-    what: str, seeds: Sequence[int], workers: int, attempt: Attempt[Result]
+    what: str, seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
 ) -> list[Result]:
     """The results in the order they came."""
     with closing(_results(seeds, workers, attempt)) as results:
@@ -42,7 +42,7 @@ def run_all(
 
 
 def _results(
-    seeds: Sequence[int], workers: int, attempt: Attempt[Result]
+    seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
 ) -> Generator[Result, None, None]:
     if workers > 1:
         yield from run_side_by_side(attempt, seeds, workers, attempt.lost)

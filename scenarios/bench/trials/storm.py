@@ -48,7 +48,7 @@ class Motion:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Arm:
+class StormArm:
     """One arm as a gust sees it."""
 
     row: int
@@ -85,7 +85,7 @@ def storm(world: World, seed: int) -> Iterator[JointCommand]:
     """Joint targets, control step by control step, without end; exchanges tools on the way."""
     rng = np.random.default_rng(seed)
     driver = Driver(_rig(world), world.target)
-    arms = [Arm(row=row, world=world, driver=driver, rng=rng) for row in (LEFT_ARM, RIGHT_ARM)]
+    arms = [StormArm(row=row, world=world, driver=driver, rng=rng) for row in (LEFT_ARM, RIGHT_ARM)]
     while True:
         if rng.random() < EXCHANGE_SHARE:
             world.equip(str(rng.choice(["clip_applier", "scissors"])))
@@ -107,7 +107,7 @@ def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
     return line[rng.integers(len(line))]
 
 
-def walk(arm: Arm) -> Iterator[Motion]:
+def walk(arm: StormArm) -> Iterator[Motion]:
     """Smooth and aimless, jaws too."""
     velocity, spin, jaw = np.zeros(3), np.zeros(3), OPEN_RAD / 2
     for _ in range(arm.rng.integers(10, 40)):
@@ -121,7 +121,7 @@ def walk(arm: Arm) -> Iterator[Motion]:
         )
 
 
-def stab(arm: Arm) -> Iterator[Motion]:
+def stab(arm: StormArm) -> Iterator[Motion]:
     """Straight into the tissue, as far as the liver, and out again."""
     point = a_point_of_tissue(arm.world, arm.rng)
     start = arm.T_world_tool[:3, 3]
@@ -130,7 +130,7 @@ def stab(arm: Arm) -> Iterator[Motion]:
     yield from arm.go(start, jaw_rad)
 
 
-def bite(arm: Arm) -> Iterator[Motion]:
+def bite(arm: StormArm) -> Iterator[Motion]:
     """Open over the tissue, and close: a grasp, a clip or a cut."""
     point = a_point_of_tissue(arm.world, arm.rng)
     into = arm.T_world_tool[:3, 2]
@@ -138,7 +138,7 @@ def bite(arm: Arm) -> Iterator[Motion]:
     yield from arm.stay(np.linspace(OPEN_RAD, SHUT_RAD, CLOSING_STEPS))
 
 
-def tear(arm: Arm) -> Iterator[Motion]:
+def tear(arm: StormArm) -> Iterator[Motion]:
     """Grasp firmly, and pull away at a drawn speed, mostly towards the surgeon."""
     into = arm.T_world_tool[:3, 2]
     point = a_point_of_tissue(arm.world, arm.rng)
@@ -149,13 +149,13 @@ def tear(arm: Arm) -> Iterator[Motion]:
     yield from arm.go(arm.T_world_tool[:3, 3] + arm.rng.uniform(*TEAR_M) * direction, SHUT_RAD)
 
 
-def chatter(arm: Arm) -> Iterator[Motion]:
+def chatter(arm: StormArm) -> Iterator[Motion]:
     """The jaws at another angle every control step, in the tissue."""
     yield from arm.go(a_point_of_tissue(arm.world, arm.rng), OPEN_RAD)
     yield from arm.stay(arm.rng.uniform(SHUT_RAD, 2 * OPEN_RAD, size=arm.rng.integers(5, 20)))
 
 
-def crush(arm: Arm, point_world_m: Array) -> Iterator[Motion]:
+def crush(arm: StormArm, point_world_m: Array) -> Iterator[Motion]:
     """This arm's half: from its own side through the point, jaws closing."""
     outward = RIGHT if arm.row == RIGHT_ARM else -RIGHT
     yield from arm.go(point_world_m + 0.015 * outward, OPEN_RAD)
@@ -163,7 +163,15 @@ def crush(arm: Arm, point_world_m: Array) -> Iterator[Motion]:
     yield from arm.stay(np.linspace(OPEN_RAD, SHUT_RAD, CLOSING_STEPS))
 
 
-GUSTS: tuple[Callable[[Arm], Iterator[Motion]], ...] = (walk, stab, bite, tear, tear, tear, chatter)
+GUSTS: tuple[Callable[[StormArm], Iterator[Motion]], ...] = (
+    walk,
+    stab,
+    bite,
+    tear,
+    tear,
+    tear,
+    chatter,
+)
 
 
 def _action(motions: tuple[Motion | None, ...], joints: Array, world: World) -> ToolAction:

@@ -30,7 +30,7 @@ LUMENS = [k for k, name in enumerate(REGIONS) if "lumen" in name]  # hollow: may
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trial:
+class StormTrial:
     """What one storm came to.
 
     Attributes:
@@ -66,7 +66,7 @@ class Trial:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Moment:
+class StormSample:
     """What is measured after a control step."""
 
     finite: bool
@@ -82,12 +82,12 @@ class Moment:
     touched: bool
 
 
-def lost_trial(seed: int, error: Exception) -> Trial:
+def lost_trial(seed: int, error: Exception) -> StormTrial:
     """The trial that an exception, or its process's death, ended."""
-    return Trial(seed=seed, broken=(describe_with_place(error),))
+    return StormTrial(seed=seed, broken=(describe_with_place(error),))
 
 
-def run_trial(seed: int) -> Trial:
+def run_trial(seed: int) -> StormTrial:
     """Storm, let go, rest, judge. The seed is the patient's and the storm's."""
     world = World()
     world.reset(anatomy_from_seed(seed))
@@ -98,7 +98,7 @@ def run_trial(seed: int) -> Trial:
     detached = _springs(world) < springs
     still = [_measure(world), *_follow(world, [_home()] * _steps(world, REST_S))]
     injuries = {injury.event for injury in world.record.injuries}
-    return Trial(
+    return StormTrial(
         seed=seed,
         broken=tuple(_broken_laws(world, stormy, still)),
         commanded_speed_m_s=float(_speeds(world, stormy, "commanded_m").max()),
@@ -130,7 +130,9 @@ def intact(world: World) -> NDArray[np.bool_]:
     return alive & np.isin(label[tets[:, 0]], held) & ~clipped
 
 
-def _broken_laws(world: World, stormy: list[Moment], still: list[Moment]) -> Iterator[str]:
+def _broken_laws(
+    world: World, stormy: list[StormSample], still: list[StormSample]
+) -> Iterator[str]:
     if not all(m.finite for m in (*stormy, *still)):
         yield "not finite"
     fastest = max(m.tissue_speed_m_s for m in (*stormy, *still))
@@ -165,7 +167,7 @@ def wave_speed_m_s(world: World) -> float:
     return float(np.sqrt(stiffest / DENSITY_KG_M3))
 
 
-def _follow(world: World, commands) -> Iterator[Moment]:
+def _follow(world: World, commands) -> Iterator[StormSample]:
     for command in commands:
         world.step(command)
         moment = _measure(world)
@@ -174,7 +176,7 @@ def _follow(world: World, commands) -> Iterator[Moment]:
             return
 
 
-def _measure(world: World) -> Moment:
+def _measure(world: World) -> StormSample:
     tissue = world.tissue
     n = tissue.n_vertex()
     position, velocity = (
@@ -184,7 +186,7 @@ def _measure(world: World) -> Moment:
     forces, volumes = world.tool_forces_n(), tissue.volumes()
     speed = np.linalg.norm(velocity, axis=1)
     seen = world.observe().vector()
-    return Moment(
+    return StormSample(
         finite=all(np.isfinite(a).all() for a in (position, velocity, forces, seen)),
         tips_m=world.arms.T_world_tool()[:, :3, 3],
         commanded_m=_commanded_tips(world),
@@ -204,7 +206,7 @@ def _commanded_tips(world: World) -> Array:
     return np.stack([(T @ forward_kinematics(q[:6], tool))[:3, 3] for T, q, tool in rows])
 
 
-def _speeds(world: World, moments: list[Moment], tips: str) -> Array:
+def _speeds(world: World, moments: list[StormSample], tips: str) -> Array:
     """(n, 2) of both tips, m/s; none across an exchange of tools."""
     points = np.stack([getattr(m, tips) for m in moments])
     same = [a.tool == b.tool for a, b in pairwise(moments)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
-from scenarios.evaluation.report import Episode, Report
+from scenarios.evaluation.report import Report, ReportedEpisode
 
 
 def failures(report: Report) -> str:
@@ -36,7 +36,7 @@ def failures(report: Report) -> str:
     )
 
 
-def _place(episode: Episode) -> str:
+def _place(episode: ReportedEpisode) -> str:
     return (
         f"<a href='{escape(episode.recording, quote=True)}'>{escape(episode.condition)},"
         f" seed {episode.seed}</a>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import ArmReport, Report
 from scenarios.evaluation.words import counts, interval, rate
@@ -36,7 +36,7 @@ def _card(k: int, found: ArmReport) -> str:
     )
 
 
-def _stack(arm: Arm) -> str:
+def _stack(arm: StudyArm) -> str:
     """What an arm is made of, in words."""
     parts = [f"{arm.planner} planner, {arm.controller} controller"]
     parts += [] if arm.safety_filter else ["no safety filter"]

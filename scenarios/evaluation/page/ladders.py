@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 
 from scenarios.evaluation.page.parts import legend, section
-from scenarios.evaluation.page.plots import Line, ladder
+from scenarios.evaluation.page.plots import PlotLine, ladder
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Climb, Report
 
@@ -33,7 +33,7 @@ def ladders(report: Report) -> str:
 
 def _ladder(climbs: Sequence[Climb], most: float) -> str:
     lines = [
-        Line(
+        PlotLine(
             colour=k % N_COLOURS,
             points=tuple(
                 (rung.magnitude, rung.summary.pass_rate, *rung.summary.wilson_95)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from scenarios.evaluation.comparison import Comparison
+from scenarios.evaluation.comparison import ArmComparison
 from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.words import NOTHING, interval, signed
@@ -57,7 +57,7 @@ def paired(report: Report) -> str:
     )
 
 
-def _apart(comparison: Comparison) -> Iterator[str]:
+def _apart(comparison: ArmComparison) -> Iterator[str]:
     """A cell a measure: the mean difference, and its interval below."""
     found = {difference.measure: difference for difference in comparison.where_both_pass}
     for measure, (_, scale, digits) in MEASURED.items():

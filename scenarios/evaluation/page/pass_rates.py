@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
-from scenarios.evaluation.page.plots import Mark, forest
+from scenarios.evaluation.page.plots import PlotMark, forest
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report, SuiteReport
 from scenarios.evaluation.words import counts, number
@@ -14,7 +14,7 @@ from scenarios.evaluation.words import counts, number
 
 def pass_rates(report: Report) -> str:
     marks = [
-        Mark(
+        PlotMark(
             label=f"{suite.name}: {arm}" if len(report.suites) > 1 else arm,
             colour=k % N_COLOURS,
             value=found.suites[suite.name].summary.pass_rate,

@@ -12,7 +12,7 @@ ROW, LABEL, PLOT, NOTE = 26, 210, 470, 150  # px of a forest
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mark:
+class PlotMark:
     """A value in 0 to 1 with its interval; `colour` is the arm's number, `note` stands beside."""
 
     label: str
@@ -22,7 +22,7 @@ class Mark:
     note: str
 
 
-def forest(marks: Sequence[Mark]) -> str:
+def forest(marks: Sequence[PlotMark]) -> str:
     """A row a mark: a dot in its interval, on an axis from 0 to 1."""
     height = ROW * len(marks) + 30
     ticks = "".join(
@@ -34,7 +34,7 @@ def forest(marks: Sequence[Mark]) -> str:
     return _svg(LABEL + PLOT + NOTE, height, "pass rates with their intervals", ticks + rows)
 
 
-def _row(mark: Mark, y: float) -> str:
+def _row(mark: PlotMark, y: float) -> str:
     low, high = (_at(end) for end in mark.ends)
     dot = ""
     if mark.value is not None:
@@ -53,14 +53,14 @@ def _at(value: float) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class PlotLine:
     """What an arm does along an axis: (magnitude, rate, low, high) from rung to rung."""
 
     colour: int
     points: tuple[tuple[float, float, float, float], ...]
 
 
-def ladder(lines: Sequence[Line], most: float) -> str:
+def ladder(lines: Sequence[PlotLine], most: float) -> str:
     """Pass rate over magnitude, up to `most`; the dashed line is the half at which it breaks."""
     width, height, left, low, top = 250, 150, 34, 122, 10
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class CameraPanel:
@@ -13,7 +13,7 @@ class CameraPanel:
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._image = gui.add_image(
-            np.zeros((3, 4, 3), np.uint8), label="endoscope", visible=ask(Desk.state).camera
+            np.zeros((3, 4, 3), np.uint8), label="endoscope", visible=ask(SessionState.state).camera
         )
 
     def update(self, state: State) -> None:

@@ -6,7 +6,7 @@ import viser
 
 from planner.correction import CORRECTIONS, Correction
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, cells, pad
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 _PLACES = {  # what an arm is asked: where the button stands, and its short text
     "higher": ("1 / 2", "▲ higher"),
@@ -45,7 +45,7 @@ class CorrectionPanel:
 
         @button.on_click
         async def _(_: object) -> None:
-            self._ask(Desk.press, correction.text)
+            self._ask(SessionState.press, correction.text)
 
     def update(self, state: State) -> None:
         """The same all the time."""

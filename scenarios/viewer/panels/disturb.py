@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class DisturbPanel:
@@ -21,7 +21,7 @@ class DisturbPanel:
 
         @button.on_click
         async def _(_: object) -> None:
-            ask(Desk.disturb, name)
+            ask(SessionState.disturb, name)
 
     def update(self, state: State) -> None:
         """The same all the time."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import viser
 
 from scenarios.viewer.panels.talk import GO_ON, HOLD
-from scenarios.viewer.session_state import Asks, Desk
+from scenarios.viewer.session_state import Asks, SessionState
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +18,7 @@ class Key:
     hotkey: str
     label: str
     command: str | None = None
-    deed: Callable[[Desk], None] | None = None
+    deed: Callable[[SessionState], None] | None = None
     shift: bool = False
 
     @property
@@ -36,8 +36,8 @@ _RIGHT_HAND = {  # as arrow keys lie, with those beside them
     "O": "towards me",
 }
 KEYS: tuple[Key, ...] = (
-    Key(hotkey="space", label="start or pause", deed=Desk.start_or_pause),
-    Key(hotkey="N", label="one step", deed=Desk.step),
+    Key(hotkey="space", label="start or pause", deed=SessionState.start_or_pause),
+    Key(hotkey="N", label="one step", deed=SessionState.step),
     Key(hotkey="H", label="hold still", command=HOLD),
     Key(hotkey="B", label="back to the planner", command=GO_ON),
     *(
@@ -79,6 +79,6 @@ def _add(gui: viser.GuiApi, ask: Asks, key: Key) -> None:
     @handle.on_trigger
     async def _(_: object) -> None:
         if key.command is not None:
-            ask(Desk.press, key.command)
+            ask(SessionState.press, key.command)
         elif key.deed is not None:
             ask(key.deed)

@@ -6,7 +6,7 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.event_log import Kind, Line
+from scenarios.viewer.event_log import Kind, LogLine
 from scenarios.viewer.session_state import Asks, State
 
 SHOWN = 40
@@ -43,7 +43,7 @@ class LogPanel:
         )
 
 
-def _row(line: Line) -> str:
+def _row(line: LogLine) -> str:
     word, colour = _TAGS[line.kind]
     detail = f' <span class="dim">{escape(line.detail)}</span>' if line.detail else ""
     return (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from scenarios.viewer.scene import OPTIONAL, Scene, look_through
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class LookPanel:
@@ -23,7 +23,7 @@ class LookPanel:
             checkbox.on_update(self._on_shown)
 
     async def _on_view(self, event: viser.GuiEvent) -> None:
-        frame = self._ask(Desk.frame)
+        frame = self._ask(SessionState.frame)
         if event.client is not None and frame is not None:
             with event.client.atomic():
                 look_through(event.client.camera, frame.T_world_endoscope)

@@ -6,10 +6,10 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.viewer.layers.layer import wxyz
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, pad
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 from tissue_sim.frames import pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -54,7 +54,7 @@ class TakeOverPanel:
             self._give_back()
 
     def _take(self, arm: int) -> None:
-        frame = self._ask(Desk.frame)
+        frame = self._ask(SessionState.frame)
         if frame is None:
             return
         self._give_back()
@@ -82,15 +82,15 @@ class TakeOverPanel:
         if self._gizmo is None:
             return
         shut, wide = self._jaw_range_rad
-        hand = Hand(
+        hand = GuidedArm(
             arm=self._arm,
             T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
             jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
         )
-        self._ask(Desk.lead, hand)
+        self._ask(SessionState.lead, hand)
 
     def _give_back(self) -> None:
-        self._ask(Desk.lead, None)
+        self._ask(SessionState.lead, None)
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None

@@ -10,7 +10,7 @@ import viser
 from planner.language.interpreter import Reading
 from scenarios.loop.inbox import read
 from scenarios.viewer.panels.style import pad
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 LATE_S = 0.5  # for which what was typed is waited for
 SHOWN = 120  # characters of what was said
@@ -37,18 +37,18 @@ class TalkPanel:
 
         @hold.on_click
         async def _(_: object) -> None:
-            ask(Desk.press, HOLD)
+            ask(SessionState.press, HOLD)
 
         @on.on_click
         async def _(_: object) -> None:
-            ask(Desk.press, GO_ON)
+            ask(SessionState.press, GO_ON)
 
     def _on_submit(self, _: object) -> None:
         """In a thread of its own, as reading takes its time."""
         text = self._typed()
         self._text.value = ""
         reading = read(text)
-        self._ask(Desk.hear, reading)
+        self._ask(SessionState.hear, reading)
         self._reply.content = _html(_answer(reading))
         unclear = reading.command is None and bool(reading.guesses)
         if unclear:
@@ -64,7 +64,7 @@ class TalkPanel:
 
     async def _on_guess(self, _: object) -> None:
         if self._guesses.value != _NONE:
-            self._ask(Desk.press, self._guesses.value)
+            self._ask(SessionState.press, self._guesses.value)
             self._guesses.visible = False
             self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
 

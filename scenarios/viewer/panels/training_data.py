@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class TrainingDataPanel:
@@ -23,7 +23,7 @@ class TrainingDataPanel:
     def _on_save(self, event: viser.GuiEvent) -> None:
         """In a thread of its own, as files take their time."""
         try:
-            title, body, colour = "Saved", str(self._ask(Desk.save_intervention)), "green"
+            title, body, colour = "Saved", str(self._ask(SessionState.save_intervention)), "green"
         except (OSError, ValueError) as error:
             title, body, colour = "Not saved", str(error), "red"
         if event.client is not None:

@@ -7,7 +7,7 @@ import math
 import viser
 
 from scenarios.viewer.panels.style import pad
-from scenarios.viewer.session_state import Asks, Desk, State
+from scenarios.viewer.session_state import Asks, SessionState, State
 
 SPEEDS = {
     "¼ ×": 0.25,
@@ -30,7 +30,7 @@ class TransportPanel:
             self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, color="yellow")
             step = gui.add_button("Step", icon=viser.Icon.PLAYER_TRACK_NEXT, color="gray")
             self._speed = gui.add_dropdown(
-                "speed", tuple(SPEEDS), initial_value=_name(ask(Desk.state).speed)
+                "speed", tuple(SPEEDS), initial_value=_name(ask(SessionState.state).speed)
             )
         self._start.on_click(self._on_start)
         self._pause.on_click(self._on_pause)
@@ -38,16 +38,16 @@ class TransportPanel:
         self._speed.on_update(self._on_speed)
 
     async def _on_start(self, _: object) -> None:
-        self._ask(Desk.go_on)
+        self._ask(SessionState.go_on)
 
     async def _on_pause(self, _: object) -> None:
-        self._ask(Desk.pause)
+        self._ask(SessionState.pause)
 
     async def _on_step(self, _: object) -> None:
-        self._ask(Desk.step)
+        self._ask(SessionState.step)
 
     async def _on_speed(self, _: object) -> None:
-        self._ask(Desk.set_speed, SPEEDS[self._speed.value])
+        self._ask(SessionState.set_speed, SPEEDS[self._speed.value])
 
     def update(self, state: State) -> None:
         """Of start and pause, show the one that does something."""

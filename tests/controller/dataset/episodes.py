@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.dataset.dataset_episode import Episode, Header
+from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import part_bytes
 from controller.dataset.schema import DEMONSTRATED, TEXTS
 from controller.dataset.tables import strings
@@ -22,7 +22,7 @@ def random_episode(seed, frames=50, **changes):
         anatomy={"hash": f"{seed}"},
         versions={"calot": "0"},
     )
-    return Episode(header=header, columns=columns | changes)
+    return DatasetEpisode(header=header, columns=columns | changes)
 
 
 def _random(feature, frames, rng):

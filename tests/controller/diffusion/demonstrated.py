@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.action import ToolAction
-from controller.diffusion.windows import Demonstration
+from controller.diffusion.windows import DemonstrationArrays
 from tissue_sim.frames import exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
@@ -25,7 +25,7 @@ def motions(n: int, seed: int = 0) -> np.ndarray:
     )
 
 
-def demonstration(n: int = 120, seed: int = 0) -> Demonstration:
+def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     """The right tip is led to the first point of the tube that the words name."""
     chance = np.random.default_rng(seed)
     states, actions = np.zeros((n, VECTOR_SIZE), np.float32), motions(n, seed).astype(np.float32)
@@ -41,6 +41,6 @@ def demonstration(n: int = 120, seed: int = 0) -> Demonstration:
         seen["right_tube_m"][:, 0],
     )
     actions[:, 10:13] = 0.1 * (named - seen["tips_endoscope"][:, 1, :, 3])
-    return Demonstration(
+    return DemonstrationArrays(
         states=states, actions=actions, texts=texts, expert=np.arange(n) % 40 != 39
     )

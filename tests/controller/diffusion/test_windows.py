@@ -6,7 +6,7 @@ import torch
 
 from controller.diffusion.chunk_frame import JAWS, chunk_of, past_of
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.windows import Batch, Demonstration, Windows
+from controller.diffusion.windows import Batch, DemonstrationArrays, Windows
 from tests.controller.diffusion.demonstrated import demonstration
 
 CONFIG = PolicyConfig(horizon=16, history=(0, 3, 9))
@@ -14,7 +14,7 @@ N = 120
 
 
 @pytest.fixture(scope="module")
-def given() -> list[Demonstration]:
+def given() -> list[DemonstrationArrays]:
     return [demonstration(N, seed) for seed in (0, 1)]
 
 
@@ -28,7 +28,7 @@ def batch_of(windows: Windows, *numbers: int, delay: int = 0) -> Batch:
 
 
 def starts() -> list[tuple[int, int]]:
-    """Demonstration and step of each window."""
+    """DemonstrationArrays and step of each window."""
     return [(k, t) for k in (0, 1) for t in range(N) if t % 40 != 39]
 
 
@@ -89,14 +89,14 @@ def test_a_demonstration_of_another_shape_or_with_nan_is_refused_in_words(given)
     fields = {"states": good.states, "actions": good.actions, "texts": good.texts}
     fields["expert"] = good.expert
     with pytest.raises(ValueError, match=r"states must be \(120, 136\), got \(120, 135\)"):
-        Demonstration(**fields | {"states": good.states[:, 1:]})
+        DemonstrationArrays(**fields | {"states": good.states[:, 1:]})
     with pytest.raises(ValueError, match="actions has entries that are no finite numbers"):
-        Demonstration(**fields | {"actions": np.full_like(good.actions, np.nan)})
+        DemonstrationArrays(**fields | {"actions": np.full_like(good.actions, np.nan)})
 
 
 def test_nothing_to_imitate_is_refused(given):
     nothing = {"states": given[0].states, "actions": given[0].actions, "texts": given[0].texts}
     with pytest.raises(ValueError, match="nothing to learn"):
-        Windows([Demonstration(**nothing, expert=np.zeros(N, bool))], CONFIG)
+        Windows([DemonstrationArrays(**nothing, expert=np.zeros(N, bool))], CONFIG)
     with pytest.raises(ValueError, match="nothing to learn"):
         Windows([], CONFIG)

@@ -7,8 +7,8 @@ from controller.action import CONTROL_STEP_S
 from controller.safety.ledger import Entry
 from scenarios.bench.safety import broken_lines, depth_tables
 from scenarios.bench.trials.attack import ATTACKS, BEYOND, HASTE, SPEED_M_S, Field, random_start
-from scenarios.bench.trials.attack_trial import Pair, Run, Trial, lost_trial, run_trial
-from scenarios.bench.trials.run_trials import Attempt
+from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lost_trial, run_trial
+from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
 
@@ -64,11 +64,15 @@ def test_jumps_cross_the_joint_range_at_any_speed():
 
 
 def trial(**filtered):
-    run = Run(entries=[Entry(time_s=0.0, limits=("keep-out: right wrist to liver",), held=True)])
+    run = AttackRun(
+        entries=[Entry(time_s=0.0, limits=("keep-out: right wrist to liver",), held=True)]
+    )
     for name, value in filtered.items():
         setattr(run, name, value)
-    pair = Pair(kind="jumps", in_world=False, without=Run(depth_m={"liver": 0.02}), filtered=run)
-    return Trial(seed=7, pairs=(pair,))
+    pair = Pair(
+        kind="jumps", in_world=False, without=AttackRun(depth_m={"liver": 0.02}), filtered=run
+    )
+    return AttackTrial(seed=7, pairs=(pair,))
 
 
 def test_only_what_the_filter_let_pass_is_a_failure():
@@ -82,7 +86,7 @@ def test_only_what_the_filter_let_pass_is_a_failure():
 
 
 def test_an_exception_is_a_failure():
-    (said,) = broken_lines([Attempt(run=run_trial, lost=lost_trial)(-1)])
+    (said,) = broken_lines([TrialAttempt(run=run_trial, lost=lost_trial)(-1)])
     assert said.startswith("seed -1: ValueError")
 
 

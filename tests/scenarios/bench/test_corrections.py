@@ -12,9 +12,9 @@ from scenarios.bench.corrections import corrections_table, error_lines, mean_gai
 from scenarios.bench.latency import measured
 from scenarios.bench.trials.correction_trial import (
     SAID_S,
-    Comparison,
+    CorrectionTrial,
     Course,
-    Trial,
+    ForkComparison,
     lost_trial,
     wanted_motion,
 )
@@ -30,7 +30,7 @@ IDLE = replace(ASTRAY, controller="idle")
 
 @pytest.fixture(scope="module")
 def trial():
-    return Comparison(config=ASTRAY)(SEED)
+    return ForkComparison(config=ASTRAY)(SEED)
 
 
 def test_a_correction_is_said_where_an_arm_was_led_astray_and_it_leads_nearer(trial):
@@ -56,11 +56,11 @@ def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task,
 
 
 def test_the_same_moment_again_gives_the_same(trial):
-    assert Comparison(config=ASTRAY)(SEED) == trial
+    assert ForkComparison(config=ASTRAY)(SEED) == trial
 
 
 def test_where_nothing_goes_astray_nothing_is_compared():
-    assert Comparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == Trial(seed=SEED)
+    assert ForkComparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == CorrectionTrial(seed=SEED)
 
 
 def test_the_gain_is_of_pairs_and_the_interval_students():
@@ -81,14 +81,14 @@ def test_the_table_counts_what_was_done_with_and_without_and_lost_trials_are_tol
         Course(off_m=0.001, done_s=4.0, injuries=0),
         Course(off_m=0.01, done_s=None, injuries=1),
     )
-    pair = Trial(seed=3, correction="c", without=bad, told=good)
-    table = corrections_table([pair, replace(pair, seed=4), Trial(seed=5)])
+    pair = CorrectionTrial(seed=3, correction="c", without=bad, told=good)
+    table = corrections_table([pair, replace(pair, seed=4), CorrectionTrial(seed=5)])
     rows = {row[0]: row[1:] for row in zip(*(c.cells for c in table.columns), strict=True)}
     assert rows["moments"][:2] == ("2", "2")
     assert rows["mm to the goal after 2 s"] == ("10.0", "1.0", "9.0 (9.0 to 9.0)")
     assert rows["task done in 20 s"][:2] == ("0", "2")
     assert rows["nothing injured"][:2] == ("0", "2")
-    assert list(corrections_table([Trial(seed=5)]).columns[0].cells) == ["moments"]
+    assert list(corrections_table([CorrectionTrial(seed=5)]).columns[0].cells) == ["moments"]
     assert error_lines([lost_trial(7, RuntimeError("a string snapped"))]) == [
         "seed 7: RuntimeError: a string snapped"
     ]

@@ -8,8 +8,8 @@ from scenarios.bench.obedience import error_lines, obedience_table
 from scenarios.bench.trials.obedience_trial import (
     LEAST_M,
     Examination,
+    ObedienceTrial,
     Told,
-    Trial,
     is_obeyed,
     lost_trial,
 )
@@ -70,7 +70,9 @@ def test_asking_again_gives_the_same(trials):
 def test_the_table_counts_what_was_said_and_obeyed():
     text = CORRECTIONS[0].text
     told = (Told(text=text, obeyed=True), Told(text=text, obeyed=False, withheld=True))
-    table = obedience_table([Trial(seed=3, told=told, wrong_tube=True), Trial(seed=4)])
+    table = obedience_table(
+        [ObedienceTrial(seed=3, told=told, wrong_tube=True), ObedienceTrial(seed=4)]
+    )
     rows = list(zip(*(column.cells for column in table.columns), strict=True))
     assert rows[0][:4] == (text, "2", "1", "1")
     assert rows[1][1:] == ("0", "0", "0", "never said")
@@ -80,7 +82,7 @@ def test_the_table_counts_what_was_said_and_obeyed():
 
 def test_a_trial_that_an_error_ended_is_named():
     trial = lost_trial(7, ValueError("no such patient"))
-    (line,) = error_lines([Trial(seed=6), trial])
+    (line,) = error_lines([ObedienceTrial(seed=6), trial])
     assert line.startswith("seed 7: ")
     assert "no such patient" in line
 

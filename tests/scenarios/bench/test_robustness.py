@@ -10,9 +10,9 @@ import pytest
 
 from scenarios.bench.robustness import broken_lines, trial_table
 from scenarios.bench.trials.memory_growth import growth_kb_a_reset
-from scenarios.bench.trials.run_trials import Attempt
+from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.bench.trials.storm import MOST_SPEED_M_S, storm
-from scenarios.bench.trials.storm_trial import Trial, intact, lost_trial, run_trial
+from scenarios.bench.trials.storm_trial import StormTrial, intact, lost_trial, run_trial
 from scenarios.cli import main
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -26,11 +26,11 @@ CUT_TWICE = 10_243  # a piece of artery is free: nothing but inertia resists its
 
 
 @pytest.fixture(scope="module")
-def trials() -> list[Trial]:
+def trials() -> list[StormTrial]:
     return [run_trial(SEED + k) for k in range(STORMS)]
 
 
-def test_tissue_stays_tissue(trials: list[Trial]) -> None:
+def test_tissue_stays_tissue(trials: list[StormTrial]) -> None:
     assert broken_lines(trials) == []
 
 
@@ -40,7 +40,7 @@ def test_a_piece_that_is_cut_free_does_not_fly_off() -> None:
     assert trial.broken == ()
 
 
-def test_a_storm_is_violent(trials: list[Trial]) -> None:
+def test_a_storm_is_violent(trials: list[StormTrial]) -> None:
     assert all(t.touched for t in trials)
     assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MOST_SPEED_M_S, rel=0.1)
     assert sum(t.inverted > 20 for t in trials) >= 3
@@ -84,7 +84,7 @@ def test_what_no_longer_hangs_on_the_body_is_not_intact() -> None:
 
 
 def test_an_exception_is_a_broken_law() -> None:
-    lost = Attempt(run=run_trial, lost=lost_trial)(-1)
+    lost = TrialAttempt(run=run_trial, lost=lost_trial)(-1)
     (said,) = lost.broken
     assert said.startswith("ValueError")
     assert re.search(r"\.py:\d+\)$", said)  # where it was raised

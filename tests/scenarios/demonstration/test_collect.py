@@ -8,7 +8,7 @@ from controller.dataset.part import part_bytes
 from controller.dataset.reader import read_episodes
 from scenarios.cli import main
 from scenarios.demonstration.demonstrate import FAILED, PARTS, demonstrate, is_finished, part_path
-from scenarios.demonstration.mix import Demonstration, demonstrations
+from scenarios.demonstration.mix import PlannedDemonstration, demonstrations
 from tests.controller.dataset.episodes import random_episode
 from tests.controller.dataset.test_round_trip import contents
 
@@ -92,7 +92,7 @@ def test_in_one_go_or_bit_by_bit_the_dataset_is_the_same(tmp_path):
 
 @pytest.mark.slow
 def test_an_episode_that_finds_no_room_says_so_and_leaves_no_half_file(tmp_path, full_disk):
-    outcome = demonstrate(Demonstration(seed=0, kind="nominal"), tmp_path)
+    outcome = demonstrate(PlannedDemonstration(seed=0, kind="nominal"), tmp_path)
     assert "File too large" in (outcome.unwritable or "")
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
     assert replace(outcome, unwritable=None).success is False

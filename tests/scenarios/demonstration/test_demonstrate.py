@@ -9,9 +9,9 @@ import pytest
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun, run
-from scenarios.demonstration.demonstration_recorder import Witness
+from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
-from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.turns import expert_acts
 
 SEED = 10_001
@@ -22,8 +22,8 @@ class Shown:
     """The first frames of a demonstration, and the steps they are of."""
 
     def __init__(self, kind, frames, noise=True):
-        self.episode = begun(Demonstration(seed=SEED, kind=kind, noise=noise))
-        self.witness = Witness(lambda: expert_acts(self.episode.controller))
+        self.episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=noise))
+        self.witness = DemonstrationRecorder(lambda: expert_acts(self.episode.controller))
         self.witness.on_reset(self.episode.world)
         self.first = self.episode.observation
         self.steps = []
@@ -100,7 +100,7 @@ def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
 
 
 def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learned_planner(nominal):
-    turns = islice(begun(Demonstration(seed=SEED + 1, kind="turns")).steps(), 450)
+    turns = islice(begun(PlannedDemonstration(seed=SEED + 1, kind="turns")).steps(), 450)
     assert past_the_second(step.instruction for step in turns) == {0.0}
     assert past_the_second(step.instruction for step in nominal.steps) > {0.0}
 
@@ -134,7 +134,7 @@ def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
 
 
 def test_the_tubes_may_come_in_another_order_and_all_is_done():
-    demonstration = Demonstration(seed=902, kind="order", noise=False)
+    demonstration = PlannedDemonstration(seed=902, kind="order", noise=False)
     shown = run(demonstration)
     tasks = [TASKS[index - 1] for index in dict.fromkeys(shown.columns["task"].tolist())]
     assert shown.header.success

@@ -14,7 +14,7 @@ from planner.instruction import TASKS, Instruction
 from scenarios.bench.trials.obedience_trial import PlannerSaying
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, Failing
-from scenarios.demonstration.mix import Demonstration
+from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.rollout_recorder import WitnessOfRollout
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -27,7 +27,7 @@ OPENED_BY, OUT_BY = 60, 240  # steps
 def rolled_out(frames, planner=None):
     """The expert in the place of a learned controller, led astray as it grasps."""
     kind = "recovery:grasp-missed-below"
-    episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     episode.planner = planner or episode.planner
     witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
@@ -76,7 +76,7 @@ def test_another_task_said_does_not_change_what_is_due():
 
 
 def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go():
-    episode = begun(Demonstration(seed=SEED, kind="recovery:overshoot", noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:overshoot", noise=False))
     failing, stood, deeper_m = Failing(), [], []
     for step in islice(episode.steps(), 600):
         task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
@@ -94,7 +94,7 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
 
 def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue():
     kind = "recovery:grasp-slip"
-    episode = begun(Demonstration(seed=SEED, kind=kind, noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
     held, among = [], []  # in what is seen after each frame
@@ -113,7 +113,7 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
 
 
 def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_loaded():
-    episode = begun(Demonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
+    episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
     slips = []  # whether each came in an exchange, and once a tube was cut
@@ -127,7 +127,7 @@ def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_load
 
 
 def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
-    episode = begun(Demonstration(seed=SEED, kind="nominal", noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind="nominal", noise=False))
     world, steps, failing = episode.world, episode.steps(), Failing()
     grasping = takewhile(lambda _: not gallbladder_grasped(world), steps)
     assert not any(failing.after(step, world) for step in grasping)
@@ -140,7 +140,7 @@ def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
 
 
 def test_a_grasper_that_hooks_is_flagged_whatever_was_before():
-    episode = begun(Demonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
+    episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))

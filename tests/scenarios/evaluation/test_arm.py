@@ -2,14 +2,14 @@
 
 import pytest
 
-from scenarios.evaluation.arm import Arm, arm_from_text, require_distinct
+from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
 
 def test_words_become_the_arm_that_they_name():
     text = "old=learned+diffusion,checkpoint=a/b=c.st,planner-checkpoint=p.st,filter=off"
-    assert arm_from_text(f"{text},ablation=no-corrections") == Arm(
+    assert arm_from_text(f"{text},ablation=no-corrections") == StudyArm(
         name="old",
         planner="learned",
         controller="diffusion",

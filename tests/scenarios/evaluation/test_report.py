@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from scenarios.evaluation.arm import Arm
+from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.comparison import compare
 from scenarios.evaluation.page.whole import page
@@ -185,7 +185,9 @@ def test_tables_and_page_tell_the_same_rates(report):
 
 
 def test_a_single_arm_and_one_patient_make_a_report():
-    one = plan("nominal", arms=(Arm(name="a", planner="scripted", controller="expert"),), seeds=[3])
+    one = plan(
+        "nominal", arms=(StudyArm(name="a", planner="scripted", controller="expert"),), seeds=[3]
+    )
     report = report_of(one, results_of(one, episode), NOWHERE)
     assert report.comparisons == ()
     assert "1 of 1" in page(report, MADE_WITH)

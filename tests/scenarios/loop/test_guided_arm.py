@@ -8,7 +8,7 @@ import pytest
 from controller.action import ToolAction
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -19,7 +19,7 @@ def led(arm, config=None, n=90):
     episode = begin(config or EpisodeConfig(seed=10_005, controller="idle"), inbox=inbox)
     goal = episode.world.arms.T_world_tool()[arm]
     goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.008, 0.0, -0.006]
-    inbox.hand = Hand(arm=arm, T_world_goal=goal, jaw_rad=0.6)
+    inbox.hand = GuidedArm(arm=arm, T_world_goal=goal, jaw_rad=0.6)
     return list(islice(episode.steps(), n)), episode, goal
 
 
@@ -41,7 +41,7 @@ def test_the_other_arms_action_passes_unchanged():
         turn_tool=rng.normal(size=(2, 6)),
         jaw_rad=rng.normal(size=2),
     )
-    hand = Hand(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.1)
+    hand = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.1)
     changed = hand.lead(action, episode.world).vector().reshape(2, 10)
     np.testing.assert_array_equal(changed[RIGHT_ARM], action.vector().reshape(2, 10)[RIGHT_ARM])
     assert not np.array_equal(changed[LEFT_ARM], action.vector().reshape(2, 10)[LEFT_ARM])
@@ -61,7 +61,7 @@ def test_a_goal_in_the_liver_is_not_reached():
     goal = episode.world.arms.T_world_tool()[RIGHT_ARM]
     bed = episode.world.organ.bed
     goal[:3, 3] = bed.point_m - 0.01 * bed.normal + 0.05 * bed.along
-    inbox.hand = Hand(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=0.0)
+    inbox.hand = GuidedArm(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=0.0)
     steps = list(islice(episode.steps(), 300))
     assert np.linalg.norm(episode.world.arms.T_world_tool()[RIGHT_ARM, :3, 3] - goal[:3, 3]) > 2e-3
     assert any("liver" in limit for step in steps for e in step.altered for limit in e.limits)

@@ -10,7 +10,7 @@ from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Heard, Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
@@ -66,7 +66,7 @@ class Step:
     applied: tuple[Event, ...] = ()
     altered: tuple[Entry, ...] = ()
     heard: tuple[Heard, ...] = ()
-    hand: Hand | None = None
+    hand: GuidedArm | None = None
 
 
 def random_step(rng, number, instruction=None, events=(), **kept):

@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import load
-from scenarios.recording.rerun_commands import Rerun
+from scenarios.recording.rerun_commands import CommandRerun
 from tests.scenarios.interfered import record
 
 SEED = 10_000
@@ -24,7 +24,7 @@ def recorded(request, tmp_path_factory):
 def test_it_comes_out_the_same_to_the_bit_the_tissue_too(recorded):
     recording, world, _ = recorded
     assert np.diff(recording.arrays["clip_loaded"]).max() == 1  # the nurse came
-    rerun = Rerun(recording)
+    rerun = CommandRerun(recording)
     assert all(rerun.steps())
     np.testing.assert_array_equal(rerun.world.tissue.positions(), world.tissue.positions())
 
@@ -33,7 +33,7 @@ def test_another_command_is_noticed(recorded):
     recording, *_ = recorded
     arrays = {name: array.copy() for name, array in recording.arrays.items()}
     arrays["commands"][100:, 1, 0] += 1e-4
-    same = list(islice(Rerun(replace(recording, arrays=arrays)).steps(), 110))
+    same = list(islice(CommandRerun(replace(recording, arrays=arrays)).steps(), 110))
     assert same == [True] * 100 + [False] * 10
 
 
@@ -47,7 +47,7 @@ def test_another_command_is_noticed(recorded):
 )
 def test_a_recording_of_another_version_is_refused(recorded, change, what):
     with pytest.raises(ValueError, match=what):
-        Rerun(replace(recorded[0], **change))
+        CommandRerun(replace(recorded[0], **change))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.97])

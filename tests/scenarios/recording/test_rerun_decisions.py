@@ -14,7 +14,7 @@ from controller.diffusion.training import PRESETS
 from scenarios.catalogue import CONTROLLERS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
-from scenarios.recording.first_difference import Difference, first_difference
+from scenarios.recording.first_difference import FirstDifference, first_difference
 from scenarios.recording.recorder import STEP_ARRAYS, load
 from scenarios.recording.rerun_decisions import repeat
 from tests.scenarios.interfered import record
@@ -108,7 +108,7 @@ def test_an_error_comes_again_and_its_absence_is_noticed(tmp_path, monkeypatch):
         assert first_difference(recording, repeat(recording, tmp_path / "again")) is None
         patch.setitem(CONTROLLERS, "breaks", CONTROLLERS["idle"])
         found = first_difference(recording, repeat(recording, tmp_path / "mended"))
-    assert found == Difference(step=len(recording.arrays["time_s"]), field="error")
+    assert found == FirstDifference(step=len(recording.arrays["time_s"]), field="error")
 
 
 def test_an_interrupted_episode_is_repeated_as_far_as_it_was_recorded(idle, tmp_path):
@@ -137,7 +137,7 @@ def test_a_change_of_any_recorded_number_is_found_at_its_step(idle, name):
     arrays = {key: array.copy() for key, array in idle.arrays.items()}
     arrays[name].reshape(len(arrays[name]), -1)[7:, -1] += 2
     found = first_difference(idle, replace(idle, arrays=arrays))
-    assert found == Difference(step=7, field=name, size=2.0)
+    assert found == FirstDifference(step=7, field=name, size=2.0)
 
 
 def test_equal_is_of_the_bits(idle):
@@ -150,7 +150,7 @@ def test_equal_is_of_the_bits(idle):
     zero = replace(idle, arrays=arrays)
     below = {**arrays, "forces_n": -arrays["forces_n"]}
     found = first_difference(zero, replace(zero, arrays=below))
-    assert found == Difference(step=0, field="forces_n", size=0.0)
+    assert found == FirstDifference(step=0, field="forces_n", size=0.0)
 
 
 @pytest.mark.parametrize(
@@ -165,8 +165,12 @@ def test_equal_is_of_the_bits(idle):
 )
 def test_a_change_of_what_is_noted_is_found(idle, change, step, field):
     assert len(idle.arrays["time_s"]) == 31
-    assert first_difference(idle, replace(idle, **change)) == Difference(step=step, field=field)
-    assert first_difference(replace(idle, **change), idle) == Difference(step=step, field=field)
+    assert first_difference(idle, replace(idle, **change)) == FirstDifference(
+        step=step, field=field
+    )
+    assert first_difference(replace(idle, **change), idle) == FirstDifference(
+        step=step, field=field
+    )
 
 
 def test_another_instruction_is_found_where_it_was_first_given(idle):
@@ -175,10 +179,10 @@ def test_another_instruction_is_found_where_it_was_first_given(idle):
     arrays = {**idle.arrays, "instruction": rows}
     table = (*idle.instructions, {**idle.instructions[0], "text": "go home"})
     found = first_difference(idle, replace(idle, arrays=arrays, instructions=table))
-    assert found == Difference(step=11, field="instruction")
+    assert found == FirstDifference(step=11, field="instruction")
 
 
 def test_an_episode_that_ends_early_is_found(idle):
     short = {name: array[:-5] for name, array in idle.arrays.items()}
     found = first_difference(idle, replace(idle, arrays=short))
-    assert found == Difference(step=26, field="number of steps", size=5)
+    assert found == FirstDifference(step=26, field="number of steps", size=5)

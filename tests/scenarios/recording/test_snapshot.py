@@ -10,7 +10,7 @@ from scenarios.demonstration.noise import NOISE
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
-from scenarios.recording.snapshot import Moment
+from scenarios.recording.snapshot import Snapshot
 
 SEED = 10_004
 
@@ -35,7 +35,7 @@ def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
     episode.effects = Effects((NOISE,), SEED)
     running = episode.steps()
     next(step for step in running if step.time_s >= at_s and not step.exchange)
-    moment, rate = Moment(episode), episode.filter.rate
+    moment, rate = Snapshot(episode), episode.filter.rate
     after = seen(islice(running, 60))
     for _ in range(2):
         np.testing.assert_array_equal(moment.again().filter.rate, rate)
@@ -46,7 +46,7 @@ def test_what_is_said_in_one_is_not_heard_in_the_other():
     episode = begin(EpisodeConfig(seed=SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= 1.0)
-    moment = Moment(episode)
+    moment = Snapshot(episode)
     episode.inbox.press(COMMANDS["stop"])
     without = seen(islice(moment.again().steps(), 30))
     told = moment.again()

@@ -7,7 +7,7 @@ from threading import Thread
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.session import watch_episodes
-from scenarios.viewer.session_state import Desk
+from scenarios.viewer.session_state import SessionState
 from scenarios.viewer.watcher import Watcher
 
 SEED = 10_000
@@ -30,7 +30,7 @@ class _Rest(Watcher):
 def session(out, *, paused=True, speed=1.0, **config):
     """A desk, with its loop at work until the block is left."""
     pace = Pace(paused=paused, speed=speed)
-    desk = Desk(
+    desk = SessionState(
         config=EpisodeConfig(**{"seed": SEED} | config),
         out=out,
         pace=pace,

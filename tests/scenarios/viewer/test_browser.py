@@ -209,13 +209,13 @@ def test_an_arm_that_is_taken_over_is_the_persons_until_it_is_given_back(tab, de
 
 def test_an_exported_page_works_offline(chromium, tmp_path, desk):
     from scenarios.viewer.export import export
-    from scenarios.viewer.recording_frames import Reel
+    from scenarios.viewer.recording_frames import RecordingFrames
 
     desk.pace.speed = math.inf
     desk.pace.go_on()
     run_to(desk, 8.0)  # it is played over and over, and fades in each time
     desk.pace.restart(desk.config)
     page = tmp_path / "page.html"
-    page.write_text(export(Reel(recorded(desk), every=6), lambda time_s: None))
+    page.write_text(export(RecordingFrames(recorded(desk), every=6), lambda time_s: None))
     with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)

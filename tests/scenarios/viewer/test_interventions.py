@@ -9,7 +9,7 @@ from controller.dataset.part import read_part
 from planner.command import COMMANDS
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import Hand
+from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.viewer.interventions import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -33,7 +33,7 @@ def test_only_the_expert_and_a_hand_are_to_be_imitated(tmp_path, expert):
             with pytest.raises(ValueError, match="nobody has corrected"):
                 seen.save_so_far()
             T = episode.world.arms.T_world_tool()[RIGHT_ARM]
-            inbox.hand = Hand(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
+            inbox.hand = GuidedArm(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
     assert seen.intervened
     columns = read_part(seen.save_so_far()).columns
     by_hand = np.arange(50) >= 30

@@ -9,9 +9,9 @@ from threading import Thread
 
 import pytest
 
-from scenarios.viewer.page_process import Line, PageProcess, answer
+from scenarios.viewer.page_process import PageProcess, SessionLink, answer
 from scenarios.viewer.port import choose_port
-from scenarios.viewer.session_state import Desk
+from scenarios.viewer.session_state import SessionState
 from tests.scenarios.viewer.sessions import run_to, session
 
 HOST = "127.0.0.1"
@@ -29,7 +29,7 @@ def line_to(desk):
     here, there = Pipe()
     Thread(target=answer, args=(there, desk), daemon=True).start()
     with here:
-        yield Line(here)
+        yield SessionLink(here)
 
 
 def page(desk):
@@ -38,20 +38,20 @@ def page(desk):
 
 def test_a_deed_is_done_at_the_desk_and_what_comes_of_it_comes_back(desk):
     with line_to(desk) as ask:
-        ask(Desk.go_on)
+        ask(SessionState.go_on)
         run_to(desk, 0.2)
-        assert not ask(Desk.state).paused
-        assert ask(Desk.patient).anatomy == desk.watcher.patient.anatomy
-        assert ask(Desk.frame).patient == desk.watcher.patient.number
+        assert not ask(SessionState.state).paused
+        assert ask(SessionState.patient).anatomy == desk.watcher.patient.anatomy
+        assert ask(SessionState.frame).patient == desk.watcher.patient.number
 
 
 def test_a_deed_that_cannot_be_done_is_the_askers_error_and_the_next_one_is_done(desk):
     with line_to(desk) as ask:
         with pytest.raises(KeyError):
-            ask(Desk.press, "do a somersault")
+            ask(SessionState.press, "do a somersault")
         with pytest.raises(ValueError, match="nobody has corrected"):
-            ask(Desk.save_intervention)
-        assert ask(Desk.state).paused
+            ask(SessionState.save_intervention)
+        assert ask(SessionState.state).paused
 
 
 def test_its_process_ends_with_the_block(desk):

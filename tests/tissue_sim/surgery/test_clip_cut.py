@@ -12,7 +12,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, grip_n, lose, retention_n
 from tissue_sim.surgery.cut import Cut
-from tissue_sim.surgery.flow import Stretch, outflow_m3_s
+from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
 from tissue_sim.thresholds import LUMEN_CLOSED, TEST_PULL_N
 from tissue_sim.verification.bodies import EPS
@@ -208,8 +208,8 @@ def rate_of(tubes: Tubes, cut: Cut, side: str, *squeezed: float) -> float:
     """What a whole cut leaks to one side past clips that leave these shares of the lumen."""
     lumen = tubes.rest_lumen_m2(cut.tube)[cut.ring]
     length = cut.station_m if side == "body" else tubes.length_m[cut.tube] - cut.station_m
-    way = [Stretch(length_m=length, area_m2=lumen)]
-    way += [Stretch(length_m=CLIP_WIDTH_M, area_m2=share * lumen) for share in squeezed]
+    way = [FlowSegment(length_m=length, area_m2=lumen)]
+    way += [FlowSegment(length_m=CLIP_WIDTH_M, area_m2=share * lumen) for share in squeezed]
     return outflow_m3_s(FLUIDS[cut.tube], PRESSURE_PA[cut.tube, side], way)
 
 

@@ -16,7 +16,7 @@ from tissue_sim.rendering.skin import CUT_LUMEN, build_skin, surface_faces
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
-from tissue_sim.surgery.flow import BILE, Stretch, outflow_m3_s
+from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import BILE_PRESSURE_PA, hole_leak, leaks
 from tissue_sim.surgery.tear import Tear, tear, worst_load
 from tissue_sim.thresholds import SAC_MOST_STRETCH, STRENGTH_PA
@@ -331,7 +331,7 @@ def test_a_hole_has_the_area_of_the_wall_that_is_gone(world: World) -> None:
 
 def test_bile_leaks_by_the_holes_area_until_the_sac_is_empty(world: World) -> None:
     world.sac.open(np.array([63, 64]))
-    way = Stretch(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=world.sac.hole_m2())
+    way = FlowSegment(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=world.sac.hole_m2())
     (leak,) = hole_leak(world.sac, fullness=0.5)
     assert leak.rate_m3_s == pytest.approx(outflow_m3_s(BILE, 0.5 * BILE_PRESSURE_PA, [way]))
     for _ in range(3):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_sim.surgery.flow import BILE, BLOOD, DISCHARGE, Fluid, Stretch, outflow_m3_s
+from tissue_sim.surgery.flow import BILE, BLOOD, DISCHARGE, FlowSegment, Fluid, outflow_m3_s
 
 PRESSURES_PA = st.floats(1.0, 3e4)
 LENGTHS_M = st.floats(1e-4, 0.05)
@@ -17,14 +17,14 @@ def test_a_thin_tube_obeys_poiseuille(fluid: Fluid) -> None:
     """At a Reynolds number of 1e-3 the jet's share is 4 Re radius / length, some 1e-6."""
     radius, length, pressure = 2e-6, 0.02, 1e3
     expected = np.pi * radius**4 * pressure / (8 * fluid.viscosity_pa_s * length)
-    way = [Stretch(length_m=length, area_m2=np.pi * radius**2)]
+    way = [FlowSegment(length_m=length, area_m2=np.pi * radius**2)]
     assert outflow_m3_s(fluid, pressure, way) == pytest.approx(expected, rel=1e-4)
 
 
 def test_a_hole_without_length_obeys_the_orifice_law() -> None:
     pressure, area = 1e3, 5e-6
     expected = DISCHARGE * area * np.sqrt(2 * pressure / BILE.density_kg_m3)
-    way = [Stretch(length_m=0.0, area_m2=area)]
+    way = [FlowSegment(length_m=0.0, area_m2=area)]
     assert outflow_m3_s(BILE, pressure, way) == pytest.approx(expected, rel=1e-12)
 
 
@@ -32,7 +32,7 @@ def test_a_hole_without_length_obeys_the_orifice_law() -> None:
 def test_the_losses_add_up_to_the_pressure(
     pressure: float, stretches: list[tuple[float, float]]
 ) -> None:
-    way = [Stretch(length_m=length, area_m2=area) for length, area in stretches]
+    way = [FlowSegment(length_m=length, area_m2=area) for length, area in stretches]
     rate = outflow_m3_s(BLOOD, pressure, way)
     friction = sum(8 * np.pi * BLOOD.viscosity_pa_s * n / a**2 * rate for n, a in stretches)
     speed = rate / (DISCHARGE * min(a for _, a in stretches))
@@ -43,7 +43,7 @@ def test_the_losses_add_up_to_the_pressure(
 def test_a_narrower_way_lets_less_through(
     pressure: float, length: float, area: float, share: float
 ) -> None:
-    wide, narrow = (Stretch(length_m=length, area_m2=a) for a in (area, share * area))
+    wide, narrow = (FlowSegment(length_m=length, area_m2=a) for a in (area, share * area))
     rates = [outflow_m3_s(BILE, pressure, way) for way in ([wide], [wide, narrow], [narrow])]
     assert rates[0] > rates[1]
     assert rates[0] > rates[2]
