@@ -13,7 +13,7 @@ from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import HTTPRedirectHandler, Request, build_opener
 
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 URL, MODEL, KEY = "CALOT_LLM_URL", "CALOT_LLM_MODEL", "CALOT_LLM_KEY"
 
 
@@ -148,8 +148,8 @@ def _read(answer: Any, until_s: float) -> bytes:
     content = b""
     while part := answer.read1(65_536):
         content += part
-        if len(content) > MOST_BYTES:
-            raise NoAnswerError(f"its answer is longer than {MOST_BYTES} bytes")
+        if len(content) > MAX_BYTES:
+            raise NoAnswerError(f"its answer is longer than {MAX_BYTES} bytes")
         if time.monotonic() > until_s:
             raise TimeoutError
     return content

@@ -7,7 +7,7 @@ import numpy as np
 from planner.command import Deed
 from planner.task import TASKS, Task, Tube
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import MOST_CLIPS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 
 CLIPS_A_TUBE = 3
 ON_TUBE_M = 0.004  # of a clip's middle from the tube's centreline; assumed, about a tube's width
@@ -36,7 +36,7 @@ def due_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
 def clips_on(tube: Tube, observation: Observation) -> int:
     """How many clips are seen on a tube: near it, and nearer than to the other."""
-    clips_m = observation.clips_m[: min(observation.n_clips, MOST_CLIPS)]
+    clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     away_m = {
         "left": off_m(clips_m, observation.left_tube_m),
         "right": off_m(clips_m, observation.right_tube_m),

@@ -15,7 +15,7 @@ EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
 TASKS_PATH = "meta/tasks.parquet"
 STATS_PATH = "meta/stats.json"
 INFO_PATH = "meta/info.json"
-DATA_FILE_MOST_MB = 100
+DATA_FILE_MAX_MB = 100
 
 
 def data_path(file: int) -> str:
@@ -33,7 +33,7 @@ def info(episodes: int, frames: int) -> dict[str, Any]:
         "total_frames": frames,
         "total_tasks": len(TEXTS),
         "chunks_size": FILES_A_CHUNK,
-        "data_files_size_in_mb": DATA_FILE_MOST_MB,
+        "data_files_size_in_mb": DATA_FILE_MAX_MB,
         "video_files_size_in_mb": 200,
         "fps": FPS,
         "splits": {"train": f"0:{episodes}"},

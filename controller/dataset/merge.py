@@ -24,7 +24,7 @@ from controller.dataset.tables import arrow_schema, table_of
 BUILDING = ".merging"
 
 
-def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_FILE_MOST_MB) -> int:
+def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_FILE_MAX_MB) -> int:
     """Makes the dataset `root` of these parts, in their order; returns how many frames it has.
 
     An older dataset there is replaced, and is whole until then; the parts are left as they are.

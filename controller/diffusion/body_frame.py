@@ -15,7 +15,7 @@ from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.rest_frame import RestFrame
 from tissue_sim.tools.arms import LEFT_ARM
 
-MOST_M = 0.002  # in a control step, 60 mm/s; what goes faster is the endoscope, bumped; assumed
+MAX_M = 0.002  # in a control step, 60 mm/s; what goes faster is the endoscope, bumped; assumed
 STILL_M = 5e-4  # a tip that was seen to move by less stood still
 CATCH_UP_M = 5e-4  # a control step, 15 mm/s; assumed
 
@@ -61,7 +61,7 @@ class BodyFrame:
         return going
 
     def _follow(self, moved_m: Array) -> None:
-        if np.linalg.norm(moved_m) > MOST_M:
+        if np.linalg.norm(moved_m) > MAX_M:
             moved_m = np.zeros(3)
         self._next_m = 2.0 * moved_m - self._moved_m  # it speeds up as it did
         self._moved_m = moved_m

@@ -13,7 +13,7 @@ from controller.diffusion.body_frame import BodyFrame
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.dead_time import MOST_STEPS, DeadTime, foreseen
+from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
@@ -53,7 +53,7 @@ class ControllerDiffusion:
     def reset(self) -> None:
         """Forget what was seen and is under way; not the robot's delay, nor where the body lay."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
-        self._played: deque[Array] = deque(maxlen=self._config.past + MOST_STEPS + 1)
+        self._played: deque[Array] = deque(maxlen=self._config.past + MAX_STEPS + 1)
         self._body.reset()
         self._dead_time.reset()
         self._drop()

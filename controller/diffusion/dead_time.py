@@ -14,9 +14,9 @@ from controller.diffusion.chunk_frame import JAWS, MOVE, trajectory
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 
-MOST_STEPS = 60
+MAX_STEPS = 60
 KEPT = 0.99  # of what was seen, from one control step to the next: about three seconds count
-LEAST_M2 = 2e-6  # squared ways of the tips that count, summed: less says nothing
+MIN_M2 = 2e-6  # squared ways of the tips that count, summed: less says nothing
 SHARE = 0.05  # of them that a delay may leave unexplained to be believed
 SURER = 0.25  # what it leaves unexplained, of what the delay believed so far does
 
@@ -34,8 +34,8 @@ class DeadTime:
 
     def reset(self) -> None:
         """Forget what was asked for and seen."""
-        self._asked_m = np.zeros((MOST_STEPS + 1, 2, 3))  # the newest first
-        self._unexplained_m2, self._moved_m2 = np.zeros(MOST_STEPS + 1), 0.0
+        self._asked_m = np.zeros((MAX_STEPS + 1, 2, 3))  # the newest first
+        self._unexplained_m2, self._moved_m2 = np.zeros(MAX_STEPS + 1), 0.0
         self._tips_m: Array | None = None
 
     def see(self, tips_m: Array) -> None:
@@ -56,7 +56,7 @@ class DeadTime:
     def _judge(self) -> None:
         best = int(self._unexplained_m2.argmin())
         left_m2, before_m2 = self._unexplained_m2[[best, self.steps]]
-        told = self._moved_m2 > LEAST_M2 and left_m2 < SHARE * self._moved_m2
+        told = self._moved_m2 > MIN_M2 and left_m2 < SHARE * self._moved_m2
         if told and left_m2 < SURER * before_m2:
             self.steps = best
 

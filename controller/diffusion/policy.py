@@ -17,8 +17,8 @@ from controller.diffusion.features import Features
 from controller.diffusion.windows import Batch
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-LEAST_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
-MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
+MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
+MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
 
 class Policy(nn.Module):
@@ -59,7 +59,7 @@ class Policy(nn.Module):
             ("chunk", seen.chunk - _held(seen.jaw_rad)),
         ):
             getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
-            getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=LEAST_DEVIATION))
+            getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
         """Mean squared error of the clean chunk, over valid rows.
@@ -128,7 +128,7 @@ class Policy(nn.Module):
         features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
         delays = torch.arange(self.config.max_delay + 1, device=delay.device)
         marked = (delays == delay[:, None]).to(features)
-        return self.encoder(features.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS), past, marked, films)
+        return self.encoder(features.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS), past, marked, films)
 
     def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
         """(B, P * 21) the past normalised, zeros where it is not known, and where it is."""

@@ -23,7 +23,7 @@ from tissue_sim.sensing.tracker_noise import noised
 CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows
 JAWS_ASKED = frozenset(c.text for c in CORRECTIONS if c.jaw)
-LEAST_LEVEL = 0.02  # of noise: below it there is nothing to learn
+MIN_LEVEL = 0.02  # of noise: below it there is nothing to learn
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +117,7 @@ def _loss(
     delay = torch.randint(most, (config.batch,), generator=chance, device=device)
     batch = windows.batch(which, delay)
     batch = displaced(half_shut(batch, asked[batch.text], chance), chance)
-    level = LEAST_LEVEL + (1.0 - LEAST_LEVEL) * torch.rand(shape, generator=chance, device=device)
+    level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # no earlier: poses

@@ -25,7 +25,7 @@ from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome.predicates import grasper_hooked, grasper_pressed_n, right_arm_back
-from tissue_sim.thresholds import GRASP_LEAST_TRACTION_N, HELD_PINCH_N
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -39,9 +39,9 @@ RETREAT_M = 0.030
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
-PULL_LEAST_N, PULL_MOST_N = 2.0 * GRASP_LEAST_TRACTION_N, 2.5  # some is lost as tissue settles
+PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 JAW_TIME_S = 1.0
-PHASE_MOST_S = 10.0
+PHASE_MAX_S = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +181,7 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
         name="further back, clear of what lies in front",
         arm=RIGHT_ARM,
         goal=_further_back,
-        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MOST_S,
+        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MAX_S,
     )
     return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
 
@@ -203,7 +203,7 @@ def _go(
 
     def arrived(world: World, time_s: float) -> bool:
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
-        return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > PHASE_MOST_S
+        return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > PHASE_MAX_S
 
     return Phase(
         name=name,
@@ -251,5 +251,5 @@ def _pull(world: World, start: Array) -> Goal:
 
 def _pulled(world: World, time_s: float) -> bool:
     traction_n = world.record.grasp.traction_n
-    enough = taut(world.tubes) and traction_n > PULL_LEAST_N
-    return enough or traction_n > PULL_MOST_N or time_s > PHASE_MOST_S
+    enough = taut(world.tubes) and traction_n > PULL_MIN_N
+    return enough or traction_n > PULL_MAX_N or time_s > PHASE_MAX_S

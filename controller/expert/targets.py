@@ -16,7 +16,7 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
-from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M
+from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
@@ -28,8 +28,8 @@ LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, t
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
 NEARER_M = 0.0006  # so much less than the high margin will do on a short tube; assumed
-SPACING_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.00015  # between clips
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_LEAST_M + 0.0008  # between the clips beside the cut
+SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.00015  # between clips
+CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
@@ -40,7 +40,7 @@ STANDOFF_M = 0.020  # in front of where the tool is going
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves on while the arm is on its way
 TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
 TAUT = 0.990
-LEAST_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
+MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
 
 
@@ -223,7 +223,7 @@ def pull_direction(tubes: Tubes) -> Array:
     total = np.zeros(3)
     for tube in TUBES:
         centres = tubes.centres(tube)
-        missing = max(TAUT + 0.005 - straightness(tubes, tube), LEAST_MISSING)
+        missing = max(TAUT + 0.005 - straightness(tubes, tube), MIN_MISSING)
         total += missing * tubes.length_m[tube] * unit(centres[-1] - centres[0])
     return unit(unit(total) - LIFT * AWAY)
 

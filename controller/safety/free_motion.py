@@ -20,7 +20,7 @@ from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 from tissue_sim.tools.instruments import Instrument
 
-MOST_LOOKS = 60
+MAX_LOOKS = 60
 FAR_M = 1.0  # a room that is not used up
 LITTLE = 1e-3  # of what is left of a motion: not worth another look
 
@@ -42,7 +42,7 @@ def free_share(
     floor_m: Floor = anywhere_outside,
     highest_m: float = 0.0,
     near: NearPairs | None = None,
-    most_looks: int = MOST_LOOKS,
+    most_looks: int = MAX_LOOKS,
 ) -> float:
     """Of the straight line between joints (2, 7), what surely keeps all pairs apart, 0 to 1.
 

@@ -13,9 +13,9 @@ from planner.language.phrases import normalised
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 
-MOST_CHARACTERS = 200
-MOST_GUESSES = 3
-LEAST_CHANCE = 0.05  # of a guess worth offering; assumed
+MAX_CHARACTERS = 200
+MAX_GUESSES = 3
+MIN_CHANCE = 0.05  # of a guess worth offering; assumed
 _UNLISTED = "qqqq the left arm higher"
 
 By = Literal["grammar", "classifier", "button", "nobody"]
@@ -75,7 +75,7 @@ class Interpreter:
         sure = self._heads.thresholds[openness(parsed)]
         if best and confidence >= sure and may_be_filled(parsed, best):
             return _understood(text, best, confidence, "classifier")
-        guesses = tuple(c for chance, c in ranked[:MOST_GUESSES] if chance >= LEAST_CHANCE)
+        guesses = tuple(c for chance, c in ranked[:MAX_GUESSES] if chance >= MIN_CHANCE)
         return _asked_back(text, guesses, confidence)
 
 
@@ -83,8 +83,8 @@ def _trouble(text: str) -> str:
     """Why a text cannot be read at all; empty when it can."""
     if not text.strip():
         return "nothing was said"
-    if len(text) > MOST_CHARACTERS:
-        return f"it is longer than {MOST_CHARACTERS} characters"
+    if len(text) > MAX_CHARACTERS:
+        return f"it is longer than {MAX_CHARACTERS} characters"
     if not text.strip().isprintable():
         return "it has characters that cannot be read"
     if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", text)):

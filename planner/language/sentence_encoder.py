@@ -17,7 +17,7 @@ from torch.nn import functional as F
 from planner.one_thread import one_thread
 
 LAYERS, HEADS, LAYER_NORM_EPS = 6, 12, 1e-12
-MOST_TOKENS = 256
+MAX_TOKENS = 256
 
 
 @lru_cache(maxsize=4096)  # bounded, as people may say anything
@@ -80,7 +80,7 @@ def _tokenizer():
 
     tokenizer = Tokenizer.from_file(str(_folder() / "tokenizer.json"))
     tokenizer.no_padding()
-    tokenizer.enable_truncation(MOST_TOKENS)
+    tokenizer.enable_truncation(MAX_TOKENS)
     return tokenizer
 
 

@@ -31,7 +31,7 @@ FOLDS = 10
 PENALTY = 1e-4  # on the sum of squared weights; chosen by cross-validation
 ITERATIONS = 100
 OFTEN = 3  # a sentence of the set counts as so many made by rule
-MOST_MISREAD = 0.01
+MAX_MISREAD = 0.01
 MARGIN = 0.05  # of confidence, as unseen sentences are worse; assumed
 UNKNOWN = "qqqq"
 _vector = cache(embed)  # of all sentences, more than the encoder keeps
@@ -160,7 +160,7 @@ def _threshold(found: Sequence[GapGuess]) -> float:
     wrong = sorted((one.confidence for one in found if not one.right), reverse=True)
     outside = [one for one in found if one.row.expected == OUT_OF_SCOPE]
     moving = [one.confidence for one in outside if COMMANDS[one.text].moves]
-    allowed = int(MOST_MISREAD * len(found))
+    allowed = int(MAX_MISREAD * len(found))
     return max([MARGIN + c for c in (*wrong[allowed:][:1], *moving)], default=0.5)
 
 

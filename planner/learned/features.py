@@ -9,7 +9,7 @@ from planner.correction import CORRECTIONS
 from planner.task import TASKS
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
-from tissue_sim.thresholds import RETRACTED_M, TAUT_LEAST
+from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
@@ -55,7 +55,7 @@ def straightness(tube_m: Tensor) -> Tensor:
     """(B, 1) of tubes (B, n, 3): how far a grasp has drawn their ends apart, zero where enough."""
     length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
     chord_m = (tube_m[:, -1:] - tube_m[:, :1]).norm(dim=-1)
-    return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_LEAST) / SLACK)
+    return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_MIN) / SLACK)
 
 
 def retreat(tip_m: Tensor, tubes_m: Tensor) -> Tensor:

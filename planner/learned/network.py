@@ -11,8 +11,8 @@ from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, seen_features, time_features
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-LEAST_DEVIATION = 1e-3  # of a feature: what hardly varies is not blown up
-MOST_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
+MIN_DEVIATION = 1e-3  # of a feature: what hardly varies is not blown up
+MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
 
 class Moments(NamedTuple):
@@ -96,12 +96,12 @@ class PlannerNetwork(nn.Module):
         """Take mean and deviation of what is seen from many frames (n, `VECTOR_SIZE`)."""
         features = seen_features(frames)
         self.mean.copy_(features.mean(dim=0))
-        self.deviation.copy_(features.std(dim=0).clamp(min=LEAST_DEVIATION))
+        self.deviation.copy_(features.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def forward(self, moments: Moments) -> Opinion:
         """What to make of them."""
         seen = seen_features(moments.frames.flatten(0, 1)).unflatten(0, moments.known.shape)
-        seen = ((seen - self.mean) / self.deviation).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
+        seen = ((seen - self.mean) / self.deviation).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS)
         tokens = self.enter(torch.cat([seen, time_features(moments.since_s)], dim=-1))
         tokens = tokens + self.task(moments.task) + self.correction(moments.correction) + self.place
         newest = self.layers(tokens, src_key_padding_mask=~moments.known)[:, -1]

@@ -26,7 +26,7 @@ KEEP_OUT_EVERY = 6
 CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn from all steps alike
 MISLED, UNTOLD = 0.2, 0.1  # of a batch: told another task than was said, or nothing
 TASK_SHARE = 0.6  # of the loss; SRT-H's
-LEAST_WEIGHT = 1e-6  # of a batch in which nothing counts, so as not to divide by zero
+MIN_WEIGHT = 1e-6  # of a batch in which nothing counts, so as not to divide by zero
 FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0.5
 
 
@@ -184,4 +184,4 @@ def loss_of(opinion: Opinion, labels: Labels, weight: Tensor) -> Tensor:
 
 def _chance_loss(logits: Tensor, outcomes: Tensor, weight: Tensor) -> Tensor:
     loss = F.binary_cross_entropy_with_logits(logits, outcomes, weight, reduction="sum")
-    return loss / weight.sum().clamp(min=LEAST_WEIGHT)
+    return loss / weight.sum().clamp(min=MIN_WEIGHT)

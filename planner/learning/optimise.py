@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 
 STATE_FILE, LOG_FOLDER = "training.pt", "tensorboard"
-GRADIENT_MOST = 1.0
+GRADIENT_MAX = 1.0
 FINE_TUNING_SHARE = 0.3  # of the learning rate
 Model = TypeVar("Model", bound=nn.Module)
 ScheduleT = TypeVar("ScheduleT", bound="Schedule")
@@ -107,7 +107,7 @@ def optimise(
             loss = loss_of_batch(model)
             optimiser.zero_grad()
             loss.backward()
-            torch.nn.utils.clip_grad_norm_(model.parameters(), GRADIENT_MOST)
+            torch.nn.utils.clip_grad_norm_(model.parameters(), GRADIENT_MAX)
             optimiser.step()
             average.update_parameters(model)
             log.add_scalar("loss", loss.item(), step)

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
-from tissue_sim.verification.retraction import MOST_ERROR_M, Retraction, retraction
+from tissue_sim.verification.retraction import MAX_ERROR_M, Retraction, retraction
 from tissue_sim.world import WorldConfig
 
 REFINEMENTS = (1, 2)
@@ -54,6 +54,6 @@ def _verdict(results: list[Retraction]) -> str:
     worst_m = max(float(r.largest_m[-1]) for r in results)
     broken = ", ".join(f"{r.broken}" for r in results)
     return (
-        f"at rest: {worst_m / MM:.5f} mm at most, allowed {MOST_ERROR_M / MM:.1f} mm;"
+        f"at rest: {worst_m / MM:.5f} mm at most, allowed {MAX_ERROR_M / MM:.1f} mm;"
         f" springs broken: {broken}; liver bed and attachments included"
     )

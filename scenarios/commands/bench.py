@@ -15,9 +15,9 @@ from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-LEAST_RESETS = 50  # fewer say nothing about a slope
+MIN_RESETS = 50  # fewer say nothing about a slope
 ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
-LEAST_STEPS = 30  # some chunks join in them
+MIN_STEPS = 30  # some chunks join in them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +73,8 @@ class Robustness:
 
     def execute(self) -> int:
         """Measures and reports; returns 1 if a storm broke a law."""
-        if 0 < self.resets < LEAST_RESETS:
-            raise BadInputError(f"--resets {self.resets}: 0, or at least {LEAST_RESETS}")
+        if 0 < self.resets < MIN_RESETS:
+            raise BadInputError(f"--resets {self.resets}: 0, or at least {MIN_RESETS}")
         from scenarios.bench.robustness import (
             broken_lines,
             caught_lines,
@@ -152,7 +152,7 @@ class BenchController:
     """Of the anatomy on which chunks are joined."""
     repeats: Annotated[int, at_least(1)] = 300
     """Chunks to time."""
-    steps: Annotated[int, at_least(LEAST_STEPS)] = 600
+    steps: Annotated[int, at_least(MIN_STEPS)] = 600
     """Control steps at each delay."""
 
     def execute(self) -> int:

@@ -19,7 +19,7 @@ from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held,
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-MOST_FAILURES = 3  # in an episode, each in a task of its own
+MAX_FAILURES = 3  # in an episode, each in a task of its own
 WEAKEST = 0.5  # of the scenario's own magnitude
 SLIP, HOOK = "grasp-slip", "grasp-hooked"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
@@ -36,7 +36,7 @@ def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...
 
 def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
     tasks = resolve_name(p.effect).tasks
-    return sorted(rng.choice(tasks, size=min(MOST_FAILURES, len(tasks)), replace=False).tolist())
+    return sorted(rng.choice(tasks, size=min(MAX_FAILURES, len(tasks)), replace=False).tolist())
 
 
 def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:

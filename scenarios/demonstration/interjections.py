@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.expert.skills import PULL_MOST_N
+from controller.expert.skills import PULL_MAX_N
 from planner.base import Planner
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
@@ -32,7 +32,7 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
     ("both", "close"): 8.0,
 }
 RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then it alone can often be said
-WAITING_MOST_RAD = 0.2  # right jaws at work stand open wider; assumed
+WAITING_MAX_RAD = 0.2  # right jaws at work stand open wider; assumed
 
 
 class PlannerInterjecting:
@@ -84,7 +84,7 @@ def _grasper_may_move(world: World) -> bool:
     """While it holds, only from where it should be: random motions would add up to a walk away."""
     if not gallbladder_held(world):
         return True
-    return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MOST_N
+    return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MAX_N
 
 
 def _right_jaws_may_close(world: World) -> bool:
@@ -103,7 +103,7 @@ def _always(world: World) -> bool:
 
 def _waits_shut(world: World) -> bool:
     """Whether the grasper holds and the right jaws, shut or nearly, are not at work."""
-    return gallbladder_held(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MOST_RAD)
+    return gallbladder_held(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MAX_RAD)
 
 
 _ALLOWED = {

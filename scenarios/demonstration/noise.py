@@ -23,7 +23,7 @@ QUIET_S = (1.5, 4.0)
 BURST_S = (0.3, 0.6)
 CLOSE_M = 0.004  # nearer to tissue than this nothing is disturbed
 SHARE_OF_DISTANCE = 0.25  # of the rest of the way to tissue
-MOST_M, MOST_RAD = 0.005, 0.15
+MAX_M, MAX_RAD = 0.005, 0.15
 
 NOISE = Perturbation(
     name="noise",
@@ -65,8 +65,8 @@ class NoiseBursts(Effect):
         n = _steps(rng.uniform(*BURST_S))
         self._shares: Array = np.diff(progress(np.linspace(0.0, 1.0, n + 1)))
         strength = self.magnitude * room[self._arm] * rng.uniform(0.3, 1.0)
-        self._offset_m: Array = strength * MOST_M * unit(rng.normal(size=3))
-        self._turn_rad: Array = strength * MOST_RAD * unit(rng.normal(size=3))
+        self._offset_m: Array = strength * MAX_M * unit(rng.normal(size=3))
+        self._turn_rad: Array = strength * MAX_RAD * unit(rng.normal(size=3))
 
     def _added(self, action: ToolAction, moved_m: Array, turned: Array) -> ToolAction:
         moves, turns = action.move_endoscope_m.copy(), action.turn_tool.copy()
@@ -79,7 +79,7 @@ def _room(world: World, arm: int) -> float:
     """0 close to tissue to 1 well away from it."""
     tip = world.arms.T_world_tool()[arm, :3, 3]
     off_m = float(np.linalg.norm(world.tissue.positions() - tip, axis=1).min())
-    return float(np.clip(SHARE_OF_DISTANCE * (off_m - CLOSE_M) / MOST_M, 0.0, 1.0))
+    return float(np.clip(SHARE_OF_DISTANCE * (off_m - CLOSE_M) / MAX_M, 0.0, 1.0))
 
 
 def _steps(time_s: float) -> int:

@@ -15,7 +15,7 @@ from tissue_sim.tools.arms import LEFT_ARM
 
 SEED = 10_003
 GRAB = TASKS[0]
-MOST_N = 1.5  # with jaws opened wide in there it was 3.9, and they stayed in
+MAX_N = 1.5  # with jaws opened wide in there it was 3.9, and they stayed in
 WORDS_LAST, ACTS_BY, OUT_BY = 60, 30, 240  # steps
 
 
@@ -35,4 +35,4 @@ def test_after_a_slip_and_a_word_it_comes_out(said):
         if not among_tissue(LEFT_ARM, world):
             break
     assert not among_tissue(LEFT_ARM, world)
-    assert max(pulled_n[ACTS_BY:]) < MOST_N
+    assert max(pulled_n[ACTS_BY:]) < MAX_N

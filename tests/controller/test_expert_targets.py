@@ -30,7 +30,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
-from tissue_sim.thresholds import CUFF_LEAST_M
+from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
@@ -159,10 +159,10 @@ def test_every_approach_leaves_room_for_clips_and_cuffs(
     first, second, third = clip_stations_m(world.tubes, tube, approach.aside)
     cut, along = cut_pose(world, tube, approach)[:3, 3], world.tubes.stations_m[tube]
     assert 0 < first < second < third < along[-1]
-    assert third - second >= CLIP_WIDTH_M + 2 * CUFF_LEAST_M
+    assert third - second >= CLIP_WIDTH_M + 2 * CUFF_MIN_M
     low, high = (world.tubes.point(tube, s)[0] for s in (second, third))
     share = (cut - low) @ (high - low) / ((high - low) @ (high - low))
-    room = (0.5 * CLIP_WIDTH_M + CUFF_LEAST_M) / (third - second)
+    room = (0.5 * CLIP_WIDTH_M + CUFF_MIN_M) / (third - second)
     assert room - 0.05 < share < 1 - room + 0.05
 
 

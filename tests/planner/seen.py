@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_sim.sensing.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 
 
 def clipped(
@@ -21,7 +21,7 @@ def clipped(
         )
         for side, x in (("left", apart_m / 2), ("right", -apart_m / 2))
     }
-    clips_m = np.zeros((MOST_CLIPS, 3))
+    clips_m = np.zeros((MAX_CLIPS, 3))
     for k, (side, n) in enumerate(
         [("left", n) for n in range(left)] + [("right", n) for n in range(right)]
     ):

@@ -13,7 +13,7 @@ from scenarios.episode import anatomy_of, begin, run_episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.snapshot import Snapshot
 from tests.scenarios.procedures import run
-from tissue_sim.sensing.observation import MOST_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import MAX_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
 
 SEED, OTHER_SEED = 10_001, 10_002
 BEFORE, AFTER = 15, 45  # steps: arms on their way; a perturbation may lead one in the second
@@ -102,7 +102,7 @@ def never_still(procedure):
     vectors = np.stack([step.observation.vector() for step in procedure.steps])
     n_clips = procedure.steps[-1].observation.n_clips
     still = {name: ~np.ptp(part, axis=0).astype(bool) for name, part in fields(vectors).items()}
-    assert not still.pop("clips_m")[: min(n_clips, MOST_CLIPS)].any()
+    assert not still.pop("clips_m")[: min(n_clips, MAX_CLIPS)].any()
     for tube in ("left_tube_m", "right_tube_m"):
         still[tube] = still[tube][1:]
     assert {name: part.sum() for name, part in still.items() if part.any()} == {}

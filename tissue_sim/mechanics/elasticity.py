@@ -19,7 +19,7 @@ wp.set_module_options({"enable_backward": False})
 
 COLLAPSED = wp.constant(0.05)  # of the invariants' scale: below it R comes from the SVD
 POINT = wp.constant(1.0e-12)  # |F|^2: below it powers of the invariants leave float32's range
-MOST_NEWTON = wp.constant(20)
+MAX_NEWTON = wp.constant(20)
 ROUNDING = wp.constant(3.0e-5)  # of the stretches: what keeps it from making an axis unstable
 
 
@@ -59,7 +59,7 @@ def stretch_sum(first: float, second: float, J: float):
     `first` is |F|^2 and `second` |cof F|^2. Newton's method from above, which is monotone.
     """
     x = wp.sqrt(3.0 * first)
-    for _ in range(MOST_NEWTON):
+    for _ in range(MAX_NEWTON):
         value = ((x * x - 2.0 * first) * x - 8.0 * J) * x + first * first - 4.0 * second
         slope = 4.0 * ((x * x - first) * x - 2.0 * J)
         if value <= 1.0e-6 * x * slope:

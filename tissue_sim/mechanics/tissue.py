@@ -22,7 +22,7 @@ from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNAN
 from tissue_sim.patient.mesh_checks import require_sound_organ
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import Organ
-from tissue_sim.thresholds import SAC_MOST_STRETCH
+from tissue_sim.thresholds import SAC_MAX_STRETCH
 
 # What a step or an event changes; the rest follows from the organ or from these.
 STATE = (
@@ -348,7 +348,7 @@ class Tissue:
         }
         viscosity = step_parameters(self.config).viscosity
         self._restore_stiffness = self._recorded(assembly.restore_stiffness, self.arrays, viscosity)
-        self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MOST_STRETCH)
+        self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MAX_STRETCH)
 
     def _arguments(self, first: int, end: int) -> tuple[Any, ...]:
         return self.arrays, self.shapes, step_parameters(self.config), first, end

@@ -14,18 +14,18 @@ from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import INFUNDIBULUM_RINGS, LEFT_FINGERS, inward_n
 from tissue_sim.thresholds import (
-    CLIP_LEAST_GAP_M,
-    CLIP_MOST_SLIP_M,
-    CLIP_MOST_TILT_RAD,
-    CUFF_LEAST_M,
+    CLIP_MAX_SLIP_M,
+    CLIP_MAX_TILT_RAD,
+    CLIP_MIN_GAP_M,
+    CUFF_MIN_M,
     GRASP_HOLD_S,
-    GRASP_LEAST_TRACTION_N,
-    GRASP_MOST_JAW_RAD,
+    GRASP_MAX_JAW_RAD,
+    GRASP_MIN_TRACTION_N,
     HELD_PINCH_N,
     LUMEN_CLOSED,
     RETRACTED_M,
-    SPREAD_LEAST_M,
-    TAUT_LEAST,
+    SPREAD_MIN_M,
+    TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
@@ -37,13 +37,13 @@ def gallbladder_grasped(world: World) -> bool:
     """The infundibulum held for a second, taut, without slip, the tubes spread."""
     grasp = world.record.grasp
     steady = world.record.time_s - grasp.since_s >= GRASP_HOLD_S
-    taut = grasp.traction_n >= GRASP_LEAST_TRACTION_N
+    taut = grasp.traction_n >= GRASP_MIN_TRACTION_N
     return gallbladder_held(world) and steady and taut and tubes_spread(world.tubes)
 
 
 def gallbladder_held(world: World) -> bool:
     """The infundibulum between closed jaws that press on it from both sides."""
-    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MOST_JAW_RAD)
+    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MAX_JAW_RAD)
     infundibulum = world.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
     tool = world.arms.T_world_tool()[LEFT_ARM]
     pressed_n = min(inward_n(world.tissue, infundibulum, LEFT_FINGERS, tool))
@@ -64,8 +64,8 @@ def grasper_hooked(world: World) -> bool:
 
 def tubes_spread(tubes: Tubes) -> bool:
     """Both tubes drawn straight, with room between their walls."""
-    return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_LEAST) and (
-        gap_m(tubes) >= SPREAD_LEAST_M
+    return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_MIN) and (
+        gap_m(tubes) >= SPREAD_MIN_M
     )
 
 
@@ -114,7 +114,7 @@ def tube_cut(world: World, tube: str) -> bool:
     if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
         return False
     low, high = sorted(_station(c, tube) for c in clips)[1:3]
-    return _cuffs_m(cuts[0], low, high) >= CUFF_LEAST_M
+    return _cuffs_m(cuts[0], low, high) >= CUFF_MIN_M
 
 
 def tube_severed(world: World, tube: str) -> bool:
@@ -128,7 +128,7 @@ def stumps_hold(world: World) -> bool:
     A clip that never was on a tube, dropped into the field, is counted but fails nothing.
     """
     clips = world.record.clips
-    firm = not any(c.came_off or c.slid_m > CLIP_MOST_SLIP_M for c in clips)
+    firm = not any(c.came_off or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
     return firm and not world.record.leaks
 
 
@@ -153,9 +153,9 @@ def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
         and len(clip.crossings) == 1
         and all(clip.complete)
         and not clip.on_sac
-        and crossing.tilt_rad <= CLIP_MOST_TILT_RAD
+        and crossing.tilt_rad <= CLIP_MAX_TILT_RAD
         and closure(tubes, clip, tube) < LUMEN_CLOSED
-        and _edge_m(tubes, clip, tube) >= CUFF_LEAST_M
+        and _edge_m(tubes, clip, tube) >= CUFF_MIN_M
     )
 
 
@@ -166,7 +166,7 @@ def _edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
 
 
 def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:
-    least = CLIP_LEAST_GAP_M + CLIP_WIDTH_M
+    least = CLIP_MIN_GAP_M + CLIP_WIDTH_M
     return all(abs(_station(clip, tube) - _station(p, tube)) >= least for p in placed)
 
 

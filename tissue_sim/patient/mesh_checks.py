@@ -13,7 +13,7 @@ from tissue_sim.patient.mesher import Indices, signed_volumes
 if TYPE_CHECKING:
     from tissue_sim.patient.organ import Organ
 
-LEAST_SHAPE = 1.0e-5  # volume over longest edge cubed, assumed; a regular tetrahedron has 0.118
+MIN_SHAPE = 1.0e-5  # volume over longest edge cubed, assumed; a regular tetrahedron has 0.118
 
 
 def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue") -> None:
@@ -40,12 +40,12 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
     corners = vertices[tets]
     edges = np.linalg.norm(corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]], axis=-1)
     shape = signed_volumes(vertices, tets) / np.maximum(edges.max(axis=1), 1e-12) ** 3
-    if shape.min() < LEAST_SHAPE:
+    if shape.min() < MIN_SHAPE:
         k = int(np.argmin(shape))
-        fault = "flat" if shape[k] > -LEAST_SHAPE else "inverted"
+        fault = "flat" if shape[k] > -MIN_SHAPE else "inverted"
         raise ValueError(
             f"mesh of the {part}: element {k} (vertices {tets[k].tolist()}) is {fault}: its volume "
-            f"over its longest edge cubed is {shape[k]:.2g}, allowed from {LEAST_SHAPE:g}"
+            f"over its longest edge cubed is {shape[k]:.2g}, allowed from {MIN_SHAPE:g}"
         )
 
 

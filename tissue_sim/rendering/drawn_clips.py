@@ -10,7 +10,7 @@ import sapien
 from tissue_sim.frames import Array, pose
 from tissue_sim.rendering.clip_shape import HALF_TURN, LOOK, leg
 from tissue_sim.rendering.drawing import Drawn
-from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.surgery.clip import T_world_clip
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
@@ -24,7 +24,7 @@ class DrawnClips:
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._legs = [
-            (Drawn(scene, "clip", LOOK), Drawn(scene, "clip", LOOK)) for _ in range(MOST_CLIPS + 1)
+            (Drawn(scene, "clip", LOOK), Drawn(scene, "clip", LOOK)) for _ in range(MAX_CLIPS + 1)
         ]
 
     def update(self, world: World) -> None:
@@ -41,7 +41,7 @@ class DrawnClips:
 
 def T_world_legs(world: World) -> list[tuple[Array, Array]]:
     """Poses of both legs of each clip: of those that closed last, and of the loaded one."""
-    clips = world.record.clips[-MOST_CLIPS:]
+    clips = world.record.clips[-MAX_CLIPS:]
     places = [legs_of_latched(T_world_clip(world.tubes, clip)) for clip in clips]
     if world.record.clip_loaded and world.arms.mounted[RIGHT_ARM].name == "clip_applier":
         places.append(_legs_of_loaded(world))

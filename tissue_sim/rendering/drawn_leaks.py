@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 FALL_M = 0.014
 DROPS = 4
 PERIOD_S = 0.8
-MOST_RADIUS_M = 0.003  # a drop that is larger falls apart
+MAX_RADIUS_M = 0.003  # a drop that is larger falls apart
 _BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
 _BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
 LEAK_LOOKS = {
@@ -76,12 +76,12 @@ def _wet(world: World, leak: Leak) -> Surface:
 def drop_radius_m(rate_m3_s: float) -> float:
     """Of a ball that holds what leaks from one drop to the next."""
     volume = rate_m3_s * PERIOD_S / DROPS
-    return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MOST_RADIUS_M)
+    return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MAX_RADIUS_M)
 
 
 def _mouth_radius_m(world: World, leak: Leak) -> float:
     if leak.structure == "gallbladder":
-        return MOST_RADIUS_M
+        return MAX_RADIUS_M
     return 1.15 * world.tubes.radius_m(leak.structure)
 
 

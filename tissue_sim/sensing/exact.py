@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.sensing.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 
 if TYPE_CHECKING:
     from tissue_sim.world import World
@@ -22,11 +22,11 @@ def observe(world: World) -> Observation:
     to_endoscope = inverse_pose(world.T_world_endoscope)
     left, right = (world.anatomy.structure(side) for side in ("left", "right"))
     x = world.tissue.positions()
-    clips = [world.clip_position_m(c)[None] for c in world.record.clips[-MOST_CLIPS:]]
+    clips = [world.clip_position_m(c)[None] for c in world.record.clips[-MAX_CLIPS:]]
     sac = x[world.organ.sac_rings[:SAC_POINTS, 0]]
     tracked = _tracked(world, x, left), _tracked(world, x, right)
     seen = transform(to_endoscope, np.concatenate((*tracked, sac, *clips)))
-    clips_m = np.zeros((MOST_CLIPS, 3))
+    clips_m = np.zeros((MAX_CLIPS, 3))
     clips_m[: len(clips)] = seen[_CLIPS:]
     return Observation(
         time_s=world.record.time_s,

@@ -13,7 +13,7 @@ from tissue_sim.frames import Array
 
 TUBE_POINTS = 8  # tracked points along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
-MOST_CLIPS = 8
+MAX_CLIPS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     "left_tube_m": (TUBE_POINTS, 3),
     "right_tube_m": (TUBE_POINTS, 3),
     "sac_m": (SAC_POINTS, 3),
-    "clips_m": (MOST_CLIPS, 3),
+    "clips_m": (MAX_CLIPS, 3),
     "n_clips": (1,),
     "clip_loaded": (1,),
     "scissors": (1,),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.tools.arms import RIGHT_ARM
 
 FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
@@ -35,14 +35,14 @@ class Sitting(NamedTuple):
 
 def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     """Points in the endoscope's and in each tool's frame, and the right tip along each tube."""
-    slots = torch.arange(MOST_CLIPS, device=now["n_clips"].device)
+    slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
     tubes = [now["left_tube_m"], now["right_tube_m"]]
     closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
     sitting = [clips_along(tube, now["clips_m"], closed) for tube in tubes]
     points = torch.cat(
         [*tubes, now["sac_m"], now["clips_m"], *(clips.places_m for clips in sitting)], dim=1
     )
-    n_always = points.shape[1] - MOST_CLIPS - 2 * CLIPS_A_TUBE
+    n_always = points.shape[1] - MAX_CLIPS - 2 * CLIPS_A_TUBE
     of_clips = torch.cat([closed, *(clips.there for clips in sitting)], dim=1)
     there = torch.cat([torch.ones_like(points[:, :n_always, 0]), of_clips], dim=1)[..., None]
     tips = now["tips_endoscope"]

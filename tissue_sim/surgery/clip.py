@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
 from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.squeeze import Spring, release, springs_across, squeeze, tension_n
-from tissue_sim.thresholds import CUFF_LEAST_M
+from tissue_sim.thresholds import CUFF_MIN_M
 
 CLIP_LENGTH_M = 0.0095  # leg length of a medium-large polymer clip, assumed
 CLIP_WIDTH_M = 0.0022  # along the tube, assumed
@@ -186,7 +186,7 @@ def _seat(tubes: Tubes, crossing: Crossing) -> float:
     flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
     lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))
     shares = [
-        np.clip(0.5 + (cuff - CUFF_LEAST_M - lead_m) / CLIP_WIDTH_M, 0.0, 1.0).mean()
+        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / CLIP_WIDTH_M, 0.0, 1.0).mean()
         for cuff in np.abs(tubes.free_ends_m(crossing.tube) - crossing.station_m)
     ]
     return float(min(shares, default=1.0))

@@ -19,15 +19,15 @@ from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.slip import Pull, parted, under_pull
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import (
-    CLIP_MOST_SLIP_M,
-    INSTRUMENT_CONTACT_MOST_N,
+    CLIP_MAX_SLIP_M,
+    INSTRUMENT_CONTACT_MAX_N,
     JOINT_MARGIN_RAD,
-    LEAK_MOST_M3,
-    LIVER_MOST_N,
-    PINCH_MOST_N,
-    SAC_MOST_STRETCH,
-    TORN_MOST,
-    TRACTION_MOST_N,
+    LEAK_MAX_M3,
+    LIVER_MAX_N,
+    PINCH_MAX_N,
+    SAC_MAX_STRETCH,
+    TORN_MAX,
+    TRACTION_MAX_N,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -128,13 +128,13 @@ def _wall_readings(world: World, loads: Sequence[Load]) -> Iterator[LimitReading
     for load in loads:
         yield LimitReading(event=f"avulsion of {load.tube}", value=load.pull_n, limit=load.holds_n)
     yield LimitReading(
-        event="tear of gallbladder", value=world.sac.stretch(), limit=SAC_MOST_STRETCH
+        event="tear of gallbladder", value=world.sac.stretch(), limit=SAC_MAX_STRETCH
     )
 
 
 def _tear(world: World, r: Record, loads: Sequence[Load], time_s: float) -> Record:
     """Walls loaded beyond their strength give way."""
-    if world.sac.stretch() > SAC_MOST_STRETCH:
+    if world.sac.stretch() > SAC_MAX_STRETCH:
         world.sac.tear()
     torn = [tear(world.tubes, load, time_s=time_s) for load in loads if load.pull_n > load.holds_n]
     if not torn:
@@ -169,8 +169,8 @@ def _pull(world: World, r: Record, pull: Pull, time_s: float, monitor: InjuryMon
     k = pull.number - 1
     before = r.clips[k]
     clip = under_pull(world.tubes, before, pull, world.config.control_step_s)
-    if clip.slid_m > CLIP_MOST_SLIP_M >= before.slid_m:
-        slip = LimitReading(event="clip slip", value=clip.slid_m, limit=CLIP_MOST_SLIP_M)
+    if clip.slid_m > CLIP_MAX_SLIP_M >= before.slid_m:
+        slip = LimitReading(event="clip slip", value=clip.slid_m, limit=CLIP_MAX_SLIP_M)
         monitor.add(slip, time_s)
     if clip.lost:
         monitor.add(LimitReading(event="clip off", value=1, limit=0), time_s)
@@ -184,13 +184,13 @@ def _readings(world: World, joints: Array, grasp: Grasp, r: Record) -> Iterator[
     rigid = world.arms.contact_forces_n()
     beyond = float(np.abs(joints - world.target)[:, :6].max())
     for event, value, limit in (
-        ("pinch", max(grasp.pinch_n, _right_pinch_n(world)), PINCH_MOST_N),
-        ("traction", grasp.traction_n, TRACTION_MOST_N),
-        ("liver force", rigid.on_liver_n, LIVER_MOST_N),
-        ("liver force through gallbladder", world.bed_press_n() - r.bed_rest_n, LIVER_MOST_N),
-        ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MOST_N),
+        ("pinch", max(grasp.pinch_n, _right_pinch_n(world)), PINCH_MAX_N),
+        ("traction", grasp.traction_n, TRACTION_MAX_N),
+        ("liver force", rigid.on_liver_n, LIVER_MAX_N),
+        ("liver force through gallbladder", world.bed_press_n() - r.bed_rest_n, LIVER_MAX_N),
+        ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MAX_N),
         *_torn_attachments(world),
-        ("leak", r.leaked_m3, LEAK_MOST_M3),
+        ("leak", r.leaked_m3, LEAK_MAX_M3),
         ("joint limit", beyond, JOINT_MARGIN_RAD),
     ):
         yield LimitReading(event=event, value=value, limit=limit)
@@ -208,5 +208,5 @@ def _torn_attachments(world: World) -> Iterator[tuple[str, int, int]]:
     """How many springs have broken: of each tube in the sac, and of the sac on the liver."""
     ties, anchors = (world.tissue.host(f"{n}_stiffness")[0] == 0.0 for n in ("tie", "anchor"))
     for tube, rows in world.tubes.tie_rows.items():
-        yield f"tear of {tube} from gallbladder", int(ties[rows].sum()), TORN_MOST
-    yield "detachment from liver bed", int(anchors.sum()), TORN_MOST
+        yield f"tear of {tube} from gallbladder", int(ties[rows].sum()), TORN_MAX
+    yield "detachment from liver bed", int(anchors.sum()), TORN_MAX

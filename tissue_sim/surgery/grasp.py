@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
-from tissue_sim.thresholds import GRASP_MOST_SLIP_M
+from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 
 LEFT_FINGERS, RIGHT_FINGERS = (2, 3), (6, 7)  # rows of the contact shapes
 INFUNDIBULUM_RINGS = 7
@@ -56,7 +56,7 @@ def follow_grasp(
     now = dict(zip(vertices.tolist(), places, strict=True))
     caught = now | dict(zip(before.vertices, before.place_tool_m, strict=True))
     slip = median(hypot(p[0] - caught[v][0], p[2] - caught[v][2]) for v, p in now.items())
-    slipped = slip >= GRASP_MOST_SLIP_M or not before.vertices
+    slipped = slip >= GRASP_MAX_SLIP_M or not before.vertices
     return Grasp(
         vertices=tuple(now),
         place_tool_m=tuple(now.values()) if slipped else tuple(caught[v] for v in now),

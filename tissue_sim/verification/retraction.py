@@ -27,7 +27,7 @@ TIGHT = {
     "tolerance": 1e-5,
     "settled_j": 0.0,
 }  # what is left of an error then is not the solver's
-MOST_ERROR_M = 1e-4  # a tenth of the thinnest tube's radius
+MAX_ERROR_M = 1e-4  # a tenth of the thinnest tube's radius
 SPRINGS = ("tie_stiffness", "link_stiffness", "anchor_stiffness")
 
 

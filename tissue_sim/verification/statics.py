@@ -22,8 +22,8 @@ from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, Springs
 
 RESIDUAL_N = 1e-10
-MOST_ITERATIONS = 200
-LEAST_SHARE = 2.0**-30  # of a Newton step in the line search
+MAX_ITERATIONS = 200
+MIN_SHARE = 2.0**-30  # of a Newton step in the line search
 ARMIJO = 1e-4
 
 
@@ -79,7 +79,7 @@ def equilibrium(statics: Statics, start: Array) -> Array:
         ArithmeticError: it does not converge.
     """
     x = start.astype(float)
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         if statics.residual_n(x) < RESIDUAL_N:
             return x
         x = _searched(statics, x, _downhill(statics, x))
@@ -130,7 +130,7 @@ def _searched(statics: Statics, x: Array, step: Array) -> Array:
     """
     energy, slope = statics.energy(x), float((statics.gradient(x) * step).sum())
     residual, share = statics.residual_n(x), 1.0
-    while share > LEAST_SHARE:
+    while share > MIN_SHARE:
         ahead = x + share * step
         lower = statics.energy(ahead) < energy + ARMIJO * share * slope
         if lower or statics.residual_n(ahead) < 0.5 * residual:

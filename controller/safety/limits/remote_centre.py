@@ -11,7 +11,7 @@ from controller.safety.situation import Situation
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, JOINT_NAMES
 
 INSIDE_M = 0.02  # the wrist this far beyond the remote centre, out of the cannula; assumed
-MOST_OFFSET_M = 0.002  # of the shaft at the remote centre, assumed: what an abdominal wall bears
+MAX_OFFSET_M = 0.002  # of the shaft at the remote centre, assumed: what an abdominal wall bears
 _INSERTION = JOINT_NAMES.index("insertion")
 _ROWS, _WHAT = EACH_JOINT[_INSERTION::7], JOINTS[_INSERTION::7]
 
@@ -23,7 +23,7 @@ class RemoteCentre:
     name: str = "remote centre"
 
     def bounds(self, situation: Situation) -> Bounds:
-        beside = situation.shaft_offset_m > MOST_OFFSET_M
+        beside = situation.shaft_offset_m > MAX_OFFSET_M
         if beside.any():
             most = np.where(np.repeat(beside, 7), 0.0, np.inf)
             return on_joints(-most, most)

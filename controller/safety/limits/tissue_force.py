@@ -17,7 +17,7 @@ from controller.safety.bounds import (
     of_arm,
 )
 from controller.safety.situation import Situation
-from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
+from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
 
 SHARE = 0.8  # of what injures, assumed
 STIFFNESS_N_M = 500.0  # assumed: stiffer than tissue, so that force rises less than is reckoned
@@ -40,11 +40,11 @@ class TissueForce:
             size = sqrt(force @ force)
             if size > FELT_N:
                 rows.append(of_arm(arm, (force / size @ situation.arms.tip_jacobian[arm])[None])[0])
-                least.append(_give(SHARE * TRACTION_MOST_N - size, share) / STIFFNESS_N_M)
+                least.append(_give(SHARE * TRACTION_MAX_N - size, share) / STIFFNESS_N_M)
                 what.append(f"{ARMS[arm]} tip")
         if situation.pinch_n > FELT_N:
             rows.append(EACH_JOINT[_LEFT_JAW])
-            least.append(_give(SHARE * PINCH_MOST_N - situation.pinch_n, share) / PINCH_N_RAD)
+            least.append(_give(SHARE * PINCH_MAX_N - situation.pinch_n, share) / PINCH_N_RAD)
             what.append("left jaw")
         return at_least(np.array(rows).reshape(-1, N_MOTION), np.array(least), what)
 

@@ -30,7 +30,7 @@ CONTROL_STEP_S = 1.0 / 30.0
 RETRACTION_M = 0.020
 DRAWN_STEPS = 30  # control steps, then it is held
 GRASPED_RINGS = slice(2, 5)  # of the infundibulum
-LEAST_WEIGHT = 0.01  # of a corner in a tie; less is no spring
+MIN_WEIGHT = 0.01  # of a corner in a tie; less is no spring
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ def body_of(anatomy: Anatomy) -> RetractedBody:
     held = organ.fixed.copy()
     held[organ.bed_vertices] = held[drawn] = True
     weights = np.maximum(organ.tie_weights, 0.0)
-    tie, corner = np.nonzero(weights > LEAST_WEIGHT)
+    tie, corner = np.nonzero(weights > MIN_WEIGHT)
     return RetractedBody(
         organ=organ,
         stiffness_scale=anatomy.stiffness_scale,

@@ -28,7 +28,7 @@ from tissue_sim.world import World
 
 MOMENTS = 4  # of each episode
 FIRST_S, LAST_S = 1.0, 36.0  # when, in an episode of about 40 s
-LEAST_M = 3e-3  # along the axis that is named
+MIN_M = 3e-3  # along the axis that is named
 WITHIN_STEPS = 60  # 2 s
 WRONG_TUBE_STEPS = 600  # 20 s: a clip takes 3
 ROWS = {"left": [0], "right": [1], "both": [0, 1]}
@@ -116,7 +116,7 @@ def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool
         sign = 1.0 if correction.jaw == "open" else -1.0
         return bool((sign * opened_rad[rows] >= THRESHOLD_RAD).all())
     along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
-    return bool((moved_m[rows] @ along >= LEAST_M).all())
+    return bool((moved_m[rows] @ along >= MIN_M).all())
 
 
 def _told_all(episode: Episode, instruction: Instruction) -> Iterator[Told]:

@@ -1,7 +1,7 @@
 """A storm: violent random motions of both tools, drawn from a seed, that no policy would make.
 
 A gust is one thing an arm does: walk, stab, bite, tear or chatter; or, both arms together, crush.
-Gusts aim at the tissue where it is now, and move the commanded tip by at most `MOST_SPEED_M_S`.
+Gusts aim at the tissue where it is now, and move the commanded tip by at most `MAX_SPEED_M_S`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
-MOST_SPEED_M_S = 0.2
-MOST_TURN_RAD_S = 3.0
+MAX_SPEED_M_S = 0.2
+MAX_TURN_RAD_S = 3.0
 CRUSH_SHARE = 0.2  # of the gusts
 EXCHANGE_SHARE = 0.3  # of the pauses between gusts
 WIDE_RAD, OPEN_RAD, SHUT_RAD = 1.2, 0.6, -0.3
@@ -64,7 +64,7 @@ class StormArm:
 
     def speed_m_s(self) -> float:
         """As often as not the fastest allowed."""
-        return float(min(MOST_SPEED_M_S, self.rng.uniform(0.02, 2 * MOST_SPEED_M_S)))
+        return float(min(MAX_SPEED_M_S, self.rng.uniform(0.02, 2 * MAX_SPEED_M_S)))
 
     def go(self, target_world_m: Array, jaw_rad: float) -> Iterator[Motion]:
         """A straight line at a drawn, steady speed."""
@@ -111,12 +111,12 @@ def walk(arm: StormArm) -> Iterator[Motion]:
     """Smooth and aimless, jaws too."""
     velocity, spin, jaw = np.zeros(3), np.zeros(3), OPEN_RAD / 2
     for _ in range(arm.rng.integers(10, 40)):
-        velocity = 0.8 * velocity + arm.rng.normal(0.0, 0.5 * MOST_SPEED_M_S, 3)
-        spin = 0.8 * spin + arm.rng.normal(0.0, 0.5 * MOST_TURN_RAD_S, 3)
+        velocity = 0.8 * velocity + arm.rng.normal(0.0, 0.5 * MAX_SPEED_M_S, 3)
+        spin = 0.8 * spin + arm.rng.normal(0.0, 0.5 * MAX_TURN_RAD_S, 3)
         jaw = float(np.clip(jaw + arm.rng.normal(0.0, 0.15), SHUT_RAD, 2 * OPEN_RAD))
         yield Motion(
-            move_world_m=_at_most(velocity, MOST_SPEED_M_S) * CONTROL_STEP_S,
-            turn_tool_rad=_at_most(spin, MOST_TURN_RAD_S) * CONTROL_STEP_S,
+            move_world_m=_at_most(velocity, MAX_SPEED_M_S) * CONTROL_STEP_S,
+            turn_tool_rad=_at_most(spin, MAX_TURN_RAD_S) * CONTROL_STEP_S,
             jaw_rad=jaw,
         )
 

@@ -10,7 +10,7 @@ from scenarios.viewer.layers.layer import Rgb, show
 
 COLOUR: Rgb = (255, 214, 10)
 M_PER_N = 0.006
-LEAST_N = 0.05  # below it an arrow would be all head
+MIN_N = 0.05  # below it an arrow would be all head
 
 
 class ForceLayer:
@@ -29,7 +29,7 @@ class ForceLayer:
 
     def update(self, frame: Frame) -> None:
         """Point as the forces do."""
-        felt = np.linalg.norm(frame.forces_n, axis=1) >= LEAST_N
+        felt = np.linalg.norm(frame.forces_n, axis=1) >= MIN_N
         start = frame.T_world_tool[felt, :3, 3]
         arrows = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)
         show(self._arrows, "points", arrows)

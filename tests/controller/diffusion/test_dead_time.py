@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from controller.action import hold
 from controller.diffusion.chunk_frame import JAWS, trajectory
-from controller.diffusion.dead_time import MOST_STEPS, DeadTime, foreseen
+from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 STEP_M = 5e-4  # of a tip in a control step
@@ -37,7 +37,7 @@ def told(rows: np.ndarray, late: int, obeyed=lambda k, move_m: move_m) -> DeadTi
     return subject
 
 
-@pytest.mark.parametrize("late", [0, 1, 4, 8, 15, 30, MOST_STEPS])
+@pytest.mark.parametrize("late", [0, 1, 4, 8, 15, 30, MAX_STEPS])
 def test_the_delay_is_told_from_the_motions_to_the_step(late):
     assert told(wander(0, late + 60), late).steps == late
 
@@ -57,7 +57,7 @@ def at_rest(n: int) -> np.ndarray:
 
 def test_arms_that_do_not_move_say_nothing():
     """Not even after a rest, from which a long delay would explain stillness."""
-    rows = np.concatenate([wander(1, 60), at_rest(300), wander(2, MOST_STEPS)])
+    rows = np.concatenate([wander(1, 60), at_rest(300), wander(2, MAX_STEPS)])
     assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
 
 

@@ -20,12 +20,12 @@ from controller.safety.limits.keep_out import (
     TIME_CONSTANT_S,
     KeepOut,
 )
-from controller.safety.limits.remote_centre import INSIDE_M, MOST_OFFSET_M, RemoteCentre
+from controller.safety.limits.remote_centre import INSIDE_M, MAX_OFFSET_M, RemoteCentre
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
 from controller.safety.limits.tissue_force import SHARE, TissueForce
 from tests.controller.safety.field import HOME, TOOLS
 from tests.controller.safety.situations import DUCT, NOTHING, STEP_S, keeps, situation
-from tissue_sim.thresholds import PINCH_MOST_N, TRACTION_MOST_N
+from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, joint_limits
@@ -108,7 +108,7 @@ def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go
 
 
 def test_an_arm_whose_shaft_is_beside_its_remote_centre_holds_and_the_other_does_not():
-    offset_m = np.array([0.0, MOST_OFFSET_M + 1e-6])
+    offset_m = np.array([0.0, MAX_OFFSET_M + 1e-6])
     bounds = RemoteCentre().bounds(situation(shaft_offset_m=offset_m))
     assert keeps(bounds, joint(0, 0.1))
     for row in range(7, N_MOTION):
@@ -196,7 +196,7 @@ def test_what_may_be_touched_has_no_bounds():
 @given(seeds)
 def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
     force = rng.normal(size=3)
-    force *= SHARE * TRACTION_MOST_N / np.linalg.norm(force)
+    force *= SHARE * TRACTION_MAX_N / np.linalg.norm(force)
     seen = situation(tool_force_n=np.stack([np.zeros(3), force]))
     bounds = TissueForce().bounds(seen)
     motion = rng.normal(size=N_MOTION)
@@ -208,14 +208,14 @@ def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
 def test_less_force_leaves_more_room_and_none_leaves_all():
     room = []
     for share in (0.1, 0.5, 0.9, 1.5):
-        force = np.array([[0.0, 0.0, share * SHARE * TRACTION_MOST_N], [0.0, 0.0, 0.0]])
+        force = np.array([[0.0, 0.0, share * SHARE * TRACTION_MAX_N], [0.0, 0.0, 0.0]])
         room.append(-TissueForce().bounds(situation(tool_force_n=force)).lower[0])
     assert room[0] > room[1] > room[2] > room[3] == 0.0
     assert len(TissueForce().bounds(situation()).lower) == 0
 
 
 def test_the_grasper_pinches_no_harder_and_may_open():
-    bounds = TissueForce().bounds(situation(pinch_n=SHARE * PINCH_MOST_N))
+    bounds = TissueForce().bounds(situation(pinch_n=SHARE * PINCH_MAX_N))
     assert keeps(bounds, joint(LEFT_JAW, 0.1))
     assert not keeps(bounds, joint(LEFT_JAW, -1e-6))
 
@@ -235,8 +235,8 @@ def test_holding_still_keeps_every_bound_that_does_not_give(rng):
         rate=rng.normal(size=(2, 7)) * JOINT_SPEED,
         near=near,
         tool_force_n=3.0 * rng.normal(size=(2, 3)),
-        pinch_n=rng.uniform(0.0, 2 * PINCH_MOST_N),
-        shaft_offset_m=rng.uniform(0.0, 2 * MOST_OFFSET_M, 2),
+        pinch_n=rng.uniform(0.0, 2 * PINCH_MAX_N),
+        shaft_offset_m=rng.uniform(0.0, 2 * MAX_OFFSET_M, 2),
         between_jaws=frozenset({"duct", "artery"}) if scissors else frozenset(),
     )
     for rule in (*LIMITS, *INTERLOCKS):

@@ -18,7 +18,7 @@ from planner.language.slot_heads import SHIPPED, load
 from tests.planner.language.sayings import DEVELOPMENT, HELD_OUT
 
 SETS = [path for path in (DEVELOPMENT, HELD_OUT) if path.exists()]
-MOST_BYTES = 200_000
+MAX_BYTES = 200_000
 
 
 @pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
@@ -56,7 +56,7 @@ def test_a_set_that_expects_no_command_is_refused(tmp_path):
 
 
 def test_the_heads_are_small():
-    assert SHIPPED.stat().st_size <= MOST_BYTES
+    assert SHIPPED.stat().st_size <= MAX_BYTES
 
 
 @pytest.mark.slow

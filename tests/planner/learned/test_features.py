@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.learned.features import retreat, straightness
-from tissue_sim.thresholds import RETRACTED_M, TAUT_LEAST
+from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 
 POINTS = 8
 ALONG = torch.linspace(0.0, 1.0, POINTS)
@@ -32,7 +32,7 @@ def test_the_more_a_tube_sags_the_less_straight_it_is(a, b):
 @given(st.floats(0.0, 0.5))
 def test_a_tube_is_straight_enough_where_a_grasp_is_to_make_it_so(sag):
     tube_m = bent(sag)
-    margin = chord_over_length(tube_m) - TAUT_LEAST
+    margin = chord_over_length(tube_m) - TAUT_MIN
     assert torch.sign(straightness(tube_m)).item() * margin >= 0.0
 
 

@@ -6,7 +6,7 @@ import pytest
 from planner.correction import CORRECTIONS
 from scenarios.bench.obedience import error_lines, obedience_table
 from scenarios.bench.trials.obedience_trial import (
-    LEAST_M,
+    MIN_M,
     Examination,
     ObedienceTrial,
     Told,
@@ -29,7 +29,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
     rows = {"left": [0], "right": [1], "both": [0, 1]}[said.arm]
     moved_m, opened_rad = np.zeros((2, 3)), np.zeros(2)
     if said.direction:
-        moved_m[rows] = np.array(WAYS[said.direction]) * LEAST_M
+        moved_m[rows] = np.array(WAYS[said.direction]) * MIN_M
     else:
         opened_rad[rows] = THRESHOLD_RAD * (1 if said.jaw == "open" else -1)
     assert is_obeyed(said, 1.001 * moved_m, 1.001 * opened_rad)

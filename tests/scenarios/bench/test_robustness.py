@@ -11,7 +11,7 @@ import pytest
 from scenarios.bench.robustness import broken_lines, trial_table
 from scenarios.bench.trials.memory_growth import growth_kb_a_reset
 from scenarios.bench.trials.run_trials import TrialAttempt
-from scenarios.bench.trials.storm import MOST_SPEED_M_S, storm
+from scenarios.bench.trials.storm import MAX_SPEED_M_S, storm
 from scenarios.bench.trials.storm_trial import StormTrial, intact, lost_trial, run_trial
 from scenarios.cli import main
 from tissue_sim.frames import Array
@@ -42,11 +42,11 @@ def test_a_piece_that_is_cut_free_does_not_fly_off() -> None:
 
 def test_a_storm_is_violent(trials: list[StormTrial]) -> None:
     assert all(t.touched for t in trials)
-    assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MOST_SPEED_M_S, rel=0.1)
+    assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MAX_SPEED_M_S, rel=0.1)
     assert sum(t.inverted > 20 for t in trials) >= 3
     assert any(t.clipped or t.cut for t in trials)
     assert any(t.torn for t in trials)
-    assert max(t.commanded_speed_m_s for t in trials) < MOST_SPEED_M_S * (1 + 1e-6)
+    assert max(t.commanded_speed_m_s for t in trials) < MAX_SPEED_M_S * (1 + 1e-6)
 
 
 def tips(world: World, command: JointCommand) -> Array:
@@ -67,7 +67,7 @@ def test_the_seed_is_the_storm_and_its_speed_is_bounded() -> None:
         paths.append(path)
     for (a, _), (b, _) in zip(*paths, strict=True):
         np.testing.assert_array_equal(a, b)
-    most_m = MOST_SPEED_M_S * world.config.control_step_s
+    most_m = MAX_SPEED_M_S * world.config.control_step_s
     for (before, tool), (after, same) in zip(paths[0][:-1], paths[0][1:], strict=True):
         if tool == same:
             assert np.linalg.norm(after - before, axis=1).max() < most_m * (1 + 1e-6)

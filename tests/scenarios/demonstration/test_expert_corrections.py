@@ -17,7 +17,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 CONFIG = EpisodeConfig(seed=10_001)
 WITHIN_STEPS = 60  # 2 s
-LEAST_M, LEAST_RAD = 3e-3, 0.2
+MIN_M, MIN_RAD = 3e-3, 0.2
 ASIDE = 0.5  # of the motion: tissue gives way, and the filter slides along what is in the way
 ASTRIDE_M = 0.006  # the tip this near to a tube's middle line
 HARMFUL = {  # what the grasper holds would be crushed, and the applier would clip out of turn
@@ -83,15 +83,15 @@ def test_the_named_arm_moves_as_named_within_two_seconds_and_the_other_stays(sce
     else:
         pytest.fail(f"moved by {moved_m} m, jaws by {opened_rad} rad")
     others = [arm for arm in (0, 1) if arm not in rows or correction.jaw]
-    assert np.linalg.norm(moved_m[others], axis=1).max(initial=0.0) < LEAST_M
+    assert np.linalg.norm(moved_m[others], axis=1).max(initial=0.0) < MIN_M
     assert episode.world.record.injuries == ()
 
 
 def is_obeyed(correction, moved_m, opened_rad):
     if correction.direction is None:
         sign = 1.0 if correction.jaw == "open" else -1.0
-        return (sign * opened_rad >= LEAST_RAD).all()
+        return (sign * opened_rad >= MIN_RAD).all()
     along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
     far_m = moved_m @ along
     aside_m = np.linalg.norm(moved_m - far_m[:, None] * along, axis=1)
-    return (far_m >= LEAST_M).all() and (aside_m < ASIDE * far_m).all()
+    return (far_m >= MIN_M).all() and (aside_m < ASIDE * far_m).all()

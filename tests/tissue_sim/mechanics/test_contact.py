@@ -12,7 +12,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp, follow_grasp
-from tissue_sim.thresholds import GRASP_MOST_SLIP_M
+from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 from tissue_sim.tools.instruments import INSTRUMENTS, link_patches
 from tissue_sim.verification.bodies import EPS, NOWHERE, box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
@@ -360,13 +360,13 @@ def test_tissue_that_slides_in_the_jaws_by_the_threshold_begins_the_grasp_anew(
     before = follow_grasp(Grasp(), tissue, organ, np.eye(4), 1.0)
     assert (before.since_s, before.slip_m) == (1.0, 0.0)
     assert len(before.vertices) == 8
-    moved = pose(np.eye(3), np.array([0.6, 0.0, 0.8]) * share * GRASP_MOST_SLIP_M)
-    moved[1, 3] = 2.0 * GRASP_MOST_SLIP_M
+    moved = pose(np.eye(3), np.array([0.6, 0.0, 0.8]) * share * GRASP_MAX_SLIP_M)
+    moved[1, 3] = 2.0 * GRASP_MAX_SLIP_M
     after = follow_grasp(before, tissue, organ, moved, 2.0)
-    assert after.slip_m == pytest.approx(share * GRASP_MOST_SLIP_M, rel=1e-3)
+    assert after.slip_m == pytest.approx(share * GRASP_MAX_SLIP_M, rel=1e-3)
     assert after.since_s == (2.0 if slips else 1.0)
     again = follow_grasp(after, tissue, organ, moved, 3.0)
-    assert again.slip_m == pytest.approx(0.0 if slips else share * GRASP_MOST_SLIP_M, abs=1e-9)
+    assert again.slip_m == pytest.approx(0.0 if slips else share * GRASP_MAX_SLIP_M, abs=1e-9)
 
 
 def nearest_on_line(points: Array, line: Array) -> Array:

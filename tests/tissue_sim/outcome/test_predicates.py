@@ -23,7 +23,7 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch, lose
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.surgery.leak import leaks
-from tissue_sim.thresholds import CLIP_LEAST_GAP_M, CUFF_LEAST_M, GRASP_MOST_JAW_RAD
+from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M, GRASP_MAX_JAW_RAD
 from tissue_sim.tools.arms import LEFT_ARM
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
@@ -31,7 +31,7 @@ from tissue_sim.world import World
 SEED = 0
 HALF_SECOND = 30  # tissue steps
 LOW_M = 0.0030  # first clip, from the fixed end
-NEXT_M = CLIP_WIDTH_M + CLIP_LEAST_GAP_M + 0.0002
+NEXT_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0002
 
 
 @pytest.fixture
@@ -194,7 +194,7 @@ def test_a_tube_is_cut_between_clips_two_and_three(world: World, tube: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("cuff_m", "good"), [(CUFF_LEAST_M - 2e-4, False), (CUFF_LEAST_M + 2e-4, True)]
+    ("cuff_m", "good"), [(CUFF_MIN_M - 2e-4, False), (CUFF_MIN_M + 2e-4, True)]
 )
 @pytest.mark.parametrize("beside", [2, 3])
 def test_the_cut_leaves_a_cuff_on_both_sides(
@@ -280,7 +280,7 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
     press(world, 2.0)
     assert gallbladder_grasped(world)
     joints = world.arms.joints
-    joints[LEFT_ARM, 6] = GRASP_MOST_JAW_RAD + 0.1
+    joints[LEFT_ARM, 6] = GRASP_MAX_JAW_RAD + 0.1
     world.arms.set_joints(joints)
     assert not gallbladder_grasped(world)
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_sim.frames import exponential
-from tissue_sim.sensing.observation import MOST_CLIPS
+from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.sensing.tissue_features import CLIPS_A_TUBE, LENGTH_M, along_tube, clips_along
 
 LONG_M = 0.021
@@ -16,10 +16,10 @@ TUBE_M = torch.tensor([[[0.0, y, 0.09] for y in np.linspace(0.0, LONG_M, 8).toli
 
 def at(*stations_m: float, beside_m: float = 0.0) -> tuple[torch.Tensor, torch.Tensor]:
     """Clips in this order of closing, and which slots they take."""
-    clips = torch.zeros(1, MOST_CLIPS, 3)
+    clips = torch.zeros(1, MAX_CLIPS, 3)
     for k, station in enumerate(stations_m):
         clips[0, k] = torch.tensor([beside_m, station, 0.09])
-    return clips, (torch.arange(MOST_CLIPS) < len(stations_m)).float()[None]
+    return clips, (torch.arange(MAX_CLIPS) < len(stations_m)).float()[None]
 
 
 @given(st.permutations([0.0041, 0.0047, 0.0102, 0.0188]))

@@ -21,7 +21,7 @@ from tissue_sim.surgery.clip import (
     retention_n,
 )
 from tissue_sim.surgery.slip import SLIP_SPEED_M_S, Pull, parted, slide, under_pull
-from tissue_sim.thresholds import CUFF_LEAST_M, LUMEN_CLOSED, TEST_PULL_N
+from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
 SEED = 10_000
 BURST_PA = 26_000.0  # 195 mmHg, the highest pressure a cystic duct's closure has to hold
@@ -68,7 +68,7 @@ def pull_of(tubes: Tubes, clip: Clip, along_n: float, across_n: float = 0.0) -> 
 
 
 def test_a_good_clip_holds_the_test_pull_along_and_across(tube: str) -> None:
-    tubes, clip = clipped_and_cut(tube, CUFF_LEAST_M + 1e-4)
+    tubes, clip = clipped_and_cut(tube, CUFF_MIN_M + 1e-4)
     assert holds(tubes, clip).min() > 1.5 * TEST_PULL_N
     for along, across in ((TEST_PULL_N, 0.0), (-TEST_PULL_N, 0.0), (0.0, TEST_PULL_N)):
         assert under_pull(tubes, clip, pull_of(tubes, clip, along, across), STEP_S) is clip
@@ -111,7 +111,7 @@ def test_a_hold_falls_with_tilt(tube: str) -> None:
 
 def test_a_hold_falls_as_the_clip_nears_the_cut_end(tube: str) -> None:
     by_cuff = []
-    for cuff_m in (2e-3, CUFF_LEAST_M + 2e-4, 5e-4, 0.0, -5e-4):
+    for cuff_m in (2e-3, CUFF_MIN_M + 2e-4, 5e-4, 0.0, -5e-4):
         tubes, clip = clipped_and_cut(tube, cuff_m)
         along, across = holds(tubes, clip)
         by_cuff.append((along / grip_n(tubes, clip), across))
@@ -127,7 +127,7 @@ def test_a_hold_falls_as_the_clip_nears_the_cut_end(tube: str) -> None:
 def test_near_the_cut_a_clip_loses_more_when_it_is_askew(tube: str) -> None:
     """Its leading corner is over the end, so more is lost than with the cosine of the tilt."""
     square, askew = (
-        clipped_and_cut(tube, CUFF_LEAST_M, askew_rad=a) for a in (0.0, np.deg2rad(35.0))
+        clipped_and_cut(tube, CUFF_MIN_M, askew_rad=a) for a in (0.0, np.deg2rad(35.0))
     )
     shares = [
         retention_n(*pair) / grip_n(*pair) / np.cos(pair[1].crossings[0].tilt_rad)
@@ -190,7 +190,7 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
 def test_twice_its_hold_draws_a_clip_over_the_end(tube: str, above: bool) -> None:
     tubes, clip = clipped(tube)
     side = 1.0 if above else -1.0
-    end = clip.crossings[0].station_m - side * (0.5 * CLIP_WIDTH_M + CUFF_LEAST_M)
+    end = clip.crossings[0].station_m - side * (0.5 * CLIP_WIDTH_M + CUFF_MIN_M)
     cut_at(tubes, tube, end)
     pull = pull_of(tubes, clip, -side * 2.0 * holds(tubes, clip)[0])
     way_m, steps = abs(end - clip.crossings[0].station_m), 0

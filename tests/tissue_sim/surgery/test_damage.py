@@ -19,7 +19,7 @@ from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import BILE_PRESSURE_PA, hole_leak, leaks
 from tissue_sim.surgery.tear import Tear, tear, worst_load
-from tissue_sim.thresholds import SAC_MOST_STRETCH, STRENGTH_PA
+from tissue_sim.thresholds import SAC_MAX_STRETCH, STRENGTH_PA
 from tissue_sim.tools.arms import HOME_JOINTS, JointCommand
 from tissue_sim.verification.bodies import astride, organ_of, put, rod, tissue_of
 from tissue_sim.verification.stretch import stretches
@@ -290,12 +290,12 @@ def test_each_patch_of_the_sac_goes_through_its_wall(world: World) -> None:
 def test_a_patch_tears_when_the_real_wall_would_be_stretched_too_far(world: World) -> None:
     stiffness = patch_stiffness(world.organ)
     worst, rest = int(np.argmax(stiffness)), world.organ.vertices
-    needed = 1.0 + (SAC_MOST_STRETCH - 1.0) / stiffness[worst]
+    needed = 1.0 + (SAC_MAX_STRETCH - 1.0) / stiffness[worst]
     for share, tears in ((0.99, False), (1.01, True)):
         along = 1.0 + share * (needed - 1.0)
         put(world.tissue, rest * [along, 1.0, 1.0])
         world.tissue.load_walls()
-        assert (world.sac.stretch() > SAC_MOST_STRETCH) == tears
+        assert (world.sac.stretch() > SAC_MAX_STRETCH) == tears
     assert world.sac.stretch() == pytest.approx(1.0 + (along - 1.0) * stiffness[worst], rel=1e-3)
     world.sac.tear()
     (opened,) = world.sac.open_patches()

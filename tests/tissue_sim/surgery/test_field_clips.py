@@ -17,7 +17,7 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, re
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.surgery.loose_clip import FAT_AWAY_M, GRAVITY_M_S2
-from tissue_sim.thresholds import CUFF_LEAST_M, TEST_PULL_N
+from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
@@ -148,7 +148,7 @@ def test_scissors_under_a_clips_edge_leave_it_on_its_own_stump(world: World) -> 
 
 
 def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
-    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    clipped_and_cut(world, CUFF_MIN_M + 3e-4)
     before = [c.crossings[0].station_m for c in world.record.clips]
     pull_all_clips(world)
     assert [c.crossings[0].station_m for c in world.record.clips] == before
@@ -159,7 +159,7 @@ def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
 
 
 def test_the_test_pull_draws_a_weak_clip_off_and_the_stump_leaks(world: World) -> None:
-    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    clipped_and_cut(world, CUFF_MIN_M + 3e-4)
     clip = world.record.clips[0]
     world.tissue.host("link_stiffness")[0, list(clip.links)] *= 0.01
     for _ in range(5):
@@ -174,7 +174,7 @@ def test_the_test_pull_draws_a_weak_clip_off_and_the_stump_leaks(world: World) -
 
 
 def test_a_clip_pulled_a_little_beyond_its_hold_slips_and_no_stump_holds(world: World) -> None:
-    clipped_and_cut(world, CUFF_LEAST_M + 3e-4)
+    clipped_and_cut(world, CUFF_MIN_M + 3e-4)
     clip = world.record.clips[0]
     clamp = world.tubes.below["duct"][0]
     _, along = world.tubes.point("duct", clip.crossings[0].station_m)
@@ -255,7 +255,7 @@ def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
 
 def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
     """The artery can pass where the duct is parted, and no jaws can close on the gap."""
-    clipped_and_cut(world, CUFF_LEAST_M)
+    clipped_and_cut(world, CUFF_MIN_M)
     saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
     upper = world.tissue.host("ring_above")[0, duct, ring].copy()
     assert not set(upper) & set(world.tissue.host("ring")[0, duct, ring])
