@@ -9,8 +9,9 @@ DEMO := runs/demo
 
 export OMP_NUM_THREADS := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: help demo test test-all check format lock bench
+.PHONY: help demo test test-all check format docs lock bench
 
 help:
 	@echo "make demo    set up everything it needs and run one whole procedure"
@@ -18,6 +19,7 @@ help:
 	@echo "make test-all the slow tests too: some minutes more"
 	@echo "make check   format, lint, types, import direction"
 	@echo "make format  rewrite the code in the project's format"
+	@echo "make docs    build the documentation in build/docs"
 	@echo "make bench   speed of each stage of the world"
 	@echo "make lock    resolve requirements.lock again"
 
@@ -40,6 +42,9 @@ check: .venv/.ready
 format: .venv/.ready
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+docs: .venv/.ready
+	$(BIN)/mkdocs build --strict --quiet
 
 bench: .venv/.ready
 	$(BIN)/calot bench world
