@@ -1,15 +1,51 @@
-"""Imports point one way, and ManiSkill is imported in one file only (contracts: pyproject.toml)."""
+"""Laws of the layout: imports point one way and never in a circle, and no name means two things."""
 
+import ast
 import subprocess
 import sys
+from collections import Counter
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import grimp
+import pytest
+
 ROOT = Path(__file__).parents[1]
+PACKAGES = ("scenarios", "controller", "planner", "tissue_sim")
+MAX_FILES = 20  # a folder
 
 
 def test_the_import_contracts_hold():
+    """One direction between the packages, and ManiSkill in one file only (see pyproject.toml)."""
     lint = "from importlinter.cli import lint_imports_command; lint_imports_command()"
     check = subprocess.run(
         [sys.executable, "-c", lint, "--no-cache"], cwd=ROOT, capture_output=True, text=True
     )
     assert check.returncode == 0, check.stdout + check.stderr
+
+
+def test_no_module_imports_itself_through_others():
+    """Imports for type checkers only, and imports inside functions, count too."""
+    graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=False, cache_dir=None)
+    imports = {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        pytest.fail(" <- ".join(error.args[1]))
+
+
+def test_no_two_public_classes_share_a_name():
+    names = Counter(
+        node.name
+        for package in PACKAGES
+        for file in (ROOT / package).rglob("*.py")
+        for node in ast.parse(file.read_text()).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert not {name for name, count in names.items() if count > 1}
+
+
+@pytest.mark.parametrize("top", [*PACKAGES, "tests"])
+def test_no_folder_holds_more_files_than_one_can_survey(top: str):
+    folders = Counter(str(file.parent.relative_to(ROOT)) for file in (ROOT / top).rglob("*.py"))
+    assert {folder: n for folder, n in folders.items() if n > MAX_FILES} == {}

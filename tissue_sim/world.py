@@ -4,34 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import endoscope_pose
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.rendering.view import FieldCameras, renderable_scene
 from tissue_sim.saving.world_state import copied, require_state
-from tissue_sim.sensing import exact as sight
+from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, dropped_clip, grip_n
+from tissue_sim.surgery.clip import dropped_clip, grip_n
 from tissue_sim.surgery.conditions import Conditions
-from tissue_sim.surgery.events import judge
+from tissue_sim.surgery.events import record_step
 from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.slip import Pull
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.physics_system import physics_system
-
-if TYPE_CHECKING:
-    from tissue_sim.rendering.view import FieldCameras
 
 WORLD_VERSION = 5  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
@@ -61,8 +60,11 @@ def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
     return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
 
 
-class World:
-    """One operating field. `reset` puts a patient in it, `step` moves it by one control period."""
+class World(Field):
+    """A field in time: `reset` puts a patient in it, `step` moves it by one control period.
+
+    Before the first `reset` it holds only the arms.
+    """
 
     def __init__(
         self,
@@ -72,7 +74,7 @@ class World:
         config: WorldConfig | None = None,
     ) -> None:
         self.config = config or WorldConfig()
-        self.scene = scene or _new_scene(render=render)
+        self.scene = scene or (renderable_scene() if render else sapien.Scene([physics_system()]))
         self.scene.set_timestep(self.config.physics_step_s)
         self.arms = Arms(self.scene, render=render)
         self._liver: sapien.Entity | None = None
@@ -80,8 +82,8 @@ class World:
         per_tissue = whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0
         shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
         self._shares = shares.reshape(per_control, per_tissue)  # of a control step's way
-        self._wrenches = _NO_WRENCHES
-        self.view = _new_view(self.scene) if render else None
+        self.wrenches = _NO_WRENCHES
+        self.view = FieldCameras(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
         """A new patient, the instruments at home, the tissue come to rest."""
@@ -100,7 +102,7 @@ class World:
         self.arms.mount("clip_applier")
         self.arms.set_joints(np.tile(HOME_JOINTS, (2, 1)))
         self._target = self.arms.joints
-        self._wrenches = _NO_WRENCHES
+        self.wrenches = _NO_WRENCHES
         self._place_tools()
         for _ in range(SETTLE_STEPS):
             self.tissue.step()
@@ -129,7 +131,7 @@ class World:
         for part in self._shares:
             for share in part:
                 self.arms.drive(start + share * way)
-                self.arms.apply_wrenches(*self._wrenches)
+                self.arms.apply_wrenches(*self.wrenches)
                 if moving:
                     self.body.move_liver(share)
                 self.scene.step()
@@ -137,9 +139,10 @@ class World:
                 self.body.move_tissue(part[-1])
             self._place_tools(T_world_link_before=self.tissue.T_world_links())
             self.tissue.step()
-            self._wrenches = self.tissue.tool_wrenches()
+            self.wrenches = self.tissue.tool_wrenches()
         self.body.end_step()
-        self.record = judge(self, joints, intended)
+        beyond_rad = float(np.abs(joints - self._target)[:, :6].max())
+        self.record = record_step(self, self.config.control_step_s, beyond_rad, intended)
         return self.observe()
 
     def shift_body(self, offset_m: Array) -> None:
@@ -151,7 +154,7 @@ class World:
 
     def observe(self) -> Observation:
         """What a policy may see now, without images."""
-        return sight.observe(self)
+        return exact_observation(self)
 
     def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
         """Camera name -> (height, width, 3) of what it sees now; nothing is drawn until asked.
@@ -207,13 +210,6 @@ class World:
         pull = Pull(number=number, force_world_n=force_world_n.copy(), grip_n=grip)
         self.record = replace(self.record, pull=pull)
 
-    def clip_position_m(self, clip: Clip) -> Array:
-        """Where the middle of a clip is now (3,), world frame: of what it holds, or of its legs."""
-        if not clip.vertices:
-            return clip.T_world_clip[:3, 3] - 0.5 * CLIP_LENGTH_M * clip.T_world_clip[:3, 2]
-        held = self.tissue.positions()[list(clip.vertices)]
-        return np.add.reduce(held, axis=0, dtype=float) / len(held)
-
     def state(self) -> dict[str, Any]:
         """Everything the next step depends on, tissue topology included."""
         return copied(self._parts(self.tissue, self.tubes)) | {"arms": self.arms.state()}
@@ -249,7 +245,7 @@ class World:
         self.T_world_endoscope = state["T_world_endoscope"]
         self.body.restore(state["body"])
         self.conditions = state["conditions"]
-        self._wrenches = state["wrenches"]
+        self.wrenches = state["wrenches"]
         self.record = state["record"]
         self._place_tools()
 
@@ -266,7 +262,7 @@ class World:
             "T_world_endoscope": self.T_world_endoscope,
             "body": self.body.state(),
             "conditions": self.conditions,
-            "wrenches": self._wrenches,
+            "wrenches": self.wrenches,
             "record": self.record,
         }
 
@@ -296,25 +292,3 @@ class World:
         friction = np.full(8, 0.1)
         friction[2:4] = 0.7 * self.conditions.grip
         return friction
-
-    def tool_forces_n(self) -> Array:
-        """(2, 3) force of the tissue on each instrument, world frame, N."""
-        return self._wrenches[0].reshape(2, 4, 3).sum(axis=1).astype(float)
-
-    def bed_press_n(self) -> float:
-        """Force between gallbladder and liver bed, N."""
-        return float(np.linalg.norm(self.tissue.host("bed_force")[0]))
-
-
-def _new_scene(*, render: bool) -> sapien.Scene:
-    if not render:
-        return sapien.Scene([physics_system()])
-    from tissue_sim.rendering.view import renderable_scene
-
-    return renderable_scene()
-
-
-def _new_view(scene: sapien.Scene) -> FieldCameras:
-    from tissue_sim.rendering.view import FieldCameras
-
-    return FieldCameras(scene)

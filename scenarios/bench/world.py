@@ -57,7 +57,7 @@ def watch_step(world: World) -> Stopwatch:
     stopwatch.replace(tissue, "step", tissue.step_in_stages)
     for name, launch in tissue.stages.items():
         stopwatch.stage(launch, "launch", f"tissue: {name}")
-    stopwatch.stage(world_module, "judge", "judge")
+    stopwatch.stage(world_module, "record_step", "events and injuries")
     stopwatch.stage(world, "observe", "observe")
     return stopwatch
 

@@ -16,10 +16,10 @@ from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.coarse import skyline
 from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
+from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.step import STAGES, take_stages
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
 from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
-from tissue_sim.patient.mesh_checks import require_sound_organ
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import Organ
 from tissue_sim.thresholds import SAC_MAX_STRETCH

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
@@ -28,38 +29,37 @@ from tissue_sim.thresholds import (
     TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
 
 CLIPS_A_TUBE = 3
 
 
-def gallbladder_grasped(world: World) -> bool:
+def gallbladder_grasped(field: Field) -> bool:
     """The infundibulum held for a second, taut, without slip, the tubes spread."""
-    grasp = world.record.grasp
-    steady = world.record.time_s - grasp.since_s >= GRASP_HOLD_S
+    grasp = field.record.grasp
+    steady = field.record.time_s - grasp.since_s >= GRASP_HOLD_S
     taut = grasp.traction_n >= GRASP_MIN_TRACTION_N
-    return gallbladder_held(world) and steady and taut and tubes_spread(world.tubes)
+    return gallbladder_held(field) and steady and taut and tubes_spread(field.tubes)
 
 
-def gallbladder_held(world: World) -> bool:
+def gallbladder_held(field: Field) -> bool:
     """The infundibulum between closed jaws that press on it from both sides."""
-    closed = bool(world.arms.joints[LEFT_ARM, 6] <= GRASP_MAX_JAW_RAD)
-    infundibulum = world.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
-    tool = world.arms.T_world_tool()[LEFT_ARM]
-    pressed_n = min(inward_n(world.tissue, infundibulum, LEFT_FINGERS, tool))
+    closed = bool(field.arms.joints[LEFT_ARM, 6] <= GRASP_MAX_JAW_RAD)
+    infundibulum = field.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
+    tool = field.arms.T_world_tool()[LEFT_ARM]
+    pressed_n = min(inward_n(field.tissue, infundibulum, LEFT_FINGERS, tool))
     return closed and pressed_n >= HELD_PINCH_N
 
 
-def grasper_pressed_n(world: World) -> float:
+def grasper_pressed_n(field: Field) -> float:
     """Normal force (N) of the grasper's jaws on any tissue, inwards, the smaller of the two."""
-    everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
-    tool = world.arms.T_world_tool()[LEFT_ARM]
-    return min(inward_n(world.tissue, everything, LEFT_FINGERS, tool))
+    everything = np.arange(field.tissue.n_vertex(), dtype=np.int32)
+    tool = field.arms.T_world_tool()[LEFT_ARM]
+    return min(inward_n(field.tissue, everything, LEFT_FINGERS, tool))
 
 
-def grasper_hooked(world: World) -> bool:
+def grasper_hooked(field: Field) -> bool:
     """A jaw presses tissue outwards, so that it hooks behind a fold when it is drawn back."""
-    return grasper_pressed_n(world) <= -HELD_PINCH_N
+    return grasper_pressed_n(field) <= -HELD_PINCH_N
 
 
 def tubes_spread(tubes: Tubes) -> bool:
@@ -82,66 +82,66 @@ def gap_m(tubes: Tubes) -> float:
     return float(apart - sum(tubes.radius_m(t) for t in TUBES))
 
 
-def good_clips(world: World, tube: str) -> tuple[Clip, ...]:
+def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
     """Clips on this tube alone, whole, square, apart from each other and closing it."""
     placed: list[Clip] = []
-    for clip in world.record.clips:
-        if _well_placed(world.tubes, clip, tube) and _apart(clip, placed, tube):
+    for clip in field.record.clips:
+        if _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
             placed.append(clip)
     return tuple(placed)
 
 
-def clip_placed(world: World, tube: str, k: int) -> bool:
+def clip_placed(field: Field, tube: str, k: int) -> bool:
     """The first k clips (1 to 3) are good, and in order: each further from the fixed end."""
-    stations = [_station(c, tube) for c in good_clips(world, tube)][:k]
+    stations = [_station(c, tube) for c in good_clips(field, tube)][:k]
     return len(stations) == k and all(a < b for a, b in pairwise(stations))
 
 
-def right_arm_back(world: World) -> bool:
+def right_arm_back(field: Field) -> bool:
     """The right tip at a distance from every tube, nothing between its jaws."""
-    tip = world.arms.T_world_tool()[RIGHT_ARM][:3, 3]
-    away = [np.linalg.norm(world.tubes.centres(t) - tip, axis=1) for t in world.organ.tubes]
+    tip = field.arms.T_world_tool()[RIGHT_ARM][:3, 3]
+    away = [np.linalg.norm(field.tubes.centres(t) - tip, axis=1) for t in field.organ.tubes]
     distance = min(float(a.min()) for a in away)
-    touching = world.tissue.host("contact_shape")[0, : world.tissue.n_vertex()] >= 4
+    touching = field.tissue.host("contact_shape")[0, : field.tissue.n_vertex()] >= 4
     return distance >= RETRACTED_M and not touching.any()
 
 
-def tube_cut(world: World, tube: str) -> bool:
+def tube_cut(field: Field, tube: str) -> bool:
     """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut or torn."""
-    cuts = [c for c in world.record.cuts if c.tube == tube]
-    torn = any(t.tube == tube for t in world.record.tears)
-    clips = good_clips(world, tube)
-    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not world.tubes.in_two_parts(tube):
+    cuts = [c for c in field.record.cuts if c.tube == tube]
+    torn = any(t.tube == tube for t in field.record.tears)
+    clips = good_clips(field, tube)
+    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not field.tubes.in_two_parts(tube):
         return False
     low, high = sorted(_station(c, tube) for c in clips)[1:3]
     return _cuffs_m(cuts[0], low, high) >= CUFF_MIN_M
 
 
-def tube_severed(world: World, tube: str) -> bool:
+def tube_severed(field: Field, tube: str) -> bool:
     """Cut into two parts, well or badly."""
-    return any(c.tube == tube for c in world.record.cuts) and world.tubes.in_two_parts(tube)
+    return any(c.tube == tube for c in field.record.cuts) and field.tubes.in_two_parts(tube)
 
 
-def stumps_hold(world: World) -> bool:
+def stumps_hold(field: Field) -> bool:
     """Every clip that was on a tube still holds where it was set, and nothing leaks.
 
     A clip that never was on a tube, dropped into the field, is counted but fails nothing.
     """
-    clips = world.record.clips
+    clips = field.record.clips
     firm = not any(c.came_off or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
-    return firm and not world.record.leaks
+    return firm and not field.record.leaks
 
 
-def procedure_flags(world: World) -> dict[str, bool]:
+def procedure_flags(field: Field) -> dict[str, bool]:
     """What of the procedure is done in the world's state now, whatever came before."""
-    flags = {"gallbladder grasped": gallbladder_grasped(world)}
+    flags = {"gallbladder grasped": gallbladder_grasped(field)}
     for side in ("left", "right"):
-        tube = world.anatomy.structure(side)
+        tube = field.anatomy.structure(side)
         for k in range(1, CLIPS_A_TUBE + 1):
-            flags[f"{side} clip {k}"] = clip_placed(world, tube, k)
-        flags[f"{side} cut"] = tube_cut(world, tube)
-    flags["right arm back"] = right_arm_back(world)
-    flags["no injury"] = not world.record.injuries
+            flags[f"{side} clip {k}"] = clip_placed(field, tube, k)
+        flags[f"{side} cut"] = tube_cut(field, tube)
+    flags["right arm back"] = right_arm_back(field)
+    flags["no injury"] = not field.record.injuries
     return flags
 
 

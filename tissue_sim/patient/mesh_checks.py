@@ -1,17 +1,11 @@
-"""Is a mesh fit to be simulated? Refused are broken elements and parts that nothing holds."""
+"""Is a mesh fit to be simulated? Refuse broken elements and indices out of range."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import Indices, signed_volumes
-
-if TYPE_CHECKING:
-    from tissue_sim.patient.organ import Organ
 
 MIN_SHAPE = 1.0e-5  # volume over longest edge cubed, assumed; a regular tetrahedron has 0.118
 
@@ -33,7 +27,7 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
     if not finite.all():
         k = int(np.argmin(finite))
         raise ValueError(f"mesh of the {part}: vertex {k} is at {vertices[k]}: not finite")
-    _require_indices("tets", tets, n, part)
+    require_indices("tets", tets, n, part)
     unused = np.bincount(tets.ravel(), minlength=n) == 0
     if unused.any():
         raise ValueError(f"mesh of the {part}: vertex {np.argmax(unused)} belongs to no element")
@@ -49,33 +43,8 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
         )
 
 
-def require_sound_organ(organ: Organ) -> None:
-    """Refuse an organ with unsound elements, or of which a part hangs in the air.
-
-    Parts are joined by ties and strands. One body alone may be free; of several, each must be
-    joined to the rest, or held at fixed vertices or at the liver bed.
-
-    Raises:
-        ValueError: naming the element or the part.
-    """
-    require_sound_elements(organ.vertices, organ.tets)
-    n = len(organ.vertices)
-    for name in ("tie_vertex", "tie_corners", "bed_vertices", "remnants"):
-        _require_indices(name, getattr(organ, name), n, "tissue")
-    ties = np.column_stack([organ.tie_vertex, organ.tie_corners[:, 0]]).reshape(-1, 2)
-    joints = np.concatenate([ties, organ.remnants]).astype(np.int32)
-    label = components(n, np.concatenate([organ.tets, joints[:, [0, 1, 1, 1]]]))
-    held = set(label[organ.fixed].tolist()) | set(label[organ.bed_vertices].tolist())
-    loose = set(label.tolist()) - held
-    if loose and len(set(label.tolist())) > 1:
-        part = np.flatnonzero(label == min(loose))
-        raise ValueError(
-            f"mesh of the tissue: the part of {len(part)} vertices around vertex {part[0]} is "
-            "neither held nor joined to the rest"
-        )
-
-
-def _require_indices(name: str, indices: Indices, n: int, part: str) -> None:
+def require_indices(name: str, indices: Indices, n: int, part: str) -> None:
+    """Raise a ValueError if vertex indices are not below `n`; it names the first of them."""
     wrong = (indices < 0) | (indices >= n)
     if wrong.any():
         row = int(np.argwhere(wrong)[0][0])

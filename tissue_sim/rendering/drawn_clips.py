@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import sapien
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array, pose
 from tissue_sim.rendering.clip_shape import HALF_TURN, LOOK, leg
 from tissue_sim.rendering.drawing import Drawn
@@ -14,9 +13,6 @@ from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.surgery.clip import T_world_clip
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 
 class DrawnClips:
@@ -27,9 +23,9 @@ class DrawnClips:
             (Drawn(scene, "clip", LOOK), Drawn(scene, "clip", LOOK)) for _ in range(MAX_CLIPS + 1)
         ]
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Draw every clip where it is."""
-        places = T_world_legs(world)
+        places = T_world_legs(field)
         for k, legs in enumerate(self._legs):
             for side, drawn in enumerate(legs):
                 if k < len(places):
@@ -39,12 +35,12 @@ class DrawnClips:
                     drawn.hide()
 
 
-def T_world_legs(world: World) -> list[tuple[Array, Array]]:
+def T_world_legs(field: Field) -> list[tuple[Array, Array]]:
     """Poses of both legs of each clip: of those that closed last, and of the loaded one."""
-    clips = world.record.clips[-MAX_CLIPS:]
-    places = [legs_of_latched(T_world_clip(world.tubes, clip)) for clip in clips]
-    if world.record.clip_loaded and world.arms.mounted[RIGHT_ARM].name == "clip_applier":
-        places.append(_legs_of_loaded(world))
+    clips = field.record.clips[-MAX_CLIPS:]
+    places = [legs_of_latched(T_world_clip(field.tubes, clip)) for clip in clips]
+    if field.record.clip_loaded and field.arms.mounted[RIGHT_ARM].name == "clip_applier":
+        places.append(_legs_of_loaded(field))
     return places
 
 
@@ -53,9 +49,9 @@ def legs_of_latched(T_world_clip: Array) -> tuple[Array, Array]:
     return T_world_clip, T_world_clip @ HALF_TURN
 
 
-def _legs_of_loaded(world: World) -> tuple[Array, Array]:
+def _legs_of_loaded(field: Field) -> tuple[Array, Array]:
     """Poses of both legs in the grooves of the applier's fingers."""
-    T_world_link = world.arms.contact_shapes().T_world_link
+    T_world_link = field.arms.contact_shapes().T_world_link
     first = RIGHT_ARM * len(PATCH_LINKS) + PATCH_LINKS.index("finger_plus")
-    tip = pose(np.eye(3), np.array([0.0, 0.0, world.arms.mounted[RIGHT_ARM].yaw_to_tip_m]))
+    tip = pose(np.eye(3), np.array([0.0, 0.0, field.arms.mounted[RIGHT_ARM].yaw_to_tip_m]))
     return T_world_link[first] @ tip, T_world_link[first + 1] @ tip @ HALF_TURN

@@ -5,19 +5,15 @@ Each drop holds what leaks until the next one falls, so that its size shows the 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import sapien
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, joined
 from tissue_sim.rendering.textures import Look
 from tissue_sim.surgery.leak import Leak
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 FALL_M = 0.014
 DROPS = 4
@@ -41,9 +37,9 @@ class DrawnLeaks:
             name: Drawn(scene, f"{name} leak", look) for name, look in LEAK_LOOKS.items()
         }
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Draw what leaks now."""
-        surfaces = leak_surfaces(world)
+        surfaces = leak_surfaces(field)
         for name, drawn in self._drawn.items():
             if name in surfaces:
                 drawn.show(surfaces[name])
@@ -51,21 +47,21 @@ class DrawnLeaks:
                 drawn.hide()
 
 
-def leak_surfaces(world: World) -> dict[str, Surface]:
+def leak_surfaces(field: Field) -> dict[str, Surface]:
     """What runs out of each structure that leaks."""
     wet: dict[str, list[Surface]] = {}
-    for leak in world.record.leaks:
-        wet.setdefault(leak.structure, []).append(_wet(world, leak))
+    for leak in field.record.leaks:
+        wet.setdefault(leak.structure, []).append(_wet(field, leak))
     return {structure: joined(surfaces) for structure, surfaces in wet.items()}
 
 
-def _wet(world: World, leak: Leak) -> Surface:
+def _wet(field: Field, leak: Leak) -> Surface:
     """A blob over the opening and falling drops, larger the more leaks."""
     radius = drop_radius_m(leak.rate_m3_s)
-    phase = world.record.time_s / PERIOD_S % 1.0
-    centre = _mouth(world, leak)
+    phase = field.record.time_s / PERIOD_S % 1.0
+    centre = _mouth(field, leak)
     down = np.array([0.0, 0.0, -1.0])
-    spot = drop(centre, np.full(3, _mouth_radius_m(world, leak)))
+    spot = drop(centre, np.full(3, _mouth_radius_m(field, leak)))
     fallen = (np.arange(DROPS) + phase) / DROPS
     falling = [
         drop(centre + f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4])) for f in fallen
@@ -79,15 +75,15 @@ def drop_radius_m(rate_m3_s: float) -> float:
     return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MAX_RADIUS_M)
 
 
-def _mouth_radius_m(world: World, leak: Leak) -> float:
+def _mouth_radius_m(field: Field, leak: Leak) -> float:
     if leak.structure == "gallbladder":
         return MAX_RADIUS_M
-    return 1.15 * world.tubes.radius_m(leak.structure)
+    return 1.15 * field.tubes.radius_m(leak.structure)
 
 
-def _mouth(world: World, leak: Leak) -> Array:
+def _mouth(field: Field, leak: Leak) -> Array:
     """The middle of the leaking opening (3,), world frame."""
     if leak.structure == "gallbladder":
-        return world.sac.hole_centre()
-    rings = world.tubes.below if leak.side == "body" else world.tubes.above
-    return world.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)
+        return field.sac.hole_centre()
+    rings = field.tubes.below if leak.side == "body" else field.tubes.above
+    return field.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

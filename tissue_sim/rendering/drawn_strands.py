@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array, unit
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, joined, pipe
 from tissue_sim.rendering.textures import TILE_M, Look
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 STRAND_RADIUS_M = 0.00035
 LOBULE_RADIUS_M = 0.0011
@@ -29,20 +25,20 @@ class DrawnStrands:
     def __init__(self, scene: sapien.Scene) -> None:
         self._drawn = Drawn(scene, "fat", LOOK)
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Draw the strands where they are."""
-        ends = world.tissue.positions()[holding(world)].astype(float)
+        ends = field.tissue.positions()[holding(field)].astype(float)
         if len(ends):
             self._drawn.show(joined([s for pair in ends for s in _strand(*pair)]))
         else:
             self._drawn.hide()
 
 
-def holding(world: World) -> NDArray[np.int32]:
+def holding(field: Field) -> NDArray[np.int32]:
     """(n, 2) the strands not broken yet; a clip's spring may have taken a broken one's row."""
-    strands = world.organ.remnants
+    strands = field.organ.remnants
     rows = slice(len(strands))
-    link, stiffness = (world.tissue.host(name)[0, rows] for name in ("link", "link_stiffness"))
+    link, stiffness = (field.tissue.host(name)[0, rows] for name in ("link", "link_stiffness"))
     return strands[(stiffness > 0.0) & (link == strands).all(axis=1)]
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import sapien
 from scipy.spatial import KDTree
 
+from tissue_sim.field import Field
 from tissue_sim.frames import pose
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
@@ -26,9 +25,6 @@ from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, joined, pipe, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
 
-if TYPE_CHECKING:
-    from tissue_sim.world import World
-
 LOBULE_M = 0.010  # a lobule of fat
 FAT_TILE_M = 0.055
 CAVITY_RADIUS_M = 0.28
@@ -42,19 +38,19 @@ class DrawnSurroundings:
         self._organ: Organ | None = None
         self._drawn: list[Drawn] = []
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Draw another patient's surroundings, when it is another, where the body is now."""
-        if world.organ is not self._organ:
-            self._renew(world)
+        if field.organ is not self._organ:
+            self._renew(field)
         for drawn in self._drawn:
-            drawn.move(pose(np.eye(3), world.body.offset_m))
+            drawn.move(pose(np.eye(3), field.body.offset_m))
 
-    def _renew(self, world: World) -> None:
-        self._organ = world.organ
+    def _renew(self, field: Field) -> None:
+        self._organ = field.organ
         for drawn in self._drawn:
             drawn.remove()
         self._drawn = []
-        for name, (surface, look) in surroundings(world.organ, world.anatomy).items():
+        for name, (surface, look) in surroundings(field.organ, field.anatomy).items():
             self._drawn.append(Drawn(self._scene, name, look))
             self._drawn[-1].show(surface)
 

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from tissue_sim.field import Field
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import RIGHT, UP
 from tissue_sim.patient.organ import Organ
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin, surface_faces
 from tissue_sim.rendering.textures import TILE_M, Look
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 
 def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
@@ -53,16 +50,16 @@ class DrawnTissue:
         self._parts: dict[str, Drawn] = {}
         self._dyed = 0.0
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Draw the tissue where it is."""
-        if world.organ is not self._organ or world.conditions.dyed != self._dyed:
-            self._renew(world)
-        tets = world.tissue.tets()[alive_tets(world)]
+        if field.organ is not self._organ or field.conditions.dyed != self._dyed:
+            self._renew(field)
+        tets = field.tissue.tets()[alive_tets(field)]
         if not np.array_equal(tets, self._tets):
             self._tets = tets.copy()
-            self._skin = self._build(world)
-            self._uv = self._unwrapped(world)
-        surfaces = self._skin.surfaces(world.tissue.positions())
+            self._skin = self._build(field)
+            self._uv = self._unwrapped(field)
+        surfaces = self._skin.surfaces(field.tissue.positions())
         for name, drawn in self._parts.items():
             if name not in surfaces:
                 drawn.hide()
@@ -73,36 +70,36 @@ class DrawnTissue:
                 Surface(points=points, normals=normals, triangles=triangles, uv=self._uv[name])
             )
 
-    def _renew(self, world: World) -> None:
+    def _renew(self, field: Field) -> None:
         """Another patient, or other liquid on this one."""
         for drawn in self._parts.values():
             drawn.remove()
-        self._organ, self._dyed = world.organ, world.conditions.dyed
-        self._rest_faces = surface_faces(world.organ.tets)
+        self._organ, self._dyed = field.organ, field.conditions.dyed
+        self._rest_faces = surface_faces(field.organ.tets)
         self._tets = np.zeros((0, 4), np.int32)
         self._parts = {
             name: Drawn(self._scene, name, look)
-            for name, look in looks(world.anatomy, self._dyed).items()
+            for name, look in looks(field.anatomy, self._dyed).items()
         }
 
-    def _build(self, world: World) -> Skin:
-        alive = alive_tets(world)
+    def _build(self, field: Field) -> Skin:
+        alive = alive_tets(field)
         return build_skin(
             self._tets,
-            world.organ.region[alive],
+            field.organ.region[alive],
             self._rest_faces[alive],
-            world.tissue.n_vertex(),
+            field.tissue.n_vertex(),
         )
 
-    def _unwrapped(self, world: World) -> dict[str, Floats]:
+    def _unwrapped(self, field: Field) -> dict[str, Floats]:
         """Texture coordinates: where each point was in the resting view, so without a seam."""
-        rest = np.zeros((world.tissue.n_vertex(), 3))
-        rest[self._tets] = world.organ.vertices[world.organ.tets[alive_tets(world)]]
+        rest = np.zeros((field.tissue.n_vertex(), 3))
+        rest[self._tets] = field.organ.vertices[field.organ.tets[alive_tets(field)]]
         flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
         fine = self._skin.weights @ flat
         return {name: fine[patch.rows] for name, patch in self._skin.patches.items()}
 
 
-def alive_tets(world: World) -> NDArray[np.bool_]:
+def alive_tets(field: Field) -> NDArray[np.bool_]:
     """(n_tet,) which of the organ's elements are left."""
-    return world.tissue.host("tet_alive")[0, : len(world.organ.tets)] != 0
+    return field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0

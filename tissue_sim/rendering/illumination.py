@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import sapien
 
+from tissue_sim.field import Field
 from tissue_sim.frames import pose
 from tissue_sim.sensing.cameras import looking
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 LAMP_W_SR = 0.0185 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
@@ -31,7 +27,7 @@ class Illumination:
         scene.add_entity(self._mount)
         scene.render_system.ambient_light = FILL  # pyright: ignore[reportAttributeAccessIssue]
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Hold the lamp where the endoscope is."""
-        T_world_lamp = world.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
+        T_world_lamp = field.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
         self._mount.set_pose(sapien.Pose(looking(T_world_lamp)))

@@ -6,12 +6,13 @@ Nothing here changes the world: a run with pictures is the run without, bit for 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from tissue_sim.field import Field
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_strands import DrawnStrands
@@ -26,14 +27,11 @@ from tissue_sim.rendering.shader_pack import (
 from tissue_sim.sensing.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
 from tissue_sim.tools.physics_system import physics_system
 
-if TYPE_CHECKING:
-    from tissue_sim.world import World
-
 
 class Visual(Protocol):
     """Something that is seen."""
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Look as the world is now."""
         ...
 
@@ -63,12 +61,12 @@ class FieldCameras:
         self._cameras: dict[str, sapien.render.RenderCameraComponent] = {}
         self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
 
-    def update(self, world: World) -> None:
+    def update(self, field: Field) -> None:
         """Bring everything that is drawn up to date."""
         for visual in self._visuals:
-            visual.update(world)
+            visual.update(field)
 
-    def images(self, world: World, names: Iterable[str]) -> dict[str, NDArray[np.uint8]]:
+    def images(self, field: Field, names: Iterable[str]) -> dict[str, NDArray[np.uint8]]:
         """Camera name -> (height, width, 3) uint8 of what it sees now.
 
         Raises:
@@ -76,9 +74,9 @@ class FieldCameras:
         """
         names = list(names)
         cameras = [self._camera(name) for name in names]
-        self.update(world)
+        self.update(field)
         for name, camera in zip(names, cameras, strict=True):
-            camera.entity.set_pose(sapien.Pose(T_world_camera(world, name)))
+            camera.entity.set_pose(sapien.Pose(T_world_camera(field, name)))
         self._scene.update_render()
         for camera in cameras:
             camera.take_picture()

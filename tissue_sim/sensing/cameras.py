@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
-
-if TYPE_CHECKING:
-    from tissue_sim.world import World
 
 BASELINE_M = 0.0045  # between the endoscope's eyes
 NEAR_M, FAR_M = 0.003, 0.6
@@ -42,15 +39,15 @@ CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right"
 CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
 
 
-def T_world_camera(world: World, name: str) -> Array:
+def T_world_camera(field: Field, name: str) -> Array:
     """Where a camera is now (4, 4): x the way it looks, y left, z up."""
     if name == "endoscope_left":
-        return looking(world.T_world_endoscope)
+        return looking(field.T_world_endoscope)
     if name == "endoscope_right":
-        return looking(world.T_world_endoscope @ pose(np.eye(3), np.array([-BASELINE_M, 0, 0])))
+        return looking(field.T_world_endoscope @ pose(np.eye(3), np.array([-BASELINE_M, 0, 0])))
     arm = LEFT_ARM if name == "wrist_left" else RIGHT_ARM
     link = arm * len(PATCH_LINKS) + PATCH_LINKS.index("wrist")
-    return world.arms.contact_shapes().T_world_link[link] @ _T_wrist_camera(world, arm)
+    return field.arms.contact_shapes().T_world_link[link] @ _T_wrist_camera(field, arm)
 
 
 def looking(T_world_eye: Array) -> Array:
@@ -58,9 +55,9 @@ def looking(T_world_eye: Array) -> Array:
     return pose(T_world_eye[:3, :3] @ _OPTICAL, T_world_eye[:3, 3])
 
 
-def _T_wrist_camera(world: World, arm: int) -> Array:
+def _T_wrist_camera(field: Field, arm: int) -> Array:
     """In the wrist's frame: x along the clevis, z along the pitch axis."""
-    tool = world.arms.mounted[arm]
+    tool = field.arms.mounted[arm]
     tip = np.array([tool.pitch_to_yaw_m + tool.yaw_to_tip_m, 0.0, 0.0])
     eye = np.array([-WRIST_BACK_M, 0.0, WRIST_ASIDE_M])
     ahead = unit(tip - eye)

@@ -38,7 +38,7 @@ Attack = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Field:
+class AttackTargets:
     """What an attack may aim at.
 
     Attributes:
@@ -84,7 +84,7 @@ def random_start(rng: np.random.Generator) -> Array:
     return rng.uniform(*START.T, size=(2, 7))
 
 
-def restless(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+def restless(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
     """Smooth and aimless motions of all joints, up to several times as fast as they may be."""
     rate = np.zeros((2, 7))
 
@@ -95,16 +95,16 @@ def restless(field: Field, start: Array, rng: np.random.Generator) -> Attack:
     return ask
 
 
-def straight_at(name: str) -> Callable[[Field, Array, np.random.Generator], Attack]:
+def straight_at(name: str) -> Callable[[AttackTargets, Array, np.random.Generator], Attack]:
     """Both tips, in straight lines through a point of something."""
 
-    def attack(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+    def attack(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
         return _through(field, start, rng.choice(field.points_m[name], 2), rng)
 
     return attack
 
 
-def at_the_other_arm(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+def at_the_other_arm(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
     """Each tip in a straight line at a point of the other arm's shaft or tool."""
     ports, tips = field.T_world_rcm[:, :3, 3], [field.tip_m(arm, start[arm]) for arm in ARMS]
     on_shafts = [
@@ -113,7 +113,7 @@ def at_the_other_arm(field: Field, start: Array, rng: np.random.Generator) -> At
     return _through(field, start, np.stack(on_shafts[::-1]), rng)
 
 
-def at_joint_limits(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+def at_joint_limits(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
     """Every joint towards, and beyond, one of its limits."""
     lower, upper = np.moveaxis(field.joint_ranges, -1, 0)
     goal = np.where(rng.random((2, 7)) < 0.5, lower, upper)
@@ -122,14 +122,14 @@ def at_joint_limits(field: Field, start: Array, rng: np.random.Generator) -> Att
     return lambda joints: joints + np.clip(goal - joints, -most, most)
 
 
-def jumps(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+def jumps(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
     """In every step to some other place of the whole joint range."""
     lower, upper = np.moveaxis(field.joint_ranges, -1, 0)
     lower[:, 2] = np.maximum(lower[:, 2], INSERTION_AT_RCM_M)
     return lambda joints: rng.uniform(lower, upper)
 
 
-def jaw_snaps(field: Field, start: Array, rng: np.random.Generator) -> Attack:
+def jaw_snaps(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
     """Slowly to the tubes, the jaws as wide and as closed as may be by turns."""
     slowly = straight_at("tubes")(field, start, rng)
     wide, closed = field.joint_ranges[:, 6, 1], field.joint_ranges[:, 6, 0]
@@ -142,7 +142,7 @@ def jaw_snaps(field: Field, start: Array, rng: np.random.Generator) -> Attack:
     return ask
 
 
-ATTACKS: dict[str, Callable[[Field, Array, np.random.Generator], Attack]] = {
+ATTACKS: dict[str, Callable[[AttackTargets, Array, np.random.Generator], Attack]] = {
     "restless": restless,
     "at the liver": straight_at(LIVER),
     "at the other arm": at_the_other_arm,
@@ -155,7 +155,9 @@ ATTACKS: dict[str, Callable[[Field, Array, np.random.Generator], Attack]] = {
 }
 
 
-def _through(field: Field, start: Array, points_m: Array, rng: np.random.Generator) -> Attack:
+def _through(
+    field: AttackTargets, start: Array, points_m: Array, rng: np.random.Generator
+) -> Attack:
     """Each tip in a straight line through its point (2, 3), at a drawn, steady speed."""
     tips = np.stack([field.tip_m(arm, start[arm]) for arm in ARMS])
     speed_m_s = np.exp(rng.uniform(*np.log(SPEED_M_S), size=(2, 1)))

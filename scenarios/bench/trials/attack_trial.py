@@ -13,7 +13,7 @@ from controller.safety.geometry.collision import ACTIVATION_M, CollisionModel
 from controller.safety.ledger import Entry
 from controller.safety.obstacles import registered, surroundings_of
 from planner.instruction import TASKS, Instruction
-from scenarios.bench.trials.attack import ATTACKS, Attack, Field, aims, random_start
+from scenarios.bench.trials.attack import ATTACKS, Attack, AttackTargets, aims, random_start
 from scenarios.files.errors import describe_with_place
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -173,8 +173,8 @@ class Attacked:
                 return joints
         raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES}")
 
-    def _field(self) -> Field:
-        return Field(
+    def _field(self) -> AttackTargets:
+        return AttackTargets(
             T_world_rcm=self._world.arms.T_world_rcm,
             instruments=self._world.arms.mounted,
             points_m=aims(self._rigid, surroundings_of(self._world, self._rigid)),

@@ -6,14 +6,21 @@ import pytest
 from controller.action import CONTROL_STEP_S
 from controller.safety.ledger import Entry
 from scenarios.bench.safety import broken_lines, depth_tables
-from scenarios.bench.trials.attack import ATTACKS, BEYOND, HASTE, SPEED_M_S, Field, random_start
+from scenarios.bench.trials.attack import (
+    ATTACKS,
+    BEYOND,
+    HASTE,
+    SPEED_M_S,
+    AttackTargets,
+    random_start,
+)
 from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lost_trial, run_trial
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
 
 POINT = np.array([[0.01, -0.005, 0.0]])
-FIELD = Field(
+FIELD = AttackTargets(
     T_world_rcm=T_WORLD_RCM,
     instruments=TOOLS,
     points_m={name: POINT for name in ("liver", "port wall", "common bile duct", "tubes")},

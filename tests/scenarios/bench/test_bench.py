@@ -122,7 +122,7 @@ def test_the_report_says_how_fast_and_what_was_measured(capsys):
     assert main(["bench", "world", "--seed", "10004", "--steps", "5"]) == 0
     said = capsys.readouterr().out
     assert "5 control steps" in said
-    for word in ("tissue: elements", "arms: PhysX", "judge", "observe", "whole step"):
+    for word in ("tissue: elements", "arms: PhysX", "events and injuries", "observe", "whole step"):
         assert word in said
     for words in ("times real time", "tetrahedra", "vertices", "cores", "load", "Newton"):
         assert words in said

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_sim.frames import Array, unit
+from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.topology import boundary_faces, components
 from tissue_sim.patient.anatomy import COUNTS, RANGES, Artery, anatomy_from_seed
-from tissue_sim.patient.mesh_checks import require_sound_organ
 from tissue_sim.patient.mesher import signed_volumes, sweep
 from tissue_sim.patient.organ import (
     REGIONS,

@@ -1,0 +1,35 @@
+"""Is an organ fit to be simulated? Refuse broken elements and parts that nothing holds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_sim.mechanics.topology import components
+from tissue_sim.patient.mesh_checks import require_indices, require_sound_elements
+from tissue_sim.patient.organ import Organ
+
+
+def require_sound_organ(organ: Organ) -> None:
+    """Refuse an organ with unsound elements, or of which a part hangs in the air.
+
+    Parts are joined by ties and strands. One body alone may be free; of several, each must be
+    joined to the rest, or held at fixed vertices or at the liver bed.
+
+    Raises:
+        ValueError: naming the element or the part.
+    """
+    require_sound_elements(organ.vertices, organ.tets)
+    n = len(organ.vertices)
+    for name in ("tie_vertex", "tie_corners", "bed_vertices", "remnants"):
+        require_indices(name, getattr(organ, name), n, "tissue")
+    ties = np.column_stack([organ.tie_vertex, organ.tie_corners[:, 0]]).reshape(-1, 2)
+    joints = np.concatenate([ties, organ.remnants]).astype(np.int32)
+    label = components(n, np.concatenate([organ.tets, joints[:, [0, 1, 1, 1]]]))
+    held = set(label[organ.fixed].tolist()) | set(label[organ.bed_vertices].tolist())
+    loose = set(label.tolist()) - held
+    if loose and len(set(label.tolist())) > 1:
+        part = np.flatnonzero(label == min(loose))
+        raise ValueError(
+            f"mesh of the tissue: the part of {len(part)} vertices around vertex {part[0]} is "
+            "neither held nor joined to the rest"
+        )

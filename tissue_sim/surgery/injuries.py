@@ -1,0 +1,104 @@
+"""What has gone wrong: every quantity that has a limit, read from the field. Nothing here acts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tissue_sim.field import Field
+from tissue_sim.surgery.clip import Clip
+from tissue_sim.surgery.cut import Cut
+from tissue_sim.surgery.grasp import RIGHT_FINGERS, Grasp, pinch_n
+from tissue_sim.surgery.injury import LimitReading
+from tissue_sim.surgery.record import Record
+from tissue_sim.surgery.tear import Load
+from tissue_sim.thresholds import (
+    CLIP_MAX_SLIP_M,
+    INSTRUMENT_CONTACT_MAX_N,
+    JOINT_MARGIN_RAD,
+    LEAK_MAX_M3,
+    LIVER_MAX_N,
+    PINCH_MAX_N,
+    SAC_MAX_STRETCH,
+    TORN_MAX,
+    TRACTION_MAX_N,
+)
+from tissue_sim.tools.arms import RIGHT_ARM
+
+
+def wrongly_clipped(clip: Clip, meant: str) -> Iterator[LimitReading]:
+    """Yield each structure under a new clip that is not the one meant."""
+    wrong = [c.tube for c in clip.crossings if c.tube != meant]
+    for name in wrong + ["gallbladder"] * clip.on_sac:
+        yield LimitReading(event=f"clip on {name}", value=1, limit=0)
+
+
+def wrongly_cut(cuts: Sequence[Cut], meant: str, opened_m2: float | None) -> Iterator[LimitReading]:
+    """Yield each structure cut that is not the one meant.
+
+    Args:
+        cuts: tubes that the blades cut.
+        meant: the tube to be cut.
+        opened_m2: area of the gallbladder's wall that the blades opened; None if they missed it.
+    """
+    for name in [c.tube for c in cuts if c.tube != meant]:
+        yield LimitReading(event=f"cut on {name}", value=1, limit=0)
+    if opened_m2 is not None:
+        yield LimitReading(event="cut on gallbladder", value=opened_m2, limit=0)
+
+
+def pulled_loose(before: Clip, clip: Clip) -> Iterator[LimitReading]:
+    """Yield what the test pull did to a clip in this step: it slipped too far, or detached."""
+    if clip.slid_m > CLIP_MAX_SLIP_M >= before.slid_m:
+        yield LimitReading(event="clip slip", value=clip.slid_m, limit=CLIP_MAX_SLIP_M)
+    if clip.lost:
+        yield LimitReading(event="clip off", value=1, limit=0)
+
+
+def wall_loads(field: Field, loads: Sequence[Load]) -> Iterator[LimitReading]:
+    """Yield the load on each wall: N for the tubes, stretch for the gallbladder."""
+    for load in loads:
+        yield LimitReading(event=f"avulsion of {load.tube}", value=load.pull_n, limit=load.holds_n)
+    yield LimitReading(
+        event="tear of gallbladder", value=field.sac.stretch(), limit=SAC_MAX_STRETCH
+    )
+
+
+def other_readings(
+    field: Field, r: Record, grasp: Grasp, beyond_rad: float
+) -> Iterator[LimitReading]:
+    """Yield every other quantity that has a limit.
+
+    Args:
+        field: after the step.
+        r: its new record, but for the grasp.
+        grasp: the grasper's hold on the gallbladder now.
+        beyond_rad: how far the command exceeded the joints' limits, rad (insertion: m).
+    """
+    rigid = field.arms.contact_forces_n()
+    for event, value, limit in (
+        ("pinch", max(grasp.pinch_n, _right_pinch_n(field)), PINCH_MAX_N),
+        ("traction", grasp.traction_n, TRACTION_MAX_N),
+        ("liver force", rigid.on_liver_n, LIVER_MAX_N),
+        ("liver force through gallbladder", field.bed_press_n() - r.bed_rest_n, LIVER_MAX_N),
+        ("instrument contact", rigid.between_arms_n, INSTRUMENT_CONTACT_MAX_N),
+        *_torn_attachments(field),
+        ("leak", r.leaked_m3, LEAK_MAX_M3),
+        ("joint limit", beyond_rad, JOINT_MARGIN_RAD),
+    ):
+        yield LimitReading(event=event, value=value, limit=limit)
+
+
+def _right_pinch_n(field: Field) -> float:
+    """Return the pinch on the gallbladder between the jaws of clip applier or scissors, N."""
+    if not (field.tissue.host("contact_shape")[0] >= RIGHT_FINGERS[0]).any():
+        return 0.0
+    sac = field.organ.sac_rings.ravel()
+    return pinch_n(field.tissue, sac, RIGHT_FINGERS, field.arms.T_world_tool()[RIGHT_ARM])
+
+
+def _torn_attachments(field: Field) -> Iterator[tuple[str, int, int]]:
+    """Count the broken springs: of each tube in the gallbladder, and of that on the liver."""
+    ties, anchors = (field.tissue.host(f"{n}_stiffness")[0] == 0.0 for n in ("tie", "anchor"))
+    for tube, rows in field.tubes.tie_rows.items():
+        yield f"tear of {tube} from gallbladder", int(ties[rows].sum()), TORN_MAX
+    yield "detachment from liver bed", int(anchors.sum()), TORN_MAX
