@@ -1,4 +1,4 @@
-"""The world: two arms and one patient's tissue on a SAPIEN scene, stepped together."""
+"""The world: an operating field in time. Two arms and one patient's tissue, stepped together."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 
 @dataclass(frozen=True, kw_only=True)
 class WorldConfig:
-    """Periods of the loop, each a whole multiple of the next finer one. s."""
+    """Periods of the loop, s. Each is a whole multiple of the next shorter one."""
 
     control_step_s: float = 1.0 / 30.0
     physics_step_s: float = 1.0 / 120.0
@@ -55,7 +55,7 @@ class WorldConfig:
 
 
 def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
-    """How many fine steps make a coarse one, or None when that is not a whole number."""
+    """Return how many fine steps make a coarse one, or None when that is not a whole number."""
     count = round(coarse_s / fine_s) if fine_s > 0 else 0
     return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
 
@@ -81,12 +81,12 @@ class World(Field):
         per_control = whole_multiple(self.config.control_step_s, self.config.tissue.step_s) or 0
         per_tissue = whole_multiple(self.config.tissue.step_s, self.config.physics_step_s) or 0
         shares = np.linspace(0.0, 1.0, per_control * per_tissue + 1)[1:]
-        self._shares = shares.reshape(per_control, per_tissue)  # of a control step's way
+        self._shares = shares.reshape(per_control, per_tissue)  # of the way to the target
         self.wrenches = _NO_WRENCHES
         self.view = FieldCameras(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
-        """A new patient, the instruments at home, the tissue come to rest."""
+        """Put in a new patient, move the instruments home and let the tissue come to rest."""
         self.anatomy = anatomy
         self.tissue, self.tubes = self._prepare(anatomy)
         self.organ = self.tubes.organ
@@ -110,13 +110,13 @@ class World(Field):
         return self.observe()
 
     def step(self, command: JointCommand, *, intended: str | None = None) -> Observation:
-        """One control period.
+        """Advance by one control period.
 
         Args:
             command: joint targets.
-            intended: the structure ("duct", "artery") the running instruction names, against
-                which a clip or cut on the wrong structure is judged; None when nobody says, and
-                then it is the tube nearest to the jaws when they close.
+            intended: the structure ("duct", "artery") that the running instruction names. A clip
+                or a cut on another structure is an injury. None: the tube nearest to the jaws
+                when they close.
 
         Raises:
             ValueError: the command is not (2, 7) finite numbers; nothing has moved.
@@ -146,18 +146,18 @@ class World(Field):
         return self.observe()
 
     def shift_body(self, offset_m: Array) -> None:
-        """Have the body that holds the organ at an offset (3,) from the anatomy's place, in m.
+        """Move the body that holds the organ to an offset (3,) from where the anatomy has it, m.
 
-        It gets there in the course of the next control step, at a steady speed.
+        It moves during the next control step, at a steady speed.
         """
         self.body.target_m = np.array(offset_m, float)
 
     def observe(self) -> Observation:
-        """What a policy may see now, without images."""
+        """Return what a policy is told: exact simulator state, without images."""
         return exact_observation(self)
 
     def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
-        """Camera name -> (height, width, 3) of what it sees now; nothing is drawn until asked.
+        """Draw the field now: camera name -> picture (height, width, 3).
 
         Raises:
             ValueError: there is no such camera, or the world was made without `render`.
@@ -167,11 +167,11 @@ class World(Field):
         return self.view.images(self, names)
 
     def endoscope_rgb(self) -> NDArray[np.uint8]:
-        """(height, width, 3) of what the endoscope's left eye sees now."""
+        """Draw the picture (height, width, 3) of the endoscope's left eye now."""
         return self.images(["endoscope_left"])["endoscope_left"]
 
     def equip(self, instrument: str) -> None:
-        """The scrub nurse's hands: mount a tool on the right arm, or load a clip."""
+        """Mount a tool on the right arm, or load a clip, as a scrub nurse does."""
         self.arms.mount(instrument)
         self.record = replace(
             self.record, clip_loaded=instrument == "clip_applier", jaws_opened=False
@@ -179,7 +179,7 @@ class World(Field):
         self._place_tools()
 
     def drop_clip(self) -> None:
-        """The applier loses its clip, which falls. Nothing happens when it holds none."""
+        """Let the applier's clip fall. Do nothing when it holds none."""
         r = self.record
         if not r.clip_loaded:
             return
@@ -189,11 +189,11 @@ class World(Field):
 
     @property
     def target(self) -> Array:
-        """(2, 7) joints commanded last."""
+        """The joints (2, 7) commanded last, within their limits."""
         return self._target.copy()
 
     def pull_clip(self, number: int, force_world_n: Array, clamp: Indices) -> None:
-        """Pull at a clip with a steady force (3,) N against clamped vertices; zero lets go."""
+        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero lets go."""
         clip = next(c for c in self.record.clips if c.number == number)
         load = self.tissue.host("load")[0]
         load[:] = 0.0
@@ -211,18 +211,18 @@ class World(Field):
         self.record = replace(self.record, pull=pull)
 
     def state(self) -> dict[str, Any]:
-        """Everything the next step depends on, tissue topology included."""
+        """Copy everything the next step depends on, tissue topology included."""
         return copied(self._parts(self.tissue, self.tubes)) | {"arms": self.arms.state()}
 
     def check(self, state: Any, anatomy: Anatomy | None = None) -> None:
-        """Check a state whole, changing nothing.
+        """Check that `restore` can take a state. Nothing is changed.
 
         Args:
-            state: what `restore` may be given.
-            anatomy: the patient it should be of, if not the one in this world.
+            state: what `state` returned.
+            anatomy: its patient; by default the one in this world.
 
         Raises:
-            ValueError: `state` of such a world never returned it; it says where and why.
+            ValueError: `state` of such a world cannot have returned it; it says where and why.
         """
         anatomy = anatomy or self.anatomy
         known = anatomy == self.anatomy
@@ -250,7 +250,7 @@ class World(Field):
         self._place_tools()
 
     def _parts(self, tissue: Tissue, tubes: Tubes) -> dict[str, Any]:
-        """What a state holds, uncopied."""
+        """Collect what a state holds, uncopied."""
         return {
             "version": WORLD_VERSION,
             "anatomy": self.anatomy.hash,
@@ -267,7 +267,7 @@ class World(Field):
         }
 
     def _prepare(self, anatomy: Anatomy) -> tuple[Tissue, Tubes]:
-        """A patient's tissue at rest."""
+        """Build a patient's tissue at rest."""
         organ = build_organ(anatomy)
         tissue = Tissue(
             [organ], stiffness_scale=[anatomy.stiffness_scale], config=self.config.tissue
@@ -288,7 +288,7 @@ class World(Field):
         )
 
     def _friction(self) -> Array:
-        """(8,) Coulomb coefficients: toothed grasper jaws, smooth steel elsewhere (assumed)."""
+        """Return friction coefficients (8,): toothed grasper, smooth steel elsewhere (assumed)."""
         friction = np.full(8, 0.1)
         friction[2:4] = 0.7 * self.conditions.grip
         return friction

@@ -1,4 +1,7 @@
-"""What a policy may see: tools, tracked tissue points, clips, forces. Never the hidden state."""
+"""What a policy is told in each control step: tools, points of the tissue, clips, forces.
+
+The values are exact simulator state today (`exact.py`). Anything else in the simulator is hidden.
+"""
 
 from __future__ import annotations
 
@@ -11,27 +14,28 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 
-TUBE_POINTS = 8  # tracked points along each tube, from the fixed end up
+TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
 MAX_CLIPS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:
-    """One control step's view. Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
+    """One control step. Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
 
     Attributes:
         time_s: since the episode's start.
-        joints: (2, 7) measured: yaw, pitch, insertion (m), roll, wrist pitch, wrist yaw, jaw.
+        joints: (2, 7) now: yaw, pitch, insertion (m), roll, wrist pitch, wrist yaw, jaw (rad).
         tips_endoscope: (2, 4, 4) `T_endoscope_tool`.
-        forces_n: (2, 3) what the tissue does to each tool.
+        forces_n: (2, 3) force of the tissue on each tool.
         tools: names of the mounted instruments.
         clip_loaded: the applier holds a clip.
-        left_tube_m, right_tube_m: (8, 3) centreline points of the tubes as seen.
+        left_tube_m, right_tube_m: (8, 3) points of the tubes' centrelines, named by where the
+            endoscope shows them.
         sac_m: (5, 3) axis of the infundibulum.
         clips_m: (8, 3) clips in order of closing, zeros beyond `n_clips`.
-        severed: (2,) left and right tube seen in two parts.
-        images: camera name -> (height, width, 3) uint8, where a renderer exists.
+        severed: (2,) whether the left and the right tube are cut or torn through.
+        images: camera name -> (height, width, 3) uint8, where they were drawn.
     """
 
     time_s: float
@@ -49,7 +53,7 @@ class Observation:
     images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
 
     def vector(self) -> NDArray[np.float32]:
-        """Everything but the images as one flat vector (`VECTOR_SIZE`,)."""
+        """Flatten everything but time, images and the left tool into (`VECTOR_SIZE`,)."""
         parts = (
             self.joints, self.tips_endoscope[:, :3], self.forces_n, self.left_tube_m,
             self.right_tube_m, self.sac_m, self.clips_m,
@@ -71,13 +75,13 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     "scissors": (1,),
     "severed": (2,),
 }
-"""What stands where in `Observation.vector()`."""
+"""Order and shapes of the parts of `Observation.vector()`."""
 
 VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
 
 
 def fields(vectors: Any) -> dict[str, Any]:
-    """The parts of vectors (..., `VECTOR_SIZE`), arrays or tensors, each (..., *shape)."""
+    """Split vectors (..., `VECTOR_SIZE`), arrays or tensors, into views (..., *shape) by name."""
     parts, at = {}, 0
     for name, shape in VECTOR_LAYOUT.items():
         size = prod(shape)
