@@ -1,0 +1,260 @@
+"""Laws of the exact observation: real worlds, observed through `World.observe`.
+
+What is observed is compared with the world from outside, in the world frame.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.treatment import run
+from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform, unit
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.axes import AWAY, RIGHT, UP
+from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
+from tissue_sim.sensing.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
+from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
+from tissue_sim.tools.psm import forward_kinematics
+from tissue_sim.verification.bodies import EPS, astride
+from tissue_sim.world import World
+
+SEED = 5
+SIDES = ("left", "right")
+FLOAT32_M = 1e-7  # rounding of positions within a decimetre, some times over
+
+
+@pytest.fixture(params=[False, True], ids=["duct on the left", "artery on the left"])
+def world(request: pytest.FixtureRequest, one_world: World) -> World:
+    one_world.reset(replace(anatomy_from_seed(SEED), artery_on_left=request.param))
+    return one_world
+
+
+def in_world(world: World, points_endoscope: Array) -> Array:
+    return transform(world.T_world_endoscope, points_endoscope)
+
+
+def tube_points(world: World, side: str) -> Array:
+    """(8, 3) points of the tube seen on this side, world frame."""
+    seen = world.observe()
+    return in_world(world, {"left": seen.left_tube_m, "right": seen.right_tube_m}[side])
+
+
+# --- tubes and sac ---
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_points_of_a_tube_are_evenly_spaced_from_its_fixed_end_to_the_neck(
+    world: World, side: str
+) -> None:
+    """At rest rings are evenly spaced, so points are too: to the share by which rings are not."""
+    centres = world.tubes.centres(world.anatomy.structure(side))
+    points = tube_points(world, side)
+    np.testing.assert_allclose(points[[0, -1]], centres[[0, -1]], atol=FLOAT32_M)
+    gaps_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    rings_m = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+    assert np.ptp(gaps_m) / gaps_m.mean() <= np.ptp(rings_m) / rings_m.mean()
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_points_of_a_tube_lie_on_the_line_through_its_rings_however_it_is_bent(
+    world: World, side: str
+) -> None:
+    """Point k of 8 has passed k sevenths of the rings."""
+    tube = world.anatomy.structure(side)
+    rings = world.tubes.below[tube]
+    shove_m = 0.003 * np.random.default_rng(0).standard_normal((len(rings), 1, 3))
+    world.tissue.positions()[rings] += shove_m.astype(np.float32)
+    centres = world.tubes.centres(tube)
+    passed = np.arange(TUBE_POINTS) / (TUBE_POINTS - 1) * (len(centres) - 1)
+    along = [np.interp(passed, np.arange(len(centres)), centres[:, k]) for k in range(3)]
+    np.testing.assert_allclose(tube_points(world, side), np.transpose(along), atol=FLOAT32_M)
+
+
+def test_the_first_point_of_the_sac_is_where_the_duct_enters_it(world: World) -> None:
+    """Gravity and the artery pull them apart by less than a fifth of the points' spacing."""
+    sac = in_world(world, world.observe().sac_m)
+    side = next(s for s in SIDES if world.anatomy.structure(s) == "duct")
+    spacing_m = INFUNDIBULUM_M / INFUNDIBULUM_SEGMENTS
+    assert np.linalg.norm(sac[0] - tube_points(world, side)[-1]) < 0.2 * spacing_m
+
+
+def test_points_of_the_sac_go_up_the_axis_of_the_infundibulum(world: World) -> None:
+    sac = in_world(world, world.observe().sac_m)
+    assert len(sac) == SAC_POINTS
+    gaps = np.diff(sac, axis=0)
+    spacing_m = INFUNDIBULUM_M / INFUNDIBULUM_SEGMENTS
+    np.testing.assert_allclose(np.linalg.norm(gaps, axis=1), spacing_m, rtol=0.1)
+    assert (unit(gaps) @ UP > 0.8).all()
+    walls = world.tissue.positions()[world.organ.sac_rings[:SAC_POINTS, 1:]].astype(float)
+    radius_m = np.linalg.norm(walls - walls.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+    assert (np.linalg.norm(sac - walls.mean(axis=1), axis=1) < 0.1 * radius_m).all()
+
+
+def test_left_and_right_are_as_the_endoscope_sees_them(world: World) -> None:
+    seen = world.observe()
+    assert seen.left_tube_m[:, 0].mean() > seen.right_tube_m[:, 0].mean()  # +x is to the left
+    assert seen.tips_endoscope[LEFT_ARM, 0, 3] > seen.tips_endoscope[RIGHT_ARM, 0, 3]
+
+
+# --- cuts and clips ---
+
+
+def clip(world: World, tube: str, share: float) -> None:
+    T = astride(world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=CLIP_LENGTH_M / 2)
+    r = world.record
+    made = latch(world.tubes, T, number=len(r.clips) + 1, time_s=r.time_s)
+    world.record = replace(r, clips=(*r.clips, made))
+
+
+def cut(world: World, tube: str) -> None:
+    middle_m = 0.5 * world.tubes.length_m[tube]
+    T = astride(world.tubes, tube, middle_m, beyond_m=BLADE_LENGTH_M / 2)
+    assert sever(world.tubes, T, time_s=world.record.time_s)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_tube_that_is_cut_is_severed_on_its_own_side_alone(world: World, side: str) -> None:
+    assert not world.observe().severed.any()
+    cut(world, world.anatomy.structure(side))
+    assert world.observe().severed.tolist() == [side == "left", side == "right"]
+    cut(world, world.anatomy.structure(SIDES[side == "left"]))
+    assert world.observe().severed.tolist() == [True, True]
+
+
+def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None:
+    """The one further up first: the order is that of time. Each within half its width."""
+    placed = [("duct", 0.6), ("artery", 0.5), ("duct", 0.2)]
+    for tube, share in placed:
+        clip(world, tube, share)
+    seen = world.observe()
+    assert seen.n_clips == len(placed)
+    for place, (tube, share) in zip(in_world(world, seen.clips_m), placed, strict=False):
+        at, _ = world.tubes.point(tube, share * world.tubes.length_m[tube])
+        assert np.linalg.norm(place - at) < 0.5 * CLIP_WIDTH_M
+    assert not seen.clips_m[len(placed) :].any()
+
+
+def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) -> None:
+    for k in range(MOST_CLIPS + 2):
+        world.equip("clip_applier")
+        joints = np.tile(HOME_JOINTS, (2, 1))
+        joints[RIGHT_ARM, 2] += 0.001 * k
+        world.arms.set_joints(joints)
+        world.drop_clip()
+    seen = world.observe()
+    assert seen.n_clips == MOST_CLIPS + 2
+    depth_m = in_world(world, seen.clips_m) @ AWAY
+    assert (np.diff(depth_m) > 0).all()
+    middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * CLIP_LENGTH_M, 1.0]
+    np.testing.assert_allclose(in_world(world, seen.clips_m)[-1], middle[:3], atol=FLOAT32_M)
+
+
+# --- forces ---
+
+
+def press(world: World, arm: int, direction: Array) -> Observation:
+    """Push a closed tool 9 mm straight towards the axis of the infundibulum, from 12 mm off it."""
+    target = world.tissue.positions()[world.organ.sac_rings[3, 0]].astype(float)
+    T = world.arms.T_world_tool()[arm]
+    tool, joints = world.arms.mounted[arm], world.arms.joints
+    joints[:, 6] = 0.0
+    T_rcm_world = inverse_pose(world.arms.T_world_rcm[arm])
+    seen = world.observe()
+    for k, off_m in enumerate(np.linspace(0.012, 0.003, 12)):
+        T[:3, 3] = target - off_m * direction
+        joints[arm, :6] = inverse_kinematics(T_rcm_world @ T, tool, joints[arm, :6])
+        if k == 0:
+            world.arms.set_joints(joints)
+        seen = world.step(JointCommand(joints=joints))
+    return seen
+
+
+@pytest.mark.parametrize("arm", [LEFT_ARM, RIGHT_ARM], ids=SIDES)
+@pytest.mark.parametrize("direction", [AWAY, RIGHT, -RIGHT], ids=["away", "right", "left"])
+def test_tissue_pushes_back_on_the_tool_that_is_pushed_into_it(
+    world: World, arm: int, direction: Array
+) -> None:
+    """On that tool alone, and mostly against its motion."""
+    force_n = press(world, arm, direction).forces_n
+    against_n = -force_n[arm] @ world.T_world_endoscope[:3, :3].T @ direction
+    assert against_n > 0.02
+    assert against_n > 0.5 * np.linalg.norm(force_n[arm])
+    assert not force_n[1 - arm].any()
+
+
+def test_tool_and_tissue_push_each_other_equally(world: World) -> None:
+    """Newton's third law: what both tools feel is what the tissue's vertices feel, reversed."""
+    run(world, 0, 20)
+    seen = world.observe()
+    touched = world.tissue.host("contact_shape")[0] >= 0
+    on_tissue_n = world.tissue.host("contact_force")[0, touched].astype(float)
+    assert np.linalg.norm(seen.forces_n) > 0.01
+    np.testing.assert_allclose(
+        seen.forces_n.sum(axis=0) @ world.T_world_endoscope[:3, :3].T,
+        -on_tissue_n.sum(axis=0),
+        atol=50 * EPS * np.abs(on_tissue_n).sum(),
+    )
+
+
+# --- frame, time and tools ---
+
+
+def test_another_place_of_the_endoscope_moves_all_that_is_seen_alike(world: World) -> None:
+    """Points turn and shift, forces only turn, and nothing else changes."""
+    run(world, 0, 20)
+    clip(world, "duct", 0.5)
+    before = world.observe()
+    moved = pose(exponential(np.array([0.3, -0.5, 0.8])), np.array([0.02, -0.01, 0.03]))
+    world.T_world_endoscope = world.T_world_endoscope @ inverse_pose(moved)
+    after = world.observe()
+    for name in ("left_tube_m", "right_tube_m", "sac_m"):
+        expected = transform(moved, getattr(before, name))
+        np.testing.assert_allclose(getattr(after, name), expected, atol=1e-12)
+    n = before.n_clips
+    np.testing.assert_allclose(after.clips_m[:n], transform(moved, before.clips_m)[:n], atol=1e-12)
+    assert not after.clips_m[n:].any()
+    np.testing.assert_allclose(after.tips_endoscope, moved @ before.tips_endoscope, atol=1e-12)
+    np.testing.assert_allclose(after.forces_n, before.forces_n @ moved[:3, :3].T, atol=1e-12)
+    np.testing.assert_array_equal(after.joints, before.joints)
+    assert (after.time_s, after.tools, after.n_clips) == (
+        before.time_s,
+        before.tools,
+        before.n_clips,
+    )
+
+
+def test_time_passes_by_control_steps_and_joints_come_to_what_is_commanded(world: World) -> None:
+    joints = np.tile(HOME_JOINTS, (2, 1))
+    joints[LEFT_ARM] += [0.05, 0.04, 0.003, 0.2, 0.1, -0.1, 0.2]
+    joints[RIGHT_ARM] -= [0.03, 0.05, 0.004, 0.1, -0.1, 0.2, 0.1]
+    assert world.observe().time_s == 0.0
+    for k in range(1, 16):
+        seen = world.step(JointCommand(joints=joints))
+        assert seen.time_s == pytest.approx(k / 30)
+    np.testing.assert_allclose(world.observe().joints, joints, atol=2e-3)
+
+
+def test_tips_are_where_the_joints_put_them(world: World) -> None:
+    run(world, 0, 10)
+    seen = world.observe()
+    for arm, tool in enumerate(world.arms.mounted):
+        T = world.arms.T_world_rcm[arm] @ forward_kinematics(seen.joints[arm, :6], tool)
+        np.testing.assert_allclose(
+            world.T_world_endoscope @ seen.tips_endoscope[arm], T, atol=100 * EPS
+        )
+
+
+def test_tools_and_the_loaded_clip_are_those_of_the_world(world: World) -> None:
+    seen = world.observe()
+    assert (seen.tools, seen.clip_loaded) == (("grasper", "clip_applier"), True)
+    world.drop_clip()
+    assert not world.observe().clip_loaded
+    world.equip("scissors")
+    assert world.observe().tools == ("grasper", "scissors")
+    assert not world.observe().clip_loaded
+    world.equip("clip_applier")
+    assert world.observe().clip_loaded
