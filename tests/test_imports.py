@@ -1,4 +1,8 @@
-"""Laws of the layout: imports point one way and never in a circle, and no name means two things."""
+"""Laws of the layout.
+
+Imports point one way and never in a circle, no name means two things, and what a policy may import
+tells it nothing of the world but observations.
+"""
 
 import ast
 import subprocess
@@ -13,6 +17,18 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenarios", "controller", "planner", "tissue_sim")
 MAX_FILES = 20  # a folder
+TOLD_OBSERVATIONS = ("planner.learned", "planner.llm", "controller.diffusion")
+OPEN_TO_THEM = (  # of the simulator: what an observation is, the robot, and constants
+    "tissue_sim.frames",
+    "tissue_sim.patient.axes",
+    "tissue_sim.sensing.observation",
+    "tissue_sim.sensing.rest_frame",
+    "tissue_sim.sensing.tissue_features",
+    "tissue_sim.sensing.tracker_noise",
+    "tissue_sim.thresholds",
+    "tissue_sim.tools.",
+    "tissue_sim.version",
+)
 
 
 def test_the_import_contracts_hold():
@@ -50,3 +66,16 @@ def test_no_two_public_classes_share_a_name():
 def test_no_folder_holds_more_files_than_one_can_survey(top: str):
     folders = Counter(str(file.parent.relative_to(ROOT)) for file in (ROOT / top).rglob("*.py"))
     assert {folder: n for folder, n in folders.items() if n > MAX_FILES} == {}
+
+
+@pytest.mark.parametrize("policy", TOLD_OBSERVATIONS)
+def test_a_policy_that_is_told_observations_imports_nothing_that_knows_the_world(policy: str):
+    """By no chain of imports, those for type checkers included."""
+    graph = grimp.build_graph("controller", "planner", "tissue_sim", cache_dir=None)
+    reached = graph.find_upstream_modules(policy, as_package=True)
+    within = {name for name in reached if name.startswith("tissue_sim.")}
+    assert "tissue_sim.sensing.observation" in within
+    closed = [name for name in sorted(within) if not name.startswith(OPEN_TO_THEM)]
+    assert not closed, [
+        graph.find_shortest_chain(policy, name, as_packages=True) for name in closed
+    ]

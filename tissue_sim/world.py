@@ -31,8 +31,8 @@ from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.slip import Pull
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.physics_system import physics_system
+from tissue_sim.version import WORLD_VERSION
 
-WORLD_VERSION = 5  # raise when physics changes: checkpoints record it
 SETTLE_STEPS = 45
 _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 

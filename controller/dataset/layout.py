@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from controller.dataset.schema import FEATURES, FPS, SCHEMA_VERSION, TEXTS, Feature
-from tissue_sim.world import WORLD_VERSION
+from tissue_sim.version import WORLD_VERSION
 
 CODEBASE_VERSION = "v3.0"
 FILES_A_CHUNK = 1000

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.schema import DEMONSTRATED, SCHEMA_VERSION
 from controller.dataset.tables import columns_of, table_of
-from tissue_sim.world import WORLD_VERSION
+from tissue_sim.version import WORLD_VERSION
 
 _HEADER = b"calot"
 

@@ -9,7 +9,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.policy import Policy
 from planner.learning.checkpoint import read_config, read_weights, write
 from tissue_sim.sensing.observation import VECTOR_SIZE
-from tissue_sim.world import WORLD_VERSION
+from tissue_sim.version import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("policy.safetensors")
 FITS = {

@@ -10,7 +10,7 @@ from planner.learned.network import PlannerNetwork
 from planner.learning.checkpoint import read_config, read_weights, write
 from planner.task import TASKS
 from tissue_sim.sensing.observation import VECTOR_SIZE
-from tissue_sim.world import WORLD_VERSION
+from tissue_sim.version import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("planner.safetensors")
 FITS = {

@@ -18,6 +18,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, episode_from
 from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import SCHEMA_VERSION, load
+from tissue_sim.version import WORLD_VERSION
 
 MANIFEST = "evaluation.json"
 SCHEMA = 1
@@ -90,8 +91,6 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 
 def _made_with() -> dict[str, Any]:
-    from tissue_sim.world import WORLD_VERSION
-
     made = {"world version": WORLD_VERSION, "recording schema": SCHEMA_VERSION}
     return made | {"source": source_digest()} | versions()
 

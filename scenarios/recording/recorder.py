@@ -18,6 +18,7 @@ from scenarios.files.versions import versions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.checkpoint_digests import checkpoint_digests
+from tissue_sim.version import WORLD_VERSION
 
 SCHEMA_VERSION = 6
 RIGHT_TOOLS = ("clip_applier", "scissors")
@@ -152,8 +153,6 @@ class Recorder:
         return self._instructions.setdefault(key, len(self._instructions))
 
     def _save(self, error: str | None) -> None:
-        from tissue_sim.world import WORLD_VERSION  # heavy, and there by now
-
         header = {
             "schema_version": SCHEMA_VERSION,
             "config": self.config,

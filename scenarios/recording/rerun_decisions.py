@@ -22,7 +22,8 @@ from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import NOTES, Recording, load
 from scenarios.recording.rerun_commands import config_of
-from tissue_sim.world import WORLD_VERSION, World
+from tissue_sim.version import WORLD_VERSION
+from tissue_sim.world import World
 
 INTERRUPTIONS = ("KeyboardInterrupt", "Restart")
 """Errors that come from outside: the episode itself would have gone on."""

@@ -14,7 +14,7 @@ from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform,
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
-from tissue_sim.sensing.observation import MOST_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, JointCommand
@@ -139,14 +139,14 @@ def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None
 
 
 def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) -> None:
-    for k in range(MOST_CLIPS + 2):
+    for k in range(MAX_CLIPS + 2):
         world.equip("clip_applier")
         joints = np.tile(HOME_JOINTS, (2, 1))
         joints[RIGHT_ARM, 2] += 0.001 * k
         world.arms.set_joints(joints)
         world.drop_clip()
     seen = world.observe()
-    assert seen.n_clips == MOST_CLIPS + 2
+    assert seen.n_clips == MAX_CLIPS + 2
     depth_m = in_world(world, seen.clips_m) @ AWAY
     assert (np.diff(depth_m) > 0).all()
     middle = world.arms.T_world_tool()[RIGHT_ARM] @ [0.0, 0.0, -0.5 * CLIP_LENGTH_M, 1.0]
