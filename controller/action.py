@@ -8,7 +8,6 @@ import numpy as np
 
 from tissue_sim.frames import Array
 
-CONTROL_STEP_S = 1.0 / 30.0
 ACTION_SIZE = 20
 
 

@@ -4,6 +4,9 @@ from typing import Protocol, TypeVar
 
 from planner.instruction import Instruction
 
+PLANNING_PERIOD_S = 1.0  # of simulated time, from one question to the planner to the next
+PATIENCE_S = 12.0  # a clip or a cut that has not succeeded by then is tried again
+
 Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
 

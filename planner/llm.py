@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from planner.base import PATIENCE_S
 from planner.chat import Endpoint, NoAnswerError, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
@@ -48,8 +49,8 @@ The tasks in their order, the left tube first:
 Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
 straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \
 15 mm from both tubes; a cut, when the tube is in two parts. Say a task until it is done, then the \
-next. Where a clip or a cut has not come off after 12 s, say the going back that follows it, then \
-the task again.
+next. Where a clip or a cut has not succeeded after {PATIENCE_S:g} s, say the going back that \
+follows it, then the task again.
 
 A correction takes the place of the task in what the robot hears, and makes a small motion. Give \
 one only where the robot is visibly failing, for a second or two; else "{NONE}".

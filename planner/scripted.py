@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tube_severed
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
-
-PATIENCE_S = 12.0  # a clip or cut not done by then is tried anew from further back
 
 
 class PlannerScripted:

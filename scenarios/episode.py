@@ -20,7 +20,7 @@ from controller.base import Controller
 from controller.driver import Driver, Rig, rig_of
 from controller.safety.filter import SafetyFilter
 from controller.safety.ledger import Entry
-from planner.base import Planner
+from planner.base import PLANNING_PERIOD_S, Planner
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Source
 from planner.language.interpreter import Reading
@@ -56,8 +56,6 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
-
-PLAN_PERIOD_S = 1.0
 
 
 def run_episode(
@@ -273,7 +271,7 @@ class Episode:
         return done and self.planner.hears_of_success
 
     def _plan_is_due(self) -> bool:
-        return self._time_s - self._planned_s >= PLAN_PERIOD_S - 1e-9
+        return self._time_s - self._planned_s >= PLANNING_PERIOD_S - 1e-9
 
     def _next_action(self) -> tuple[ToolAction | None, ToolAction]:
         """What is asked for, and what is done.

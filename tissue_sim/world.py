@@ -17,6 +17,7 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import endoscope_pose
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.rendering.view import FieldCameras, renderable_scene
 from tissue_sim.saving.world_state import copied, require_state
 from tissue_sim.sensing.exact import exact_observation
@@ -41,7 +42,7 @@ _NO_WRENCHES = (np.zeros((8, 3), np.float32), np.zeros((8, 3), np.float32))
 class WorldConfig:
     """Periods of the loop, s. Each is a whole multiple of the next shorter one."""
 
-    control_step_s: float = 1.0 / 30.0
+    control_step_s: float = CONTROL_PERIOD_S
     physics_step_s: float = 1.0 / 120.0
     tissue: TissueConfig = field(default_factory=TissueConfig)
 

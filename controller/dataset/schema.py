@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 
-from controller.action import ACTION_SIZE, CONTROL_STEP_S
+from controller.action import ACTION_SIZE
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
+from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
 SCHEMA_VERSION = 1  # raise when a column is added, dropped or means something else
-FPS = round(1.0 / CONTROL_STEP_S)
+FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from controller.action import CONTROL_STEP_S
 from controller.diffusion.chunk_frame import JAWS, MOVE
 from controller.diffusion.windows import Batch
 from controller.expert.motion import JAW_SPEED_RAD_S
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
 DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it missed by 0.2-0.4 mm
@@ -59,7 +59,7 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     parts["joints"][..., 6] += off_rad[:, None]
     jaw_rad, past, chunk = seen.jaw_rad + off_rad, seen.past.clone(), seen.chunk.clone()
     past[..., JAWS] += off_rad[:, None]
-    opened = CONTROL_STEP_S * JAW_SPEED_RAD_S * torch.arange(1, steps + 1, device=chunk.device)
+    opened = CONTROL_PERIOD_S * JAW_SPEED_RAD_S * torch.arange(1, steps + 1, device=chunk.device)
     soonest_rad = jaw_rad[:, None] + opened[:, None]
     jaws_rad = torch.minimum(chunk[..., JAWS], soonest_rad)
     chunk[..., JAWS] = torch.where(few[:, None], jaws_rad, chunk[..., JAWS])

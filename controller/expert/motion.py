@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, Chunk, ToolAction
+from controller.action import Chunk, ToolAction
 from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vector
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 CHUNK_STEPS = 3
 TURN_SPEED_RAD_S = 1.2
@@ -41,14 +42,14 @@ def chunk_towards(
 
     The goals move at `drift_world_m_s` (3,), and so do arms that have none: the patient breathes.
     """
-    drift_m = CONTROL_STEP_S * drift_world_m_s
+    drift_m = CONTROL_PERIOD_S * drift_world_m_s
     T, jaw = T_world_tool.copy(), jaw_rad.copy()
     chunk = []
     for _ in range(CHUNK_STEPS):
         moves, turns = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
         for arm, goal in enumerate(goals):
             if goal.jaw_rad is not None:
-                most = JAW_SPEED_RAD_S * CONTROL_STEP_S
+                most = JAW_SPEED_RAD_S * CONTROL_PERIOD_S
                 jaw[arm] += np.clip(goal.jaw_rad - jaw[arm], -most, most)
             if goal.T_world_tool is not None:
                 moves[arm], turns[arm] = _step(T[arm], goal.T_world_tool, goal.speed_m_s)
@@ -82,4 +83,4 @@ def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
 
 def _share(left: float, speed: float) -> float:
     """Part of the way that one step takes; the last bit is approached gently."""
-    return min(0.35, speed * CONTROL_STEP_S / left) if left > 1e-9 else 0.0
+    return min(0.35, speed * CONTROL_PERIOD_S / left) if left > 1e-9 else 0.0

@@ -16,9 +16,8 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from planner.learned.network import Opinion, PlannerNetwork
-from planner.learned.rollout import Rollout, Rollouts
+from planner.learned.rollout import EVERY, Rollout, Rollouts
 
-EVERY = 30  # control steps between the moments of a planner that runs
 FALSE_ALARMS = 0.05  # of tasks that are done in time
 BATCH = 2_000
 

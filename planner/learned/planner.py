@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from planner.assessment import Assessment
+from planner.base import PATIENCE_S, PLANNING_PERIOD_S
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
@@ -23,9 +24,7 @@ from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
 SURE = 0.7  # a task is taken up at once from this chance on; assumed
-PATIENCE_S = 12.0  # the scripted planner's; what is said longer does not come off by itself
 STALE_S = 3.0  # from then on it counts half, going back half again each such time; assumed
-ASKED_EVERY_S = 1.0
 GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
 
 
@@ -89,7 +88,7 @@ class PlannerLearned:
         """Time at which it is not asked, as tools are exchanged, does not count to the task."""
         now_s = observation.time_s
         if self._moments and self._task < N_TASKS:
-            self._since_s += min(now_s - self._moments[-1].time_s, ASKED_EVERY_S)
+            self._since_s += min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
         seen = self._frame.see(observation.vector())
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 

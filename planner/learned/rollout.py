@@ -12,12 +12,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from planner.base import PLANNING_PERIOD_S
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments
+from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.rest_frame import at_rest, fixed_m
 
-STEPS_A_SECOND = 30
-ASKED_EVERY = (20, 31)  # control steps between moments; more often after tools were exchanged
+EVERY = round(PLANNING_PERIOD_S * CONTROL_HZ)  # control steps between moments
+ASKED_EVERY = (20, EVERY + 1)  # the same in training; more often after tools were exchanged
 IN_TIME_S = 10.0  # a task that is not done by then is taken to fail
 NOT_SAID = -1
 
@@ -134,9 +136,7 @@ class Rollouts:
             known=known,
             task=torch.where(any_heard, data.said[heard], N_TASKS),
             correction=torch.where(any_heard & (corrected >= 0), corrected, N_CORRECTIONS),
-            since_s=torch.where(
-                any_heard, data.since_s[heard] + lag[:, None] / STEPS_A_SECOND, 0.0
-            ),
+            since_s=torch.where(any_heard, data.since_s[heard] + lag[:, None] / CONTROL_HZ, 0.0),
         )
 
     def labels(self, at: Tensor) -> Labels:
@@ -148,7 +148,7 @@ def _labels(rollout: Rollout) -> Labels:
     n, (starts, ends) = len(rollout.task), _runs(rollout.task)
     lengths, done = ends - starts, _done_by(rollout.task[starts], ends)
     start, end = np.repeat(starts, lengths), np.repeat(done, lengths)
-    left_s = (end - np.arange(n)) / STEPS_A_SECOND
+    left_s = (end - np.arange(n)) / CONTROL_HZ
     unknown = (end == n) & (not rollout.success) & (left_s < IN_TIME_S)
     fails = (left_s >= IN_TIME_S).astype(float)
     return Labels(
@@ -176,13 +176,13 @@ def _done_by(tasks: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.in
 
 def _since_s(said: NDArray[np.int64]) -> NDArray[np.float32]:
     starts, ends = _runs(said)
-    return ((np.arange(len(said)) - np.repeat(starts, ends - starts)) / STEPS_A_SECOND).astype(
+    return ((np.arange(len(said)) - np.repeat(starts, ends - starts)) / CONTROL_HZ).astype(
         np.float32
     )
 
 
 def _just_changed(task: NDArray[np.int64]) -> NDArray[np.bool_]:
-    return (_since_s(task) < 1.0) & (np.arange(len(task)) >= STEPS_A_SECOND)
+    return (_since_s(task) < 1.0) & (np.arange(len(task)) >= CONTROL_HZ)
 
 
 def _joined(columns: Sequence[NDArray | Tensor]) -> Tensor:

@@ -9,9 +9,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from planner.learned.calibration import EVERY, opinions
+from planner.learned.calibration import opinions
 from planner.learned.network import Opinion, PlannerNetwork
-from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollout, Rollouts
+from planner.learned.rollout import EVERY, NOT_SAID, Rollout, Rollouts
+from tissue_sim.periods import CONTROL_HZ
 
 BINS = 10
 
@@ -120,7 +121,7 @@ def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Itera
 def _lead_s(too_late: int, alarmed: NDArray[np.bool_]) -> float | None:
     """Of the first alarm before the last moment at which a failure could be foretold."""
     first = np.flatnonzero(alarmed[: too_late + 1])
-    return float(too_late - first[0]) * EVERY / STEPS_A_SECOND if len(first) else None
+    return float(too_late - first[0]) * EVERY / CONTROL_HZ if len(first) else None
 
 
 def _share(hits: torch.Tensor | Sequence[bool]) -> float:

@@ -14,7 +14,7 @@ from torch.nn import functional as F
 from planner.learned.calibration import calibrate
 from planner.learned.checkpoint import load_checkpoint, save_checkpoint
 from planner.learned.config import PlannerConfig
-from planner.learned.features import N_CORRECTIONS, N_TASKS
+from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
 from planner.learned.network import Moments, Opinion, PlannerNetwork
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
 from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
@@ -148,7 +148,7 @@ def _misled(moments: Moments, chance: torch.Generator) -> Moments:
     n = len(moments.task)
     draw = torch.rand(n, generator=chance)
     other = torch.randint(N_TASKS, (n, 1), generator=chance).expand_as(moments.task)
-    since_s = 12.0 * torch.rand(n, 1, generator=chance).expand_as(moments.since_s)
+    since_s = VERY_LONG_S * torch.rand(n, 1, generator=chance).expand_as(moments.since_s)
     misled, untold = (draw < MISLED)[:, None], (draw > 1.0 - UNTOLD)[:, None]
     task = torch.where(misled, other, moments.task)
     return moments._replace(

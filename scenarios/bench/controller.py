@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from rich.table import Table
 
-from controller.action import CONTROL_STEP_S, Chunk
+from controller.action import Chunk
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
@@ -22,6 +22,7 @@ from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot
 from scenarios.episode import begin
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
 DELAYS = (0, 2, 4)
@@ -123,7 +124,9 @@ class _Watched:
         moves, places = np.array(self._moves), np.array(self._places)
         accelerations = np.linalg.norm(np.diff(moves, axis=0), axis=-1).max(axis=1)
         at, inside = (
-            float(np.percentile(accelerations[places[1:] == place], PERCENTILE) / CONTROL_STEP_S**2)
+            float(
+                np.percentile(accelerations[places[1:] == place], PERCENTILE) / CONTROL_PERIOD_S**2
+            )
             for place in ("joint", "inside")
         )
         return at, inside

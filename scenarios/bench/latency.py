@@ -16,12 +16,12 @@ from threading import Thread
 import numpy as np
 from rich.table import Table
 
-from controller.action import CONTROL_STEP_S
 from scenarios.episode import Episode, Step, begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import interpreter
 from scenarios.recording.snapshot import Snapshot
 from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 FIRST_S, EVERY_S = 1.0, 0.7  # of simulated time: moments at which somebody speaks
 WITHIN_STEPS = 15
@@ -71,7 +71,7 @@ def measured(config: EpisodeConfig) -> Iterator[Wait]:
     while (step := next(_until(episode, due_s), None)) is not None:
         moment, due_s = Snapshot(episode), step.time_s + EVERY_S
         commands = [s.command.joints for s in islice(moment.again().steps(), WITHIN_STEPS)]
-        yield _wait(moment.again(), commands, next(texts), chance.uniform(0.0, CONTROL_STEP_S))
+        yield _wait(moment.again(), commands, next(texts), chance.uniform(0.0, CONTROL_PERIOD_S))
         episode = moment.again()
 
 
@@ -106,7 +106,7 @@ def _paced(steps: Iterator[Step]) -> Iterator[Step]:
     due_s = time.perf_counter()
     for step in steps:
         yield step
-        due_s += CONTROL_STEP_S
+        due_s += CONTROL_PERIOD_S
         time.sleep(max(due_s - time.perf_counter(), 0.0))
 
 

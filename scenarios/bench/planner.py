@@ -13,7 +13,7 @@ from rich.table import Table
 from controller.dataset.rollouts import rollouts
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
 from planner.learned.network import PlannerNetwork
-from planner.learned.rollout import Rollout, Rollouts
+from planner.learned.rollout import EVERY, Rollout, Rollouts
 from planner.learned.scoring import PlannerScore, score
 from planner.learning.checkpoint import CheckpointError, chosen
 from scenarios.files.errors import BadInputError
@@ -63,7 +63,7 @@ def _table(found: PlannerScore, times_ms: np.ndarray, n: int) -> Table:
 def _times_ms(network: PlannerNetwork, rollout: Rollout) -> np.ndarray:
     data = Rollouts([rollout], network.config.history)
     one = torch.ones(1, dtype=torch.int64)
-    moments, times_ms = data.moments((len(data) - 1) * one, 30 * one, one), []
+    moments, times_ms = data.moments((len(data) - 1) * one, EVERY * one, one), []
     with torch.inference_mode():
         for _ in range(REPEATS):
             start_s = perf_counter()

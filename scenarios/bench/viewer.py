@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from controller.action import CONTROL_STEP_S
 from scenarios.bench.latency import CHANGED
 from scenarios.episode import Episode, begin
 from scenarios.files.errors import BadInputError
@@ -31,6 +30,7 @@ from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from scenarios.viewer.session_state import SessionState
 from scenarios.viewer.watcher import Watcher
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser  # pyright: ignore[reportMissingImports]
@@ -84,7 +84,7 @@ def _speed(desk: SessionState) -> float:
     start_s = time.perf_counter()
     for _ in islice(steps, STEPS):
         pass
-    return STEPS * CONTROL_STEP_S / (time.perf_counter() - start_s)
+    return STEPS * CONTROL_PERIOD_S / (time.perf_counter() - start_s)
 
 
 def _steps(desk: SessionState, episode: Episode) -> Iterator[np.ndarray]:

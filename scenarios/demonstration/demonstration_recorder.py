@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between
@@ -16,10 +15,11 @@ from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.episode import Step, rig_in
 from scenarios.loop.results import EpisodeResult
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
-PAUSE_STEPS = round(JAW_TIME_S / CONTROL_STEP_S)  # the expert opens jaws that are open already
+PAUSE_STEPS = round(JAW_TIME_S / CONTROL_PERIOD_S)  # the expert opens jaws that are open already
 _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
@@ -65,7 +65,7 @@ class DemonstrationRecorder:
         return {
             "observation.state": np.stack([f["seen"].vector() for f in frames]),
             "action": np.stack([f["action"] for f in frames]).astype(np.float32),
-            "timestamp": (numbers * CONTROL_STEP_S).astype(np.float32),
+            "timestamp": (numbers * CONTROL_PERIOD_S).astype(np.float32),
             "frame_index": numbers,
             "task_index": np.array([_TASK_INDEX[text] for text in heard]),
             "instruction": strings(heard),

@@ -11,11 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, ToolAction
+from controller.action import ToolAction
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.minimum_jerk import progress
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -83,4 +84,4 @@ def _room(world: World, arm: int) -> float:
 
 
 def _steps(time_s: float) -> int:
-    return round(time_s / CONTROL_STEP_S)
+    return round(time_s / CONTROL_PERIOD_S)

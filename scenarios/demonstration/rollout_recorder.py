@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S
 from controller.expert import ControllerExpert
 from controller.expert.motion import CHUNK_STEPS
 from planner.instruction import Instruction
@@ -21,6 +20,7 @@ from scenarios.demonstration.demonstration_recorder import PAUSE_STEPS, Demonstr
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.episode import Step
 from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
@@ -64,7 +64,7 @@ def _coming_seconds(
     """
     expert, jaw_rad = ControllerExpert(world), world.target[:, 6]
     tips_m, jaws_rad = [np.zeros((2, 3))], [jaw_rad]
-    for ahead_s in np.arange(0, PAUSE_STEPS + WINDOW_STEPS, CHUNK_STEPS) * CONTROL_STEP_S:
+    for ahead_s in np.arange(0, PAUSE_STEPS + WINDOW_STEPS, CHUNK_STEPS) * CONTROL_PERIOD_S:
         chunk = expert.act(replace(seen, time_s=seen.time_s + ahead_s), said)
         tips_m.append(tips_m[-1] + np.sum([a.move_endoscope_m for a in chunk], axis=0))
         jaws_rad.append(chunk[-1].jaw_rad)

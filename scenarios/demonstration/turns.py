@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, Chunk
+from controller.action import Chunk
 from controller.base import Controller
 from planner.instruction import Instruction, Task
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
 LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # a turn
@@ -54,7 +55,7 @@ class ControllerTakingTurns:
         self.expert_acts = not self.expert_acts
         self._acting.reset()
         turn_s = self._rng.uniform(*(EXPERT_S if self.expert_acts else LEARNER_S))
-        self._steps_left = round(turn_s / CONTROL_STEP_S)
+        self._steps_left = round(turn_s / CONTROL_PERIOD_S)
 
 
 def expert_acts(controller: Controller) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from controller.action import CONTROL_STEP_S
 from planner.task import TASKS
 from scenarios.evaluation.published import PublishedTask
 from scenarios.loop.results import EpisodeResult, TaskResult
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 RIGHT = 1  # the arm that clips and cuts
 
@@ -84,7 +84,7 @@ def jerk_m(tasks: Sequence[TaskResult]) -> float | None:
     measured = [(t.jerk_m_s3[RIGHT], t.time_s) for t in tasks if t.jerk_m_s3]
     time_s = sum(weight for _, weight in measured)
     jerk_m_s3 = sum(jerk * weight for jerk, weight in measured)
-    return jerk_m_s3 / time_s * CONTROL_STEP_S**3 if time_s else None
+    return jerk_m_s3 / time_s * CONTROL_PERIOD_S**3 if time_s else None
 
 
 def mean(values: Iterable[float | None]) -> float | None:

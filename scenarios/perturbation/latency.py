@@ -6,10 +6,11 @@ from collections import deque
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, ToolAction, hold
+from controller.action import ToolAction, hold
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.world import World
 
 
@@ -28,7 +29,7 @@ class Latency(Effect):
             self.note(world.record.time_s)
 
     def on_action(self, action: ToolAction, world: World) -> ToolAction:
-        now = round(world.record.time_s / CONTROL_STEP_S)
+        now = round(world.record.time_s / CONTROL_PERIOD_S)
         if not self.applied:
             return action
         self._sent.append((now, action))

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, ToolAction, hold
+from controller.action import ToolAction, hold
 from controller.expert.motion import JAW_SPEED_RAD_S
 from controller.expert.skills import GRASP_OPEN_RAD, GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
@@ -29,6 +29,7 @@ from scenarios.perturbation.minimum_jerk import between, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -201,7 +202,7 @@ def _pinch_n(world: World) -> float:
 
 
 def _nearer(jaw_rad: float, goal_rad: float) -> float:
-    most = JAW_SPEED_RAD_S * CONTROL_STEP_S
+    most = JAW_SPEED_RAD_S * CONTROL_PERIOD_S
     return jaw_rad + float(np.clip(goal_rad - jaw_rad, -most, most))
 
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S
 from tissue_sim.frames import Array, exponential, pose, rotation_vector
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 PEAK_SPEED_M_S = 0.040
 PEAK_TURN_RAD_S = 1.2
@@ -34,6 +34,6 @@ def minimum_jerk(T_start: Array, T_end: Array) -> Iterator[Array]:
     length = np.linalg.norm(T_end[:3, 3] - T_start[:3, 3])
     turn = np.linalg.norm(rotation_vector(T_start[:3, :3].T @ T_end[:3, :3]))
     least_s = PEAK * max(length / PEAK_SPEED_M_S, turn / PEAK_TURN_RAD_S)
-    steps = max(1, int(np.ceil(least_s / CONTROL_STEP_S)))
+    steps = max(1, int(np.ceil(least_s / CONTROL_PERIOD_S)))
     for share in progress(np.linspace(0.0, 1.0, steps + 1)[1:]):
         yield between(T_start, T_end, float(share))

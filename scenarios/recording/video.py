@@ -6,8 +6,7 @@ from types import TracebackType
 from typing import Any, ClassVar, Self
 
 from scenarios.loop.results import EpisodeResult
-
-FRAME_RATE_HZ = 30  # that of the control steps, so that the video runs in simulated time
+from tissue_sim.periods import CONTROL_HZ
 
 
 @dataclass(kw_only=True)
@@ -27,7 +26,7 @@ class VideoWriter:
 
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._frames = imageio.get_writer(
-            self._partial, fps=FRAME_RATE_HZ, codec="libx264", macro_block_size=2
+            self._partial, fps=CONTROL_HZ, codec="libx264", macro_block_size=2
         )
         return self
 

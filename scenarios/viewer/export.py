@@ -8,9 +8,9 @@ from io import StringIO
 
 import viser
 
-from controller.action import CONTROL_STEP_S
 from scenarios.viewer.recording_frames import RecordingFrames
 from scenarios.viewer.replay_page import LABEL_M, stage
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 EVERY = 6  # steps a frame: 5 a second
 
@@ -26,7 +26,7 @@ def export(reel: RecordingFrames, tell: Callable[[float], None]) -> str:
         for frame in reel.run():
             label.text = f"{frame.time_s:.1f} s  {reel.instruction(frame.time_s)}"
             scene.draw(frame)
-            serializer.insert_sleep(EVERY * CONTROL_STEP_S)
+            serializer.insert_sleep(EVERY * CONTROL_PERIOD_S)
             tell(frame.time_s)
         return serializer.as_html(dark_mode=True)
     finally:

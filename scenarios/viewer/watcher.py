@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.action import CONTROL_STEP_S
 from scenarios.loop.results import EpisodeResult
 from scenarios.viewer.event_log import EventLog, Story
 from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 if TYPE_CHECKING:
     from scenarios.episode import Step
@@ -67,7 +67,7 @@ class Watcher:
         self._step = step
         with self._lock:
             self._chronicle.note(step)
-        self._pace.wait(CONTROL_STEP_S, self._serve)
+        self._pace.wait(CONTROL_PERIOD_S, self._serve)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Notes what it came to, an error included."""

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.action import CONTROL_STEP_S
 from controller.expert.motion import (
     JAW_SPEED_RAD_S,
     TURN_SPEED_RAD_S,
@@ -15,6 +14,7 @@ from controller.expert.motion import (
 )
 from tissue_sim.frames import exponential, pose, rotation_from_6d, rotation_vector
 from tissue_sim.patient.axes import endoscope_pose
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 R_WORLD_ENDOSCOPE = endoscope_pose(0.6, 0.08, 0.09)[:3, :3]
@@ -58,11 +58,11 @@ def test_no_step_is_faster_than_the_limits(rng):
     start, jaw = np.stack([random_pose(rng), random_pose(rng)]), rng.uniform(-0.3, 1, 2)
     poses, jaws = travel(goals, start, jaw, steps=60)
     steps_m = np.linalg.norm(np.diff(poses[:, :, :3, 3], axis=0), axis=-1)
-    assert steps_m.max() <= SPEED_M_S * CONTROL_STEP_S + ROUNDING
+    assert steps_m.max() <= SPEED_M_S * CONTROL_PERIOD_S + ROUNDING
     turns = np.swapaxes(poses[:-1, :, :3, :3], -1, -2) @ poses[1:, :, :3, :3]
     angles = [np.linalg.norm(rotation_vector(R)) for R in turns.reshape(-1, 3, 3)]
-    assert max(angles) <= TURN_SPEED_RAD_S * CONTROL_STEP_S + ROUNDING
-    assert np.abs(np.diff(jaws, axis=0)).max() <= JAW_SPEED_RAD_S * CONTROL_STEP_S + ROUNDING
+    assert max(angles) <= TURN_SPEED_RAD_S * CONTROL_PERIOD_S + ROUNDING
+    assert np.abs(np.diff(jaws, axis=0)).max() <= JAW_SPEED_RAD_S * CONTROL_PERIOD_S + ROUNDING
 
 
 @settings(max_examples=30)
@@ -74,7 +74,7 @@ def test_the_goal_is_reached_in_a_straight_line(rng):
     at_speed = max(far_m / SPEED_M_S, far_rad / TURN_SPEED_RAD_S, 0.7 / JAW_SPEED_RAD_S)
     gently = 60  # each of the last steps leaves 65 %: 0.65^60 of a step is nothing
     poses, jaws = travel(
-        goals, start, np.zeros(2), steps=int(at_speed / CONTROL_STEP_S) + 1 + gently
+        goals, start, np.zeros(2), steps=int(at_speed / CONTROL_PERIOD_S) + 1 + gently
     )
     off_m, off_rad = distance(poses[-1, RIGHT_ARM], goal)
     assert off_m < 1e-9

@@ -9,10 +9,10 @@ from planner.correction import CORRECTIONS, opposite
 from planner.instruction import HOLD, TASKS, Instruction
 from planner.override import HOLD_S, STOP_WINS_S, PlannerOverridden
 from tests.planner.seen import clipped
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 HIGHER = COMMANDS["move right arm higher"]
 LEFT = COMMANDS["move right arm to the left"]
-STEP_S = 1 / 30
 
 
 class PlannerCounting:
@@ -47,8 +47,8 @@ def test_a_persons_instruction_comes_first_for_5_seconds_and_no_step_longer(plan
     given_s = 7.0
     before = planner.in_force(given_s)
     say(planner, HIGHER.text, given_s)
-    lasting = round(HOLD_S / STEP_S)
-    said = [planner.in_force(given_s + k * STEP_S) for k in range(lasting + 30)]
+    lasting = round(HOLD_S / CONTROL_PERIOD_S)
+    said = [planner.in_force(given_s + k * CONTROL_PERIOD_S) for k in range(lasting + 30)]
     assert [s.source for s in said] == ["human"] * lasting + ["planner"] * 30
     assert {s.correction for s in said[:lasting]} == {HIGHER.correction}
     assert {s.time_s for s in said[:lasting]} == {given_s}

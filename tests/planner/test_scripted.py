@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS
-from planner.scripted import PATIENCE_S, PlannerScripted
+from planner.scripted import PlannerScripted
 from scenarios.catalogue import SCENARIOS
 from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig

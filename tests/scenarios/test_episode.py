@@ -14,11 +14,12 @@ import pytest
 
 from controller.action import hold
 from controller.idle import ControllerIdle
+from planner.base import PLANNING_PERIOD_S
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.scripted import PlannerScripted
 from scenarios.catalogue import CONTROLLERS
-from scenarios.episode import PLAN_PERIOD_S, Episode, begin, result_of, rig_in, run_episode
+from scenarios.episode import Episode, begin, result_of, rig_in, run_episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
@@ -26,6 +27,7 @@ from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clip import lose
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
@@ -35,8 +37,7 @@ from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
 SEED = 10_004
-CONTROL_STEP_S = 1 / 30
-ONE_STEP = 1.01 * CONTROL_STEP_S
+ONE_STEP = 1.01 * CONTROL_PERIOD_S
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 LONG_CHUNK = 45  # longer than the planner's period of 30 steps
 
@@ -67,14 +68,14 @@ def test_exchange_time_is_counted_apart(procedure):
     exchanging = sum(step.exchange for step in steps)
     n_exchanges = 3 + 1 + 3  # a tube: two clips reloaded, scissors; between them the applier
     assert result.exchange_time_s == pytest.approx(n_exchanges * 2 * EXCHANGE_S)
-    assert result.exchange_time_s == pytest.approx(exchanging * CONTROL_STEP_S)
-    assert result.procedure_time_s == pytest.approx((len(steps) - exchanging) * CONTROL_STEP_S)
+    assert result.exchange_time_s == pytest.approx(exchanging * CONTROL_PERIOD_S)
+    assert result.procedure_time_s == pytest.approx((len(steps) - exchanging) * CONTROL_PERIOD_S)
     assert result.procedure_time_s == pytest.approx(sum(task.time_s for task in result.tasks))
 
 
 def test_observers_see_every_control_step_once(procedure):
     time_s = [step.time_s for step in procedure.steps]
-    np.testing.assert_allclose(time_s, CONTROL_STEP_S * np.arange(1, len(time_s) + 1))
+    np.testing.assert_allclose(time_s, CONTROL_PERIOD_S * np.arange(1, len(time_s) + 1))
     np.testing.assert_array_equal(procedure.recording.arrays["time_s"], time_s)
 
 
@@ -283,7 +284,7 @@ def test_a_new_instruction_drops_the_running_chunk_at_once():
     second = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
     controller = ControllerCounts()
     episode = episode_of(PlannerSays(first, second), controller)
-    period = round(PLAN_PERIOD_S / CONTROL_STEP_S)
+    period = round(PLANNING_PERIOD_S / CONTROL_PERIOD_S)
     assert chunks(islice(episode.steps(), period + 5)) == [(1, period), (2, 5)]
     assert controller.heard == [first.text, second.text]
 
@@ -304,7 +305,7 @@ def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word(
     episode = begin(EpisodeConfig(seed=SEED))
     episode.planner = PlannerSays(*3 * [clip], back, back_again)
     left_undone = False
-    for step in islice(episode.steps(), round(10.0 / CONTROL_STEP_S)):
+    for step in islice(episode.steps(), round(10.0 / CONTROL_PERIOD_S)):
         if step.instruction.task == back_again.task:
             left_undone |= not episode.tasks[back.task.index].success
             if step.outcome.task_done:
@@ -317,13 +318,16 @@ def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     clip, cut = Instruction(task=TASKS[1]), Instruction(task=TASKS[7])
     controller = ControllerCounts()
     episode = episode_of(PlannerSays(clip, cut), controller)
-    period, exchange = round(PLAN_PERIOD_S / CONTROL_STEP_S), round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    period, exchange = (
+        round(PLANNING_PERIOD_S / CONTROL_PERIOD_S),
+        round(2 * EXCHANGE_S / CONTROL_PERIOD_S),
+    )
     steps = list(islice(episode.steps(), period + exchange + 5))
     assert chunks(steps) == [(1, period), (0, exchange), (2, 5)]
     assert controller.resets == 1
     assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
     assert 1 not in episode.tasks  # and a cut's time is without the exchange
-    assert episode.tasks[8].time_s == pytest.approx(5 * CONTROL_STEP_S)
+    assert episode.tasks[8].time_s == pytest.approx(5 * CONTROL_PERIOD_S)
 
 
 def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
@@ -332,7 +336,7 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     steps = episode.steps()
     before = list(islice(steps, 10))
     episode.world.record = replace(episode.world.record, clip_loaded=False)  # it fell out
-    exchange = round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     after = list(islice(steps, exchange + 5))
     assert chunks([*before, *after]) == [(1, 10), (0, exchange), (2, 5)]
     assert controller.resets == 1
@@ -348,7 +352,7 @@ def test_from_scissors_the_applier_comes_with_its_wrist_as_far_as_that_turns():
     for _ in range(20):
         world.step(JointCommand(joints=joints), intended=None)
     episode.driver.attach(rig_in(world), joints)
-    exchange = round(2 * EXCHANGE_S / CONTROL_STEP_S)
+    exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     steps = list(islice(episode.steps(), exchange + 5))
     assert [step.exchange for step in steps] == [True] * exchange + [False] * 5
     limit = joint_limits(INSTRUMENTS["clip_applier"])[5, 1]

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S
 from controller.links import tool_jacobian
 from controller.safety.limits.joint_speed import JOINT_SPEED
 from controller.safety.obstacles import (
@@ -22,6 +21,7 @@ from controller.safety.obstacles import (
     Surroundings,
 )
 from tissue_sim.frames import Array, unit
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits
@@ -90,7 +90,7 @@ def restless(field: AttackTargets, start: Array, rng: np.random.Generator) -> At
 
     def ask(joints: Array) -> Array:
         rate[:] = 0.8 * rate + rng.normal(size=(2, 7)) * JOINT_SPEED
-        return joints + CONTROL_STEP_S * rate
+        return joints + CONTROL_PERIOD_S * rate
 
     return ask
 
@@ -118,7 +118,7 @@ def at_joint_limits(field: AttackTargets, start: Array, rng: np.random.Generator
     lower, upper = np.moveaxis(field.joint_ranges, -1, 0)
     goal = np.where(rng.random((2, 7)) < 0.5, lower, upper)
     goal += np.sign(goal - 0.5 * (lower + upper)) * BEYOND * (upper - lower)
-    most = CONTROL_STEP_S * HASTE * rng.uniform(0.1, 1.0) * JOINT_SPEED
+    most = CONTROL_PERIOD_S * HASTE * rng.uniform(0.1, 1.0) * JOINT_SPEED
     return lambda joints: joints + np.clip(goal - joints, -most, most)
 
 
@@ -161,7 +161,7 @@ def _through(
     """Each tip in a straight line through its point (2, 3), at a drawn, steady speed."""
     tips = np.stack([field.tip_m(arm, start[arm]) for arm in ARMS])
     speed_m_s = np.exp(rng.uniform(*np.log(SPEED_M_S), size=(2, 1)))
-    moves_m = CONTROL_STEP_S * speed_m_s * unit(points_m - tips)
+    moves_m = CONTROL_PERIOD_S * speed_m_s * unit(points_m - tips)
     return lambda joints: (
         joints + np.stack([field.straight(a, joints[a], moves_m[a]) for a in ARMS])
     )

@@ -12,7 +12,6 @@ from itertools import islice
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S
 from controller.expert.targets import clip_pose, cut_pose, grasp_pose
 from planner.command import COMMANDS
 from planner.criteria import structure_of, task_done
@@ -23,6 +22,7 @@ from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.snapshot import Snapshot
 from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -106,14 +106,14 @@ def _course(episode: Episode, task: Task, correction: str) -> Course:
     world, steps = episode.world, episode.steps()
     start_s, n_injuries = world.record.time_s, len(world.record.injuries)
     off_m, done_s = np.nan, None
-    for n, step in enumerate(islice(steps, round(WITHIN_S / CONTROL_STEP_S)), start=1):
-        if correction and n == round(SAID_S / CONTROL_STEP_S):
+    for n, step in enumerate(islice(steps, round(WITHIN_S / CONTROL_PERIOD_S)), start=1):
+        if correction and n == round(SAID_S / CONTROL_PERIOD_S):
             episode.inbox.press(COMMANDS["resume"])
-        if n == round(LOOK_S / CONTROL_STEP_S):
+        if n == round(LOOK_S / CONTROL_PERIOD_S):
             off_m = float(np.linalg.norm(wanted_motion(task, world)[0]))
         if done_s is None and task_done(task, world):
             done_s = step.time_s - start_s
-        if done_s is not None and n * CONTROL_STEP_S >= LOOK_S:
+        if done_s is not None and n * CONTROL_PERIOD_S >= LOOK_S:
             break
     return Course(off_m=off_m, done_s=done_s, injuries=len(world.record.injuries) - n_injuries)
 

@@ -25,8 +25,8 @@ from tissue_sim.patient.axes import UP
 from tissue_sim.patient.material import DENSITY_KG_M3, TIE_STIFFNESS, lame_of
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ, build_organ
+from tissue_sim.periods import CONTROL_PERIOD_S
 
-CONTROL_STEP_S = 1.0 / 30.0
 RETRACTION_M = 0.020
 DRAWN_STEPS = 30  # control steps, then it is held
 GRASPED_RINGS = slice(2, 5)  # of the infundibulum
@@ -115,7 +115,7 @@ def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
         strength_n=np.inf,
     )
     tissue.rewire(0)
-    substeps = round(CONTROL_STEP_S / config.step_s)
+    substeps = round(CONTROL_PERIOD_S / config.step_s)
 
     def step(before_m: float, after_m: float) -> None:
         for drawn_m in np.linspace(before_m, after_m, substeps + 1)[1:]:
@@ -138,7 +138,7 @@ def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
     model = _newton_model(body)
     solver = SolverVBD(model, iterations=iterations, particle_enable_tile_solve=False)
     begun, now, after = model.state(), model.state(), model.state()
-    control, dt_s = model.control(), CONTROL_STEP_S / substeps
+    control, dt_s = model.control(), CONTROL_PERIOD_S / substeps
     device = model.device
     drawn = wp.array(body.drawn, dtype=int, device=device)
     motion = wp.zeros(2, dtype=wp.vec3, device=device)

@@ -12,11 +12,12 @@ from itertools import zip_longest
 
 import numpy as np
 
-from controller.action import CONTROL_STEP_S, ToolAction
+from controller.action import ToolAction
 from controller.driver import Driver, rig_of
 from tissue_sim.frames import Array, exponential, rotation_to_6d, unit
 from tissue_sim.patient.axes import AWAY, RIGHT
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, JointCommand
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
@@ -69,7 +70,7 @@ class StormArm:
     def go(self, target_world_m: Array, jaw_rad: float) -> Iterator[Motion]:
         """A straight line at a drawn, steady speed."""
         way = target_world_m - self.T_world_tool[:3, 3]
-        steps = max(1, int(np.ceil(np.linalg.norm(way) / (self.speed_m_s() * CONTROL_STEP_S))))
+        steps = max(1, int(np.ceil(np.linalg.norm(way) / (self.speed_m_s() * CONTROL_PERIOD_S))))
         for _ in range(steps):
             yield Motion(move_world_m=way / steps, turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)
 
@@ -115,8 +116,8 @@ def walk(arm: StormArm) -> Iterator[Motion]:
         spin = 0.8 * spin + arm.rng.normal(0.0, 0.5 * MAX_TURN_RAD_S, 3)
         jaw = float(np.clip(jaw + arm.rng.normal(0.0, 0.15), SHUT_RAD, 2 * OPEN_RAD))
         yield Motion(
-            move_world_m=_at_most(velocity, MAX_SPEED_M_S) * CONTROL_STEP_S,
-            turn_tool_rad=_at_most(spin, MAX_TURN_RAD_S) * CONTROL_STEP_S,
+            move_world_m=_at_most(velocity, MAX_SPEED_M_S) * CONTROL_PERIOD_S,
+            turn_tool_rad=_at_most(spin, MAX_TURN_RAD_S) * CONTROL_PERIOD_S,
             jaw_rad=jaw,
         )
 

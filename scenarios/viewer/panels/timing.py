@@ -6,8 +6,8 @@ from html import escape
 
 import viser
 
-from controller.action import CONTROL_STEP_S
 from scenarios.viewer.session_state import Asks, State
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 
 class TimingPanel:
@@ -22,8 +22,8 @@ class TimingPanel:
         story = state.story
         rows = "".join(_row(name, spent) for name, spent in sorted(story.spent_s.items()))
         whole_s = sum(story.spent_s.values())
-        speed = f"; {CONTROL_STEP_S / whole_s:.1f} × real time at most" if whole_s > 0 else ""
-        note = f'<span class="dim">of {1e3 * CONTROL_STEP_S:.1f} ms a control step{speed}</span>'
+        speed = f"; {CONTROL_PERIOD_S / whole_s:.1f} × real time at most" if whole_s > 0 else ""
+        note = f'<span class="dim">of {1e3 * CONTROL_PERIOD_S:.1f} ms a control step{speed}</span>'
         table = f"<table>{rows}{_row('all', whole_s)}</table>"
         self._table.content = f'<div class="calot">{table}{note}</div>'
 

@@ -3,7 +3,6 @@
 import pytest
 import torch
 
-from controller.action import CONTROL_STEP_S
 from controller.diffusion.chunk_frame import JAWS
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import (
@@ -19,6 +18,7 @@ from controller.diffusion.displacement import (
 from controller.diffusion.windows import Batch, Windows
 from controller.expert.motion import JAW_SPEED_RAD_S
 from tests.controller.diffusion.demonstrated import demonstration
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
 HORIZON = 40
@@ -92,7 +92,7 @@ def test_nothing_else_is_changed_and_what_is_seen_remains_as_it_was(seen, moved)
 
 
 WIDE_RAD = 0.8
-SLOW_RAD = CONTROL_STEP_S * JAW_SPEED_RAD_S
+SLOW_RAD = CONTROL_PERIOD_S * JAW_SPEED_RAD_S
 
 
 @pytest.fixture(scope="module")

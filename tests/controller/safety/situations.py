@@ -10,9 +10,9 @@ from controller.safety.geometry.link_cores import N_LINK, link_cores
 from controller.safety.situation import Situation
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.instruments import PATCH_LINKS
 
-STEP_S = 1.0 / 30.0
 GRAB = Instruction(task=TASKS[0])
 
 
@@ -45,7 +45,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
     """At rest at home, nothing near, nothing felt, unless it is said otherwise."""
     near = pairs(*near)
     usual = {
-        "step_s": STEP_S,
+        "step_s": CONTROL_PERIOD_S,
         "instruments": TOOLS,
         "start": start,
         "rate": np.zeros((2, 7)),

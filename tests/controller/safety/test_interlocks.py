@@ -13,7 +13,8 @@ from controller.safety.interlocks import (
 )
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
-from tests.controller.safety.situations import DUCT, STEP_S, keeps, situation
+from tests.controller.safety.situations import DUCT, keeps, situation
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 CLOSES, OPENS = -0.1 * np.eye(N_MOTION)[13], 0.1 * np.eye(N_MOTION)[13]
@@ -78,7 +79,7 @@ def test_on_the_way_back_jaws_close_on_nothing():
 )
 def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m, slow):
     asked = HOME.copy()
-    asked[:, 2] += 2.0 * SLOW_M_S * STEP_S
+    asked[:, 2] += 2.0 * SLOW_M_S * CONTROL_PERIOD_S
     seen = situation(asked=asked, near=[(distance_m, 0, "finger_plus", obstacle)])
     bounds = SlowNearCommonDuct().bounds(seen)
     left, right = (np.where(np.arange(N_MOTION) // 7 == arm, seen.motion, 0.0) for arm in (0, 1))

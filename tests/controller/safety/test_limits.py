@@ -24,7 +24,8 @@ from controller.safety.limits.remote_centre import INSIDE_M, MAX_OFFSET_M, Remot
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, TipSpeed
 from controller.safety.limits.tissue_force import SHARE, TissueForce
 from tests.controller.safety.field import HOME, TOOLS
-from tests.controller.safety.situations import DUCT, NOTHING, STEP_S, keeps, situation
+from tests.controller.safety.situations import DUCT, NOTHING, keeps, situation
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
@@ -65,13 +66,13 @@ def test_a_joint_beyond_its_range_may_stay_or_come_back():
 
 
 def test_joints_are_as_fast_as_they_may_be_whatever_the_step():
-    for step_s in (STEP_S, 0.5 * STEP_S):
+    for step_s in (CONTROL_PERIOD_S, 0.5 * CONTROL_PERIOD_S):
         bounds = JointSpeed().bounds(situation(step_s=step_s))
         np.testing.assert_allclose(bounds.upper / step_s, np.tile(JOINT_SPEED, 2))
         np.testing.assert_allclose(bounds.lower, -bounds.upper)
 
 
-@pytest.mark.parametrize("step_s", [STEP_S, 0.5 * STEP_S, RISE_S / 100])
+@pytest.mark.parametrize("step_s", [CONTROL_PERIOD_S, 0.5 * CONTROL_PERIOD_S, RISE_S / 100])
 def test_a_joint_gains_speed_by_time_and_not_by_steps(step_s):
     rate = np.zeros((2, 7))
     for _ in range(round(RISE_S / step_s)):
@@ -86,8 +87,9 @@ def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
     rate = rng.uniform(-1, 1, (2, 7)) * JOINT_SPEED
     bounds = Acceleration().bounds(situation(rate=rate))
     for share in (0.0, 0.5, 1.0):
-        assert keeps(bounds, share * STEP_S * rate.ravel())
-    reversal = -STEP_S * rate.ravel() - np.sign(rate.ravel()) * STEP_S * np.tile(JOINT_SPEED, 2)
+        assert keeps(bounds, share * CONTROL_PERIOD_S * rate.ravel())
+    speed = np.tile(JOINT_SPEED, 2)
+    reversal = -CONTROL_PERIOD_S * (rate.ravel() + np.sign(rate.ravel()) * speed)
     assert (bounds.excess(reversal) > 0).all()
 
 
@@ -97,14 +99,14 @@ def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go
     seen = situation(asked=asked)
     bounds = TipSpeed().bounds(seen)
     lengths = np.linalg.norm(np.einsum("aij,aj->ai", seen.arms.tip_jacobian, asked - HOME), axis=1)
-    share = TIP_SPEED_M_S * STEP_S / lengths.max()
+    share = TIP_SPEED_M_S * CONTROL_PERIOD_S / lengths.max()
     assert keeps(bounds, share * (1 - 1e-9) * seen.motion)
     assert not keeps(bounds, share * (1 + 1e-6) * seen.motion)
     any_motion = rng.normal(size=N_MOTION)
     room = bounds.upper / np.abs(bounds.rows @ any_motion)
     kept = (room.min() * any_motion).reshape(2, 7)
     moved_m = np.linalg.norm(np.einsum("aij,aj->ai", seen.arms.tip_jacobian, kept), axis=1)
-    assert moved_m.max() <= 1.01 * TIP_SPEED_M_S * STEP_S
+    assert moved_m.max() <= 1.01 * TIP_SPEED_M_S * CONTROL_PERIOD_S
 
 
 def test_an_arm_whose_shaft_is_beside_its_remote_centre_holds_and_the_other_does_not():
@@ -133,7 +135,7 @@ def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, part
     left_m = room_m
     for _ in range(30 * parts):
         near = [(MARGIN_M + left_m, RIGHT_ARM, "wrist", "liver")]
-        left_m += KeepOut().bounds(situation(near=near, step_s=STEP_S / parts)).lower[0]
+        left_m += KeepOut().bounds(situation(near=near, step_s=CONTROL_PERIOD_S / parts)).lower[0]
     assert left_m == pytest.approx(room_m * np.exp(-1.0 / TIME_CONSTANT_S), rel=1e-6)
 
 
@@ -146,7 +148,7 @@ def test_out_of_a_margin_it_goes_or_if_it_cannot_no_deeper(distance_m):
     for bounds in (firm, tube):
         np.testing.assert_array_equal(bounds.gives, [False, True])
         assert bounds.lower[0] == 0.0  # no deeper
-        assert 0.0 < bounds.lower[1] <= STEP_S * LEAVE_M_S
+        assert 0.0 < bounds.lower[1] <= CONTROL_PERIOD_S * LEAVE_M_S
     assert tube.lower[1] >= firm.lower[1]
 
 
@@ -154,7 +156,7 @@ def test_slow_is_what_touches_tissue_beside_a_tube_that_must_not_be_hit():
     touching = {"tool_force_n": np.array([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0]])}
     beside = [(0.9 * BESIDE_M, RIGHT_ARM, "wrist", "duct")]
     slow = SlowBesideTubes().bounds(situation(near=beside, **touching))
-    speed = np.abs(np.stack([slow.lower, slow.upper])) / STEP_S
+    speed = np.abs(np.stack([slow.lower, slow.upper])) / CONTROL_PERIOD_S
     np.testing.assert_allclose(speed[:, :7], np.tile(SHARE_BESIDE * JOINT_SPEED, (2, 1)))
     assert np.isinf(speed[:, 7:]).all()
     touching = {"tool_force_n": np.array([[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]])}

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollout
+from planner.learned.rollout import NOT_SAID, Rollout
+from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
-TASK_STEPS = 2 * STEPS_A_SECOND
+TASK_STEPS = 2 * CONTROL_HZ
 
 
 def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
@@ -20,7 +21,7 @@ def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
     task = np.repeat(np.arange(tasks), TASK_STEPS)
     n = len(task)
     states = rng.normal(scale=0.1, size=(n, VECTOR_SIZE)).astype(np.float32)
-    wanted = (task % 3 == 0) & (np.arange(n) % TASK_STEPS < STEPS_A_SECOND)
+    wanted = (task % 3 == 0) & (np.arange(n) % TASK_STEPS < CONTROL_HZ)
     seen = fields(states)
     for side in ("left_tube_m", "right_tube_m"):
         seen[side][:, 0] = seen[side][0, 0]

@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 import torch
 
+from planner.base import PATIENCE_S
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
-from planner.learned.planner import PATIENCE_S, STALE_S, SURE, PlannerLearned
-from planner.learned.rollout import NOT_SAID, STEPS_A_SECOND, Rollouts
+from planner.learned.planner import STALE_S, SURE, PlannerLearned
+from planner.learned.rollout import NOT_SAID, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
+from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
-ROWS = range(0, 10 * STEPS_A_SECOND, STEPS_A_SECOND)
+ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
 
 
 class Seen:
@@ -40,7 +42,7 @@ def network() -> PlannerNetwork:
 
 
 def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -> list:
-    return [planner.plan(Seen(states[row], start_s + row / STEPS_A_SECOND)) for row in ROWS]
+    return [planner.plan(Seen(states[row], start_s + row / CONTROL_HZ)) for row in ROWS]
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 1e4])
@@ -48,7 +50,7 @@ def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(netwo
     network = sharpened(network, sharpness)
     states = rollout(1).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
-    n = np.arange(len(states)) // STEPS_A_SECOND
+    n = np.arange(len(states)) // CONTROL_HZ
     numbers = {None: NOT_SAID} | {c: k for k, c in enumerate(CORRECTIONS)}
     corrected = [numbers[s.correction] for s in said]
     as_run = replace(

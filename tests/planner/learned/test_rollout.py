@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.rollout import IN_TIME_S, NOT_SAID, STEPS_A_SECOND, Rollout, Rollouts
+from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout, Rollouts
 from tests.planner.learned.rolled_out import TASK_STEPS, rollout
+from tissue_sim.periods import CONTROL_HZ
 
 HISTORY = 5
 TWO = Rollouts([rollout(0), rollout(1)], HISTORY)
@@ -43,41 +44,41 @@ def test_moments_are_of_the_same_episode_and_not_of_the_future(at, every, lag):
 def test_a_task_has_been_under_way_since_it_was_said():
     lag, at = 10, 3 * TASK_STEPS + 25
     moments = TWO.moments(of(at), of(30), of(lag))
-    assert moments.since_s[0, -1].item() == pytest.approx(25 / STEPS_A_SECOND)
+    assert moments.since_s[0, -1].item() == pytest.approx(25 / CONTROL_HZ)
 
 
 def with_tasks(task: list[int], *, success: bool = True) -> Rollout:
     """Each for four seconds."""
-    column = np.repeat(task, 4 * STEPS_A_SECOND)
+    column = np.repeat(task, 4 * CONTROL_HZ)
     made = replace(rollout(tasks=len(column) // TASK_STEPS), success=success)
     return replace(made, task=column, said=column)
 
 
 def test_progress_rises_from_none_to_all_within_a_task():
     labels = Rollouts([with_tasks([0, 1, 2])], HISTORY).steps.labels
-    once = np.arange(4 * STEPS_A_SECOND) / (4 * STEPS_A_SECOND)
+    once = np.arange(4 * CONTROL_HZ) / (4 * CONTROL_HZ)
     np.testing.assert_allclose(labels.progress, np.tile(once, 3), atol=1e-6)
 
 
 def test_a_task_fails_where_it_is_not_done_in_time_going_back_for_another_try_included():
     labels = Rollouts([with_tasks([1, 2, 1, 2, 1, 2, 3])], HISTORY).steps.labels
-    left_s = np.arange(20.0, 0.0, -1.0 / STEPS_A_SECOND)
-    of_the_clip = labels.fails[: 4 * STEPS_A_SECOND]
+    left_s = np.arange(20.0, 0.0, -1.0 / CONTROL_HZ)
+    of_the_clip = labels.fails[: 4 * CONTROL_HZ]
     np.testing.assert_array_equal(of_the_clip, (left_s >= IN_TIME_S)[: len(of_the_clip)])
-    assert not labels.fails[16 * STEPS_A_SECOND :].any()
+    assert not labels.fails[16 * CONTROL_HZ :].any()
 
 
 def test_what_an_episode_that_broke_off_would_have_come_to_is_not_known():
     labels = Rollouts([with_tasks([0, 1, 1, 1], success=False)], HISTORY).steps.labels
-    cut_off = round(IN_TIME_S * STEPS_A_SECOND) - 1
+    cut_off = round(IN_TIME_S * CONTROL_HZ) - 1
     assert labels.fails[-cut_off:].isnan().all()
-    assert (labels.fails[4 * STEPS_A_SECOND : -cut_off] == 1).all()
+    assert (labels.fails[4 * CONTROL_HZ : -cut_off] == 1).all()
 
 
 def test_changes_are_the_second_after_a_change_and_flags_where_a_correction_is_wanted():
     into = TWO.changes % ONE_LENGTH
-    assert (into % TASK_STEPS < STEPS_A_SECOND).all()
-    assert len(TWO.changes) == 2 * (N_TASKS - 1) * STEPS_A_SECOND
+    assert (into % TASK_STEPS < CONTROL_HZ).all()
+    assert len(TWO.changes) == 2 * (N_TASKS - 1) * CONTROL_HZ
     assert (TWO.steps.labels.correction[TWO.flagged] != NOT_SAID).all()
 
 

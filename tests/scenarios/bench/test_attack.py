@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from controller.action import CONTROL_STEP_S
 from controller.safety.ledger import Entry
 from scenarios.bench.safety import broken_lines, depth_tables
 from scenarios.bench.trials.attack import (
@@ -18,6 +17,7 @@ from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lo
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
+from tissue_sim.periods import CONTROL_PERIOD_S
 
 POINT = np.array([[0.01, -0.005, 0.0]])
 FIELD = AttackTargets(
@@ -51,7 +51,7 @@ def test_a_straight_attack_goes_at_its_point(kind):
         for arm in range(2):
             start, end = (FIELD.tip_m(arm, q[arm]) for q in joints)
             way, moved = POINT[0] - start, end - start
-            speed_m_s = np.linalg.norm(moved) / CONTROL_STEP_S
+            speed_m_s = np.linalg.norm(moved) / CONTROL_PERIOD_S
             assert 0.8 * SPEED_M_S[0] < speed_m_s < 1.2 * SPEED_M_S[1]
             cosine = way @ moved / np.linalg.norm(way) / np.linalg.norm(moved)
             assert cosine > 0.9  # to first order; steps are up to 50 mm

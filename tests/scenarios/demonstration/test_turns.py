@@ -5,12 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from controller.action import CONTROL_STEP_S, hold
+from controller.action import hold
 from planner.instruction import Instruction
 from planner.task import TASKS
 from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, LONG_S, ControllerTakingTurns
+from tissue_sim.periods import CONTROL_PERIOD_S
 
-LATE_S = 3 * CONTROL_STEP_S  # a chunk of the expert's is played to its end
+LATE_S = 3 * CONTROL_PERIOD_S  # a chunk of the expert's is played to its end
 
 
 class Counting:
@@ -40,7 +41,7 @@ class Played:
             steps = len(both.act(seen, said))
             own = int(both.expert_acts)
             assert (self.learner.acts, self.expert.acts) == (acts[0] + 1 - own, acts[1] + own)
-            now_s += steps * CONTROL_STEP_S
+            now_s += steps * CONTROL_PERIOD_S
             if not self.turns or self.turns[-1][0] != both.expert_acts:
                 self.turns.append([both.expert_acts, 0.0])
             self.turns[-1][1] = now_s

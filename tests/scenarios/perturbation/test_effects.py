@@ -22,7 +22,6 @@ from tissue_sim.outcome.predicates import gallbladder_held
 from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
 from tissue_sim.patient.axes import UP
 
-CONTROL_STEP_S = 1 / 30
 WAVES = "tests.scenarios.perturbation.waving_controller:ControllerWaves"
 FLOAT32_M = 2e-8
 

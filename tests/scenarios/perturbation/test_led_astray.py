@@ -12,10 +12,10 @@ from scenarios.perturbation.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
-CONTROL_STEP_S = 1 / 30
 COMMANDED_M = 1e-6  # where the arm is told to go
 REACHED_M = 1e-3  # where it is: the drives yield to the tissue
 RECOVERY = [
@@ -47,7 +47,7 @@ class Led:
             before_m = commanded_pose(self.world, self.arm)[:3, 3]
             self.world.step(self.episode.driver.drive(action))
             moved_m = commanded_pose(self.world, self.arm)[:3, 3] - before_m
-            self.speeds_m_s.append(np.linalg.norm(moved_m) / CONTROL_STEP_S)
+            self.speeds_m_s.append(np.linalg.norm(moved_m) / CONTROL_PERIOD_S)
             action = self.effect.lead(self.world, self.task)
 
     def between_the_jaws(self):
@@ -117,7 +117,7 @@ def test_minimum_jerk_ends_where_it_should_and_starts_and_stops_gently():
     end = pose(axis_angle(np.array([1.0, 2.0, 3.0]), 0.7), np.array([0.03, -0.02, 0.01]))
     poses = np.stack([np.eye(4), *minimum_jerk(np.eye(4), end)])
     np.testing.assert_allclose(poses[-1], end, atol=1e-12)
-    speeds = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / CONTROL_STEP_S
+    speeds = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / CONTROL_PERIOD_S
     assert PEAK_SPEED_M_S * 0.8 < speeds.max() <= PEAK_SPEED_M_S
     assert speeds[[0, -1]].max() < 0.1 * speeds.max()
     np.testing.assert_allclose(speeds, speeds[::-1], atol=1e-9)

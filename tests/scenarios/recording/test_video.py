@@ -4,7 +4,8 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 
-from scenarios.recording.video import FRAME_RATE_HZ, VideoWriter
+from scenarios.recording.video import VideoWriter
+from tissue_sim.periods import CONTROL_HZ
 
 
 class GreyingWorld:
@@ -38,7 +39,7 @@ def test_it_shows_the_reset_and_each_step_in_order(tmp_path):
 
 def test_it_runs_in_simulated_time(tmp_path):
     write(tmp_path / "view.mp4", steps=8)
-    assert imageio.get_reader(tmp_path / "view.mp4").get_meta_data()["fps"] == FRAME_RATE_HZ
+    assert imageio.get_reader(tmp_path / "view.mp4").get_meta_data()["fps"] == CONTROL_HZ
 
 
 def test_a_broken_off_episode_keeps_its_frames(tmp_path):

@@ -5,11 +5,11 @@ import pytest
 
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import UP
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LIVER, JointCommand
 from tissue_sim.world import World
 
 SEED = 7
-CONTROL_STEP_S = 1 / 30
 FLOAT32_M = 2e-8  # rounding of a position of 0.1 m, twice
 
 
@@ -57,7 +57,7 @@ def test_fixed_ends_have_the_velocity_at_which_they_move(world):
         moved = held(world)["fixed ends"] - before
         velocity = world.tissue.host("velocity")[0, : len(world.organ.fixed)][world.organ.fixed]
         np.testing.assert_allclose(
-            velocity, moved / CONTROL_STEP_S, atol=2 * FLOAT32_M / CONTROL_STEP_S
+            velocity, moved / CONTROL_PERIOD_S, atol=2 * FLOAT32_M / CONTROL_PERIOD_S
         )
     hold(world)
     hold(world)
