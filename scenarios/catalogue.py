@@ -62,7 +62,7 @@ ENDPOINT_PLANNERS = ("llm",)
 """Made from the environment; the others but the learned from the world, which these never see."""
 
 CONTROLLERS: dict[str, str] = {
-    "expert": "controller.expert:ControllerExpert",
+    "expert": "controller.expert.controller:ControllerExpert",
     "idle": "controller.idle:ControllerIdle",
     "diffusion": "controller.diffusion.controller:load_controller",
 }

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.expert import ControllerExpert
+from controller.expert.controller import ControllerExpert
 from controller.expert.motion import CHUNK_STEPS
 from planner.instruction import Instruction
 from planner.scripted import PlannerScripted

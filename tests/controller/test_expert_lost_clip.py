@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.expert import ControllerExpert
+from controller.expert.controller import ControllerExpert
 from planner.instruction import TASKS, Instruction
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand

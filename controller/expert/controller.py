@@ -1,0 +1,84 @@
+"""A controller that solves every task from the world's hidden state. Privileged.
+
+It makes the demonstrations and is the reference that a learned controller is held to.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from controller.action import Chunk
+from controller.expert.corrections import correcting
+from controller.expert.motion import Goal, chunk_towards
+from controller.expert.skills import Phase, lacks_clip, skill
+from planner.instruction import Instruction
+from planner.task import Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.world import World
+
+
+class ControllerExpert:
+    """Runs the skill of the instructed task, phase by phase; the idle arm keeps its hold.
+
+    A correction comes first; the skill begins anew after it.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._attempts: Counter[Task] = Counter()
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin the running task's skill anew; the jaws stay as commanded, by whomever."""
+        self._jaw_rad: Array = self._world.target[:, 6]
+        self._task: Task | None = None
+        self._lacks_clip = False
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """A tenth of a second of motion."""
+        if instruction.correction is not None:
+            self._interrupt()
+            goals = correcting(instruction.correction, self._world)
+        else:
+            goals = self._working(instruction.task, observation)
+        chunk = chunk_towards(
+            goals,
+            self._world.arms.T_world_tool(),
+            self._jaw_rad,
+            self._world.T_world_endoscope[:3, :3],
+            self._world.body.velocity_m_s,
+        )
+        self._jaw_rad = chunk[-1].jaw_rad
+        return chunk
+
+    def _working(self, task: Task, observation: Observation) -> tuple[Goal, Goal]:
+        if task != self._task or lacks_clip(task, self._world) != self._lacks_clip:
+            self._begin(task, observation)
+        if self._phase.done(self._world, observation.time_s - self._since_s):
+            self._enter(self._at + 1, observation)
+        goals = [Goal(), Goal()]
+        goals[self._phase.arm] = self._phase.goal(self._world, self._start)
+        return goals[LEFT_ARM], goals[RIGHT_ARM]
+
+    def _interrupt(self) -> None:
+        """The attempt under way has not failed: the next one is made in its manner."""
+        if self._task is not None:
+            self._attempts[self._task] -= 1
+            self._task = None
+
+    @property
+    def _phase(self) -> Phase:
+        return self._phases[self._at]
+
+    def _begin(self, task: Task, observation: Observation) -> None:
+        self._task, self._lacks_clip = task, lacks_clip(task, self._world)
+        self._phases = skill(task, self._world, self._attempts[task])
+        self._attempts[task] += 1
+        self._enter(0, observation)
+
+    def _enter(self, at: int, observation: Observation) -> None:
+        self._at = at
+        self._since_s = observation.time_s
+        self._start: Array = self._world.arms.T_world_tool()[self._phases[at].arm]
