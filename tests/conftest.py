@@ -1,6 +1,19 @@
 """Laws hold however slowly a machine tries them: speed belongs in benches."""
 
+import os
+from functools import partial
+
+import pytest
 from hypothesis import HealthCheck, settings
+
+from tests.made_once import MadeOnce, made_once
 
 settings.register_profile("laws", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("laws")
+
+
+@pytest.fixture(scope="session", name="made_once")
+def _made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
+    """Make something once for all workers of this test run."""
+    root = tmp_path_factory.getbasetemp()
+    return partial(made_once, root.parent if "PYTEST_XDIST_WORKER" in os.environ else root)

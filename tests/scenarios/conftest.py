@@ -5,12 +5,12 @@ import resource
 import pytest
 
 from scenarios.loop.episode_config import EpisodeConfig
-from tests.scenarios.procedures import Procedure, run
+from tests.scenarios.procedures import Procedure, run_once
 
 
 @pytest.fixture(scope="session")
-def procedure(tmp_path_factory) -> Procedure:
-    return run(EpisodeConfig(seed=10_004), tmp_path_factory.mktemp("procedure"))
+def procedure(made_once) -> Procedure:
+    return run_once(EpisodeConfig(seed=10_004), "procedure", made_once)
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,8 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
+from tests.made_once import MadeOnce
+from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.world import World
 
 
@@ -32,6 +34,7 @@ class Witness:
 class Procedure:
     result: EpisodeResult
     steps: list[Step]
+    file: Path
     recording: Recording
     world: World  # as it was in the end
 
@@ -39,6 +42,26 @@ class Procedure:
 def run(config: EpisodeConfig, out: Path) -> Procedure:
     witness = Witness()
     result = attempt_episode(config, out, [witness])
-    recording = load(out / "episodes" / f"{config.seed}.npz")
+    file = out / "episodes" / f"{config.seed}.npz"
     assert witness.world is not None
-    return Procedure(result=result, steps=witness.steps, recording=recording, world=witness.world)
+    return Procedure(
+        result=result,
+        steps=witness.steps,
+        file=file,
+        recording=load(file),
+        world=witness.world,
+    )
+
+
+def run_once(config: EpisodeConfig, name: str, made_once: MadeOnce) -> Procedure:
+    """Run an episode in one worker; the others take up its steps, its end and its record."""
+
+    def make(out):
+        ran = run(config, out)
+        return ran.result, ran.steps, ran.file, ran.world.state()
+
+    result, steps, file, state = made_once(name, make)
+    world = World()
+    world.reset(anatomy_from_seed(config.seed))
+    world.restore(state)
+    return Procedure(result=result, steps=steps, file=file, recording=load(file), world=world)

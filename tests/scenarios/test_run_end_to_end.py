@@ -34,17 +34,26 @@ CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
 }
 
 
-@pytest.fixture(scope="module")
-def out(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("run")
-
-
-@pytest.fixture(scope="module")
-def finished(out) -> subprocess.CompletedProcess[str]:
+def run(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
     words = ["run", "--seed", str(SEED), "--out", str(out)]
-    return subprocess.run(
+    return out, subprocess.run(
         [sys.executable, "-m", "scenarios.cli", *words], cwd=ROOT, capture_output=True, text=True
     )
+
+
+@pytest.fixture(scope="module")
+def ran(made_once) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    return made_once("run", run)
+
+
+@pytest.fixture(scope="module")
+def out(ran) -> Path:
+    return ran[0]
+
+
+@pytest.fixture(scope="module")
+def finished(ran) -> subprocess.CompletedProcess[str]:
+    return ran[1]
 
 
 @pytest.fixture(scope="module")

@@ -33,6 +33,7 @@ def idle(tmp_path_factory):
     return attempted(IDLE, tmp_path_factory.mktemp("idle"))
 
 
+@pytest.mark.slow
 def test_a_whole_procedure_comes_out_the_same(procedure, tmp_path):
     assert procedure.recording.result is not None
     assert first_difference(procedure.recording, repeat(procedure.recording, tmp_path)) is None
