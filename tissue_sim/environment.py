@@ -1,6 +1,6 @@
 """`Calot-Cholecystectomy-v1`: the world as a ManiSkill environment.
 
-The only file that knows ManiSkill. It adds no physics: a step is `World.step`.
+It is the only file that imports ManiSkill. It adds no physics: a step is `World.step`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import gymnasium as gym
-import mani_skill.envs  # noqa: F401  before its parts: they import each other
+import mani_skill.envs  # noqa: F401  first: its modules import each other
 import numpy as np
 import sapien
 import torch
@@ -46,10 +46,10 @@ from tissue_sim.world import World, WorldConfig
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
 MAX_EPISODE_STEPS = 9000  # five minutes
 SENSOR_PIXELS = 128
-TRAINING_SEEDS = 10_000  # what a reset without a seed draws from
+TRAINING_SEEDS = 10_000  # a reset without a seed draws from these
 CPU_BACKENDS = ("auto", "cpu", "physx_cpu")
 BLIND_MODES = ("state", "state_dict", "none")
-PASSING = ("gallbladder grasped",)  # a flag that the finished procedure need not show
+PASSING = ("gallbladder grasped",)  # need not hold any more when the procedure is finished
 
 
 @register_env(ENVIRONMENT_ID, max_episode_steps=MAX_EPISODE_STEPS)
@@ -57,9 +57,10 @@ class CholecystectomyEnv(BaseEnv):
     """Clip and cut the cystic duct and the cystic artery.
 
     Action: (14,) joint targets, left arm then right: yaw, pitch (rad), insertion (m), roll, wrist
-    pitch, wrist yaw, jaw (rad). Values beyond the limits are brought to the limit.
+    pitch, wrist yaw, jaw (rad). Values beyond the limits are clipped.
 
-    `reset(seed=n)` is the patient `anatomy_from_seed(n)`; `options={"anatomy": ...}` is any other.
+    `reset(seed=n)` takes the patient `anatomy_from_seed(n)`, and
+    `reset(options={"anatomy": ...})` any other.
     """
 
     SUPPORTED_REWARD_MODES = ("sparse", "none")
@@ -75,15 +76,15 @@ class CholecystectomyEnv(BaseEnv):
         render_backend: str | None = None,
         sim_config: SimConfig | dict[str, Any] | None = None,
         robot_uids: str = "none",
-        reconfiguration_freq: int = 1,  # a new scene a reset: arms that touched leave no trace
+        reconfiguration_freq: int = 1,  # a new scene for each reset: no trace of old contacts
         **kwargs: Any,
     ) -> None:
         _check_backend(num_envs, sim_backend)
         sim_config = sim_config or {}
         self._world_config = _world_config(sim_config)
         if render_backend is None:
-            seen = obs_mode not in (None, *BLIND_MODES) or render_mode is not None
-            render_backend = "gpu" if seen else "none"
+            pictures = obs_mode not in (None, *BLIND_MODES) or render_mode is not None
+            render_backend = "gpu" if pictures else "none"
         if render_backend != "none" and not renderer_available():
             raise ValueError(
                 f"render_backend = {render_backend!r}: there is no renderer here; use 'none' with "
@@ -109,17 +110,17 @@ class CholecystectomyEnv(BaseEnv):
 
     @property
     def control_mode(self) -> str:
-        """Actions are joint targets."""
+        """The meaning of actions: joint targets."""
         return "joint_targets"
 
     def equip(self, instrument: str) -> None:
-        """The scrub nurse: mount "clip_applier" (with a clip) or "scissors" on the right arm."""
+        """Mount "clip_applier" (with a clip) or "scissors" on the right arm."""
         self.world.equip(instrument)
 
     def reset(
         self, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """A new patient: the seed's, the one in `options["anatomy"]`, or one drawn for training."""
+        """Put in a new patient: `options["anatomy"]`, the seed's, or one drawn for training."""
         first = int(next(iter(seed))) if isinstance(seed, Iterable) else seed
         anatomy = (options or {}).get("anatomy")
         if anatomy is None and first is not None:
@@ -129,7 +130,7 @@ class CholecystectomyEnv(BaseEnv):
         return super().reset(seed=None if first is None else [first], options=options)
 
     def evaluate(self) -> dict[str, torch.Tensor]:
-        """What of the procedure is done; success is all of it, every stump closed."""
+        """Return what of the procedure is done. Success: all of it, and every stump is closed."""
         flags = procedure_flags(self.world)
         done = all(v for name, v in flags.items() if name not in PASSING)
         flags["success"] = done and stumps_hold(self.world)
@@ -138,11 +139,11 @@ class CholecystectomyEnv(BaseEnv):
     def compute_sparse_reward(
         self, obs: Any, action: torch.Tensor, info: dict[str, Any]
     ) -> torch.Tensor:
-        """One when the procedure is done, else zero."""
+        """Return one when the procedure is done, else zero."""
         return info["success"].float()
 
     def get_state_dict(self) -> dict[str, torch.Tensor]:
-        """Everything the next step depends on: tissue topology, arms, clips, patient."""
+        """Return everything the next step depends on: tissue topology, arms, clips, patient."""
         return state_to_tensors({"anatomy": self.world.anatomy, "world": self.world.state()})
 
     def set_state_dict(self, state: dict[str, Any], env_idx: torch.Tensor | None = None) -> None:
@@ -162,7 +163,7 @@ class CholecystectomyEnv(BaseEnv):
         self._observation, self._targets = self.world.observe(), self.world.target
 
     def get_state(self) -> torch.Tensor:
-        """The state's bytes (1, n)."""
+        """Return the state's bytes (1, n)."""
         parts = [v.numpy().reshape(-1).view(np.uint8) for v in self.get_state_dict().values()]
         return torch.from_numpy(np.concatenate(parts))[None]
 
@@ -170,7 +171,7 @@ class CholecystectomyEnv(BaseEnv):
         """Put back what `get_state` returned, of this patient.
 
         Raises:
-            ValueError: it is no bytes, of another size or damaged; nothing is changed.
+            ValueError: it is not bytes, of another size, or damaged; nothing is changed.
         """
         data = np.asarray(state).reshape(-1)
         if data.dtype != np.uint8:
@@ -186,7 +187,7 @@ class CholecystectomyEnv(BaseEnv):
         self.set_state_dict(tensors)
 
     def segmentation_names(self) -> dict[int, str]:
-        """What each number of a segmentation image stands for."""
+        """Return the class that each number of a segmentation image means."""
         return dict(enumerate(CLASSES))
 
     @property
@@ -225,7 +226,7 @@ class CholecystectomyEnv(BaseEnv):
         )
 
     def _geometry(self, picture: torch.Tensor) -> dict[str, torch.Tensor]:
-        """Positions and depth in metres (float32), and the class of what is seen (int16)."""
+        """Return positions and depth in metres (float32), and each pixel's class (int16)."""
         classes = torch.from_numpy(self._classes)[picture[..., [3]].long()]
         return {
             "position": picture[..., :3] * MICROMETRE,
@@ -234,8 +235,8 @@ class CholecystectomyEnv(BaseEnv):
         }
 
     def _set_scene_config(self) -> None:
-        """The simulator's settings of a world without ManiSkill."""
-        physics_system()  # sets them for the whole process
+        """Set the simulator's settings as for a world without ManiSkill."""
+        physics_system()  # for the whole process
 
     def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         self.agent = None  # the arms belong to the world  # pyright: ignore
@@ -246,7 +247,7 @@ class CholecystectomyEnv(BaseEnv):
         )
 
     def _load_lighting(self, options: dict[str, Any]) -> None:
-        """None: the world's view brings its lamp."""
+        """Load nothing: the world's view has its own lamp."""
 
     def _setup_sensors(self, options: dict[str, Any]) -> None:
         set_picture_formats()
@@ -277,27 +278,27 @@ class CholecystectomyEnv(BaseEnv):
         return {"qpos": _row(self._observation.joints), "qvel": _row(velocities)}
 
     def _get_obs_extra(self, info: dict[str, Any]) -> dict[str, torch.Tensor]:
-        """Tools always; what only the simulation knows of the tissue, in the state modes."""
-        seen = self._observation
+        """Return the tools' values; in the state modes, add the exact state of the tissue."""
+        now = self._observation
         extra = {
-            "tips_endoscope": _row(seen.tips_endoscope[:, :3]),
-            "forces_n": _row(seen.forces_n),
-            "clip_loaded": _row([seen.clip_loaded]),
-            "scissors": _row([seen.tools[RIGHT_ARM] == "scissors"]),
+            "tips_endoscope": _row(now.tips_endoscope[:, :3]),
+            "forces_n": _row(now.forces_n),
+            "clip_loaded": _row([now.clip_loaded]),
+            "scissors": _row([now.tools[RIGHT_ARM] == "scissors"]),
         }
-        return extra | _hidden(seen) if self.obs_mode_struct.use_state else extra
+        return extra | _exact_tissue(now) if self.obs_mode_struct.use_state else extra
 
     def _get_obs_sensor_data(self, apply_texture_transforms: bool = True) -> dict[str, Any]:
         self._draw(self._sensors)
         return super()._get_obs_sensor_data(apply_texture_transforms)
 
     def render(self) -> Any:
-        """What the endoscope's left eye sees, (1, height, width, 3), or as `render_mode` says."""
+        """Draw the endoscope's left picture (1, height, width, 3), or what `render_mode` names."""
         self._draw(self._human_render_cameras)
         return super().render()
 
     def _draw(self, cameras: dict[str, Any]) -> None:
-        """Bring the picture up to date and point the cameras."""
+        """Draw the field as it is now, and place the cameras."""
         if self.world.view is None:
             raise ValueError("render_backend is 'none': choose another to see anything")
         self.world.view.update(self.world)
@@ -310,12 +311,12 @@ class CholecystectomyEnv(BaseEnv):
 
 
 def make_single(**options: Any) -> gym.Env:
-    """`gym.make` of the environment, with numpy arrays that have no batch axis."""
+    """Make one environment, with numpy arrays without a batch axis."""
     return CPUGymWrapper(gym.make(ENVIRONMENT_ID, **options))
 
 
 def action_limits() -> tuple[Array, Array]:
-    """(14,) lowest and highest joint targets, over all tools of each arm."""
+    """Return the lowest and highest joint targets (14,), over all tools of each arm."""
     right = [INSTRUMENTS["clip_applier"], INSTRUMENTS["scissors"]]
     arms = ([INSTRUMENTS["grasper"]], right)
     limits = [
@@ -334,10 +335,10 @@ def _check_backend(num_envs: int, sim_backend: str) -> None:
 
 
 def _world_config(sim_config: SimConfig | dict[str, Any]) -> WorldConfig:
-    """The periods that ManiSkill's frequencies ask for.
+    """Convert ManiSkill's frequencies to periods.
 
     Raises:
-        ValueError: they do not divide.
+        ValueError: one does not divide the next.
     """
     given = sim_config if isinstance(sim_config, dict) else sim_config.dict()
     own = WorldConfig()
@@ -352,19 +353,19 @@ def _world_config(sim_config: SimConfig | dict[str, Any]) -> WorldConfig:
     return WorldConfig(control_step_s=1.0 / control_hz, physics_step_s=1.0 / sim_hz)
 
 
-def _hidden(seen: Observation) -> dict[str, torch.Tensor]:
+def _exact_tissue(now: Observation) -> dict[str, torch.Tensor]:
     return {
-        "left_tube_m": _row(seen.left_tube_m),
-        "right_tube_m": _row(seen.right_tube_m),
-        "sac_m": _row(seen.sac_m),
-        "clips_m": _row(seen.clips_m),
-        "n_clips": _row([seen.n_clips]),
-        "severed": _row(seen.severed),
+        "left_tube_m": _row(now.left_tube_m),
+        "right_tube_m": _row(now.right_tube_m),
+        "sac_m": _row(now.sac_m),
+        "clips_m": _row(now.clips_m),
+        "n_clips": _row([now.n_clips]),
+        "severed": _row(now.severed),
     }
 
 
 def _row(values: Any) -> torch.Tensor:
-    """(1, n) float32."""
+    """Convert to a float32 row (1, n)."""
     return torch.from_numpy(np.asarray(values, np.float32).reshape(1, -1).copy())
 
 

@@ -1,8 +1,8 @@
-"""Several worlds in one process, stepped side by side by threads.
+"""Several worlds in one process, stepped at the same time by threads.
 
-A tissue step runs outside Python's interpreter lock, so that threads overlap; the worlds share
-nothing, so that the result does not depend on the number of threads, to the bit. The slowest
-world goes first: begun last, it would have one thread at work while the others wait.
+A tissue step runs outside Python's interpreter lock, so threads overlap. The worlds share nothing,
+so the result does not depend on the number of threads, to the bit. The slowest world starts first:
+if it started last, the other threads would wait for it.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ from tissue_sim.world import World, WorldConfig
 
 
 class Worlds:
-    """A number of operating fields, without pictures."""
+    """Several worlds, without pictures."""
 
     def __init__(
         self, number: int, *, threads: int | None = None, config: WorldConfig | None = None
     ) -> None:
-        """Empty fields.
+        """Make worlds without patients.
 
         Args:
             number: of worlds.
-            threads: that step them; as many as there are cores to run on by default.
+            threads: number of threads; by default, the cores that this process may use.
             config: of each world.
         """
         self.worlds = tuple(World(config=config) for _ in range(number))
-        self._took_s = [0.0] * number  # the last step of each; how tissue is held changes slowly
+        self._took_s = [0.0] * number  # last step of each world; it changes slowly
         self._pool = ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)))
 
     def reset(self, anatomies: Sequence[Anatomy]) -> list[Observation]:
-        """A new patient in each world."""
+        """Put a new patient in each world."""
         pairs = zip(self.worlds, anatomies, strict=True)
         return list(self._pool.map(lambda pair: pair[0].reset(pair[1]), pairs))
 
     def step(self, commands: Sequence[JointCommand]) -> list[Observation]:
-        """One control period of every world.
+        """Advance every world by one control period.
 
         Raises:
-            ValueError: there is not one command for each, and nothing has moved; or one is bad, and
-                the other worlds have moved.
+            ValueError: the number of commands is wrong, and nothing has moved; or a command is
+                bad, and the other worlds have moved.
         """
         if len(commands) != len(self.worlds):
             raise ValueError(f"worlds: {len(self.worlds)} need as many commands: {len(commands)}")
@@ -58,9 +58,9 @@ class Worlds:
 
     def _step(self, k: int, command: JointCommand) -> Observation:
         start_s = perf_counter()
-        seen = self.worlds[k].step(command)
+        observation = self.worlds[k].step(command)
         self._took_s[k] = perf_counter() - start_s
-        return seen
+        return observation
 
     def close(self) -> None:
         """End the threads."""

@@ -1,7 +1,7 @@
 """Many environments as one gymnasium vector environment.
 
-Without pictures they are threads of this process. Pictures are drawn under the interpreter lock,
-so with them each is a process of its own, from a fork server: after a plain fork drawing hangs.
+Without pictures they are threads of this process. With pictures, which are drawn under the
+interpreter lock, each is a process started by a fork server: after a plain fork, drawing hangs.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from tissue_sim.environment import BLIND_MODES, make_single
 
 
 def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> VectorEnv:
-    """A vector environment of Calot-Cholecystectomy-v1.
+    """Make a vector environment of Calot-Cholecystectomy-v1.
 
     Args:
         num_envs: how many.
-        obs_mode: "state" or one with pictures, as "rgb".
-        options: further ones of `gym.make`, the same for all.
+        obs_mode: "state", or one with pictures such as "rgb".
+        options: further options of `gym.make`, the same for all.
     """
     makers = [partial(make_single, obs_mode=obs_mode, **options)] * num_envs
     if obs_mode in BLIND_MODES:
@@ -43,7 +43,7 @@ class ThreadVectorEnv(SyncVectorEnv):
         super().__init__([partial(_Ahead, maker, self._pool) for maker in makers])
 
     def step(self, actions: Any) -> Any:
-        """One control period of every environment, or its reset where an episode had ended."""
+        """Advance every environment by one control period, or reset it if its episode has ended."""
         own = iterate(self.action_space, actions)
         for env, action, ended in zip(self.envs, own, self._autoreset_envs, strict=True):
             if not ended:

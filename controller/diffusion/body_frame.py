@@ -40,7 +40,7 @@ class BodyFrame:
 
     def see(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """`Observation.vector()` in the body's frame; each control step."""
-        at_rest = self._frame.see(seen)
+        at_rest = self._frame.follow(seen)
         at_m = self._frame.offset_m.astype(float)
         tip_m = fields(seen)["tips_endoscope"][LEFT_ARM, :, 3].astype(float)
         moved_m = np.zeros(3) if self._at_m is None else at_m - self._at_m

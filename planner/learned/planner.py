@@ -89,7 +89,7 @@ class PlannerLearned:
         now_s = observation.time_s
         if self._moments and self._task < N_TASKS:
             self._since_s += min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
-        seen = self._frame.see(observation.vector())
+        seen = self._frame.follow(observation.vector())
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
     def _chances(self, logits: torch.Tensor) -> torch.Tensor:

@@ -1,1 +1,1 @@
-"""Whether a task has succeeded, read from the physical state only."""
+"""Has a task succeeded? Read from the physical state only."""

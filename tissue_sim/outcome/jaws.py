@@ -1,4 +1,4 @@
-"""What lies between the right tool's jaws."""
+"""Which structures lie between the right tool's jaws?"""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 
 GALLBLADDER = "gallbladder"
-MOUTHS = {  # how far back from the tip the jaws act, and how wide
+MOUTHS = {  # how far back from the tip the jaws act, and their width
     "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
     "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
 }
 
 
 def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]:
-    """Names of the structures that the jaws would meet on, were they to close.
+    """Return the names of the structures that the jaws would close on.
 
-    Seen a step ahead: what lies a little farther off may be there by then.
+    The margin is wide enough for one step of motion before they close.
     """
     reach_m, width_m = MOUTHS[tool]
     found = {t for t in tubes.organ.tubes if tubes.crossing(t, T_world_tool, reach_m)}

@@ -1,7 +1,7 @@
 """The scrub nurse: exchanges and reloads the right arm's tool, as a person does in SRT-H.
 
-The arm is drawn back through its port, gets what the next task needs, and returns to where it
-was. Policies pause meanwhile, and the time is counted apart.
+The arm goes back through its port, gets what the next task needs, and returns to where it was.
+Policies pause meanwhile, and the time is counted separately.
 """
 
 from __future__ import annotations
@@ -10,25 +10,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 OUT_INSERTION_M = 0.05  # the tip is outside the field
-EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not what is studied
+EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
 
 
-def is_needed(world: World, tool: str, *, clip: bool) -> bool:
-    """Whether the right arm lacks the tool, or a clip to place."""
-    if world.arms.mounted[RIGHT_ARM].name != tool:
+def is_needed(field: Field, tool: str, *, clip: bool) -> bool:
+    """Return whether the right arm lacks the tool, or a clip to place."""
+    if field.arms.mounted[RIGHT_ARM].name != tool:
         return True
-    return clip and not world.record.clip_loaded
+    return clip and not field.record.clip_loaded
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
-    """Joint targets, control step by control step, from commanded joints (2, 7) and back.
+    """Yield joint targets, one for each control step, from commanded joints (2, 7) and back.
 
-    Where the other tool's wrist turns less far it comes back at its limit.
+    If the new tool's wrist turns less far, it returns to the nearest limit.
     """
     steps = round(EXCHANGE_S / world.config.control_step_s)
     there = joints.copy()

@@ -1,4 +1,4 @@
-"""Has it been done? Predicates of the procedure, read from the physical state only."""
+"""What of the procedure is done? Predicates, read from the physical state only."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CLIPS_A_TUBE = 3
 
 
 def gallbladder_grasped(field: Field) -> bool:
-    """The infundibulum held for a second, taut, without slip, the tubes spread."""
+    """Return whether the infundibulum is held for a second, taut, no slip, the tubes spread."""
     grasp = field.record.grasp
     steady = field.record.time_s - grasp.since_s >= GRASP_HOLD_S
     taut = grasp.traction_n >= GRASP_MIN_TRACTION_N
@@ -42,7 +42,7 @@ def gallbladder_grasped(field: Field) -> bool:
 
 
 def gallbladder_held(field: Field) -> bool:
-    """The infundibulum between closed jaws that press on it from both sides."""
+    """Return whether closed jaws press on the infundibulum from both sides."""
     closed = bool(field.arms.joints[LEFT_ARM, 6] <= GRASP_MAX_JAW_RAD)
     infundibulum = field.organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
     tool = field.arms.T_world_tool()[LEFT_ARM]
@@ -51,39 +51,39 @@ def gallbladder_held(field: Field) -> bool:
 
 
 def grasper_pressed_n(field: Field) -> float:
-    """Normal force (N) of the grasper's jaws on any tissue, inwards, the smaller of the two."""
+    """Return the smaller of the grasper jaws' inward normal forces on any tissue, N."""
     everything = np.arange(field.tissue.n_vertex(), dtype=np.int32)
     tool = field.arms.T_world_tool()[LEFT_ARM]
     return min(inward_n(field.tissue, everything, LEFT_FINGERS, tool))
 
 
 def grasper_hooked(field: Field) -> bool:
-    """A jaw presses tissue outwards, so that it hooks behind a fold when it is drawn back."""
+    """Return whether a jaw presses tissue outwards: drawn back, it would hook behind a fold."""
     return grasper_pressed_n(field) <= -HELD_PINCH_N
 
 
 def tubes_spread(tubes: Tubes) -> bool:
-    """Both tubes drawn straight, with room between their walls."""
+    """Return whether both tubes are drawn straight, with room between their walls."""
     return bool(min(straightness(tubes, t) for t in TUBES) >= TAUT_MIN) and (
         gap_m(tubes) >= SPREAD_MIN_M
     )
 
 
 def straightness(tubes: Tubes, tube: str) -> float:
-    """Distance between a tube's ends over its length at rest; above 1 when stretched."""
+    """Return the distance between a tube's ends over its length at rest; above 1: stretched."""
     centres = tubes.centres(tube)
     return float(np.linalg.norm(centres[-1] - centres[0]) / tubes.length_m[tube])
 
 
 def gap_m(tubes: Tubes) -> float:
-    """Smallest distance between the walls of duct and artery over their middle halves."""
+    """Return the smallest distance between duct and artery walls over their middle halves."""
     duct, artery = (_middle(tubes.centres(t)) for t in TUBES)
     apart = np.linalg.norm(duct[:, None] - artery[None], axis=-1).min()
     return float(apart - sum(tubes.radius_m(t) for t in TUBES))
 
 
 def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
-    """Clips on this tube alone, whole, square, apart from each other and closing it."""
+    """Return the clips on this tube alone that are whole, square, apart, and close it."""
     placed: list[Clip] = []
     for clip in field.record.clips:
         if _well_placed(field.tubes, clip, tube) and _apart(clip, placed, tube):
@@ -92,13 +92,13 @@ def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
 
 
 def clip_placed(field: Field, tube: str, k: int) -> bool:
-    """The first k clips (1 to 3) are good, and in order: each further from the fixed end."""
+    """Return whether the first k clips (1 to 3) are good, each further from the fixed end."""
     stations = [_station(c, tube) for c in good_clips(field, tube)][:k]
     return len(stations) == k and all(a < b for a, b in pairwise(stations))
 
 
 def right_arm_back(field: Field) -> bool:
-    """The right tip at a distance from every tube, nothing between its jaws."""
+    """Return whether the right tip is away from every tube, with nothing between its jaws."""
     tip = field.arms.T_world_tool()[RIGHT_ARM][:3, 3]
     away = [np.linalg.norm(field.tubes.centres(t) - tip, axis=1) for t in field.organ.tubes]
     distance = min(float(a.min()) for a in away)
@@ -107,7 +107,10 @@ def right_arm_back(field: Field) -> bool:
 
 
 def tube_cut(field: Field, tube: str) -> bool:
-    """In two parts, between clips 2 and 3, a cuff left on both sides, nothing else cut or torn."""
+    """Return whether the tube is cut once, between clips 2 and 3, with a cuff on both sides.
+
+    It is in two parts, and not torn.
+    """
     cuts = [c for c in field.record.cuts if c.tube == tube]
     torn = any(t.tube == tube for t in field.record.tears)
     clips = good_clips(field, tube)
@@ -118,14 +121,14 @@ def tube_cut(field: Field, tube: str) -> bool:
 
 
 def tube_severed(field: Field, tube: str) -> bool:
-    """Cut into two parts, well or badly."""
+    """Return whether the tube is cut into two parts, well or badly."""
     return any(c.tube == tube for c in field.record.cuts) and field.tubes.in_two_parts(tube)
 
 
 def stumps_hold(field: Field) -> bool:
-    """Every clip that was on a tube still holds where it was set, and nothing leaks.
+    """Return whether every clip put on a tube still holds where it was set, and nothing leaks.
 
-    A clip that never was on a tube, dropped into the field, is counted but fails nothing.
+    A clip that was never on a tube, such as a dropped one, changes nothing.
     """
     clips = field.record.clips
     firm = not any(c.came_off or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
@@ -133,7 +136,7 @@ def stumps_hold(field: Field) -> bool:
 
 
 def procedure_flags(field: Field) -> dict[str, bool]:
-    """What of the procedure is done in the world's state now, whatever came before."""
+    """Return what of the procedure is done now, whatever happened before."""
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
     for side in ("left", "right"):
         tube = field.anatomy.structure(side)
@@ -160,7 +163,7 @@ def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
 
 
 def _edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
-    """From the clip's nearer edge to the end of the tube."""
+    """Return the distance from the clip's edge to the nearer end of the tube."""
     s = _station(clip, tube)
     return min(s, tubes.length_m[tube] - s) - 0.5 * CLIP_WIDTH_M
 
@@ -178,7 +181,7 @@ def _station(clip: Clip, tube: str) -> float:
 
 
 def _cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
-    """Length of the shorter stump beyond its clip; negative when the cut is not between them."""
+    """Return the shorter stump's length beyond its clip; negative: the cut is not between them."""
     return min(cut.station_m - low_m, high_m - cut.station_m) - 0.5 * CLIP_WIDTH_M
 
 

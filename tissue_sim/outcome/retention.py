@@ -1,7 +1,7 @@
-"""The test at the end: does every clip hold a pull of 1 N, along its tube and across?
+"""The test at the end: does every clip hold a pull of 1 N, along its tube and across it?
 
-As in a laboratory, the vessel is clamped beside the clip, on the side of the body or of the
-gallbladder, and the clip is pulled towards the cut end.
+As in a laboratory, the vessel is clamped beside the clip, on the side away from the cut, and the
+clip is pulled towards the cut end.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from tissue_sim.thresholds import TEST_PULL_N
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
-PULL_S = (0.25, 0.15, 0.25)  # pull harder, hold, let go: as slowly as a test machine
+PULL_S = (0.25, 0.15, 0.25)  # increase, hold, decrease: as slowly as a test machine
 CLAMP_RINGS = 2  # rings between clip and clamp
 
 
 def pull_all_clips(world: World) -> None:
-    """Pull each clip in turn; one that does not hold slips or comes off, in the world's record."""
+    """Pull each clip in turn. The world's record shows which of them slip or detach."""
     for clip in world.record.clips:
         for crossing in clip.crossings:
             away = _towards_cut(world, crossing)
@@ -29,7 +29,7 @@ def pull_all_clips(world: World) -> None:
 
 
 def _towards_cut(world: World, crossing: Crossing) -> int:
-    """+1 when the cut lies further up the tube than the clip, else -1."""
+    """Return +1 when the cut lies further up the tube than the clip, else -1."""
     cuts = [c.station_m for c in world.record.cuts if c.tube == crossing.tube]
     return 1 if not cuts or cuts[0] > crossing.station_m else -1
 

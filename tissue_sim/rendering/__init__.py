@@ -1,1 +1,1 @@
-"""How the field looks: surfaces, textures and light for cameras."""
+"""What does the field look like? Surfaces, textures and light for the cameras."""

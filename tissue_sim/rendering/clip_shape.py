@@ -1,8 +1,8 @@
-"""Our polymer clip: two ribbed legs, a hinge at the back and a hooked lock at the tip.
+"""The shape of the polymer clip: two ribbed legs, a hinge at the back, a hooked lock at the tip.
 
 Clip frame: the closing jaws' tool frame. Origin at the tip, +z forward along the legs, +y the
-closing direction, +x along the tube. A leg is modelled on the +y side; the other one is its
-half-turn about z.
+closing direction, +x along the tube. One leg is modelled, on the +y side; half a turn about z
+makes it the other.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _RIBS = 5
 
 @cache
 def leg() -> Surface:
-    """One leg of the clip, with half of the hinge, and the lock's hook."""
+    """Build one leg of the clip, with half of the hinge and the lock's hook."""
     half, back = 0.5 * CLIP_WIDTH_M / MM, -CLIP_LENGTH_M / MM
     z = np.array([back - 0.5, back, back + 1.2, 0.5 * back, -0.9, -0.1, 0.35])
-    inner = np.array([0.0, 0.05, 0.22, 0.34, 0.22, 0.12, 0.15])  # bowed: the tissue's room
+    inner = np.array([0.0, 0.05, 0.22, 0.34, 0.22, 0.12, 0.15])  # bowed: room for the tissue
     outer = inner + _LEG_MM * np.array([0.9, 1.25, 1.0, 1.0, 1.0, 1.1, 0.7])
     width = half * np.array([0.85, 1.0, 0.9, 0.9, 0.95, 1.0, 0.8])
     bar = loft(np.stack([_section(*s) for s in zip(width, inner, outer, z, strict=True)]))
@@ -48,7 +48,7 @@ def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float])
 
 
 def _section(half: float, inner: float, outer: float, z: float) -> Array:
-    """An octagon (8, 3): a rectangle with broken edges."""
+    """Build an octagon (8, 3): a rectangle with its corners cut off."""
     c = 0.22 * (outer - inner)
     x, y0, y1 = half, inner, outer
     return np.array(

@@ -1,4 +1,4 @@
-"""Things to draw in a SAPIEN scene: a triangle surface, wet or dull, that may move or change."""
+"""A triangle surface in a SAPIEN scene, which may move or change."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Surface:
     Attributes:
         points: (n, 3), m.
         normals: (n, 3), unit.
-        triangles: (n_triangle, 3), seen from the side they turn about counter-clockwise.
-        uv: (n, 2) place in the texture; zeros where there is none.
+        triangles: (n_triangle, 3), visible from the side on which they run counter-clockwise.
+        uv: (n, 2) texture coordinates; zeros without a texture.
     """
 
     points: NDArray[np.floating]
@@ -30,7 +30,7 @@ class Surface:
 
 
 class Drawn:
-    """One named entity in the scene. It has no body: physics does not know of it."""
+    """One named entity in the scene, for cameras only: it takes no part in the physics."""
 
     def __init__(self, scene: sapien.Scene, name: str, look: Look) -> None:
         self._scene, self._material = scene, material(look)
@@ -40,7 +40,7 @@ class Drawn:
         scene.add_entity(self.entity)
 
     def show(self, surface: Surface) -> None:
-        """Draw this surface from now on. The renderer's meshes cannot change, so swap them."""
+        """Draw this surface from now on. A new mesh replaces the old: meshes cannot change."""
         component = sapien.render.RenderBodyComponent()
         component.attach(
             sapien.render.RenderShapeTriangleMesh(
@@ -56,7 +56,7 @@ class Drawn:
         self._component = component
 
     def keep(self, surface: Surface) -> None:
-        """Draw this surface unless one is drawn already: for what only moves."""
+        """Draw this surface unless one is drawn already: for shapes that only move."""
         if self._component is None:
             self.show(surface)
 
@@ -67,9 +67,9 @@ class Drawn:
             self._component = None
 
     def move(self, T_world_surface: Array) -> None:
-        """Put the surface's frame somewhere."""
+        """Place the surface's frame in the world."""
         self.entity.set_pose(sapien.Pose(T_world_surface))
 
     def remove(self) -> None:
-        """Take it out of the scene."""
+        """Remove the entity from the scene."""
         self._scene.remove_entity(self.entity)

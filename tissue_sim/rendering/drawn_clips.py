@@ -1,4 +1,4 @@
-"""The clips in the field, and the one that waits between the applier's jaws."""
+"""The clips in the field, and the one between the applier's jaws."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 
 class DrawnClips:
-    """Two legs a clip, the held ones and those that lie in the field."""
+    """Two legs for each clip, whether it holds tissue or lies in the field."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._legs = [
@@ -24,7 +24,7 @@ class DrawnClips:
         ]
 
     def update(self, field: Field) -> None:
-        """Draw every clip where it is."""
+        """Draw every clip where it is now."""
         places = T_world_legs(field)
         for k, legs in enumerate(self._legs):
             for side, drawn in enumerate(legs):
@@ -36,7 +36,7 @@ class DrawnClips:
 
 
 def T_world_legs(field: Field) -> list[tuple[Array, Array]]:
-    """Poses of both legs of each clip: of those that closed last, and of the loaded one."""
+    """Return the poses of both legs of each clip: the latest `MAX_CLIPS`, then the loaded one."""
     clips = field.record.clips[-MAX_CLIPS:]
     places = [legs_of_latched(T_world_clip(field.tubes, clip)) for clip in clips]
     if field.record.clip_loaded and field.arms.mounted[RIGHT_ARM].name == "clip_applier":
@@ -45,12 +45,12 @@ def T_world_legs(field: Field) -> list[tuple[Array, Array]]:
 
 
 def legs_of_latched(T_world_clip: Array) -> tuple[Array, Array]:
-    """Poses of both legs of a closed clip."""
+    """Return the poses of both legs of a closed clip."""
     return T_world_clip, T_world_clip @ HALF_TURN
 
 
 def _legs_of_loaded(field: Field) -> tuple[Array, Array]:
-    """Poses of both legs in the grooves of the applier's fingers."""
+    """Return the poses of both legs in the grooves of the applier's fingers."""
     T_world_link = field.arms.contact_shapes().T_world_link
     first = RIGHT_ARM * len(PATCH_LINKS) + PATCH_LINKS.index("finger_plus")
     tip = pose(np.eye(3), np.array([0.0, 0.0, field.arms.mounted[RIGHT_ARM].yaw_to_tip_m]))

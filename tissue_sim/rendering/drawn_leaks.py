@@ -1,6 +1,6 @@
-"""Bile and blood where it leaks: a spot on the opening and drops that fall from it.
+"""Leaking bile and blood: a spot on the opening, and drops that fall from it.
 
-Each drop holds what leaks until the next one falls, so that its size shows the rate.
+A drop holds what leaks until the next one falls, so its size shows the rate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tissue_sim.surgery.leak import Leak
 FALL_M = 0.014
 DROPS = 4
 PERIOD_S = 0.8
-MAX_RADIUS_M = 0.003  # a drop that is larger falls apart
+MAX_RADIUS_M = 0.003  # larger drops break up
 _BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
 _BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
 LEAK_LOOKS = {
@@ -48,7 +48,7 @@ class DrawnLeaks:
 
 
 def leak_surfaces(field: Field) -> dict[str, Surface]:
-    """What runs out of each structure that leaks."""
+    """Build the liquid at each structure that leaks."""
     wet: dict[str, list[Surface]] = {}
     for leak in field.record.leaks:
         wet.setdefault(leak.structure, []).append(_wet(field, leak))
@@ -56,7 +56,7 @@ def leak_surfaces(field: Field) -> dict[str, Surface]:
 
 
 def _wet(field: Field, leak: Leak) -> Surface:
-    """A blob over the opening and falling drops, larger the more leaks."""
+    """Build a spot on the opening, and falling drops that grow with the rate."""
     radius = drop_radius_m(leak.rate_m3_s)
     phase = field.record.time_s / PERIOD_S % 1.0
     centre = _mouth(field, leak)
@@ -70,7 +70,7 @@ def _wet(field: Field, leak: Leak) -> Surface:
 
 
 def drop_radius_m(rate_m3_s: float) -> float:
-    """Of a ball that holds what leaks from one drop to the next."""
+    """Return the radius of a ball that holds what leaks between two drops."""
     volume = rate_m3_s * PERIOD_S / DROPS
     return min((3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0), MAX_RADIUS_M)
 
@@ -82,7 +82,7 @@ def _mouth_radius_m(field: Field, leak: Leak) -> float:
 
 
 def _mouth(field: Field, leak: Leak) -> Array:
-    """The middle of the leaking opening (3,), world frame."""
+    """Return the middle of the leaking opening (3,), world frame."""
     if leak.structure == "gallbladder":
         return field.sac.hole_centre()
     rings = field.tubes.below if leak.side == "body" else field.tubes.above

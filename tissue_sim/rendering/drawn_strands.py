@@ -1,4 +1,4 @@
-"""What is left of the connective tissue: thin fatty strands, each until it breaks."""
+"""The rest of the connective tissue: thin fatty strands, each drawn until it breaks."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ LOOK = Look(colour=(0.80, 0.60, 0.22), mottle=0.06, relief=0.05, roughness=0.38,
 
 
 class DrawnStrands:
-    """One surface for all strands that still hold."""
+    """One surface for all unbroken strands."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._drawn = Drawn(scene, "fat", LOOK)
 
     def update(self, field: Field) -> None:
-        """Draw the strands where they are."""
+        """Draw the strands where they are now."""
         ends = field.tissue.positions()[holding(field)].astype(float)
         if len(ends):
             self._drawn.show(joined([s for pair in ends for s in _strand(*pair)]))
@@ -35,7 +35,7 @@ class DrawnStrands:
 
 
 def holding(field: Field) -> NDArray[np.int32]:
-    """(n, 2) the strands not broken yet; a clip's spring may have taken a broken one's row."""
+    """Return the ends (n, 2) of unbroken strands. A clip's spring may reuse a broken one's row."""
     strands = field.organ.remnants
     rows = slice(len(strands))
     link, stiffness = (field.tissue.host(name)[0, rows] for name in ("link", "link_stiffness"))
@@ -43,7 +43,7 @@ def holding(field: Field) -> NDArray[np.int32]:
 
 
 def _strand(start: Array, end: Array) -> list[Surface]:
-    """A string that hangs a little, with a lobule of fat every few millimetres."""
+    """Build a sagging string with a lobule of fat every few millimetres."""
     length = float(np.linalg.norm(end - start))
     t = np.linspace(0.0, 1.0, 7)[:, None]
     down = 4.0 * SAG * length * t * (1.0 - t) * np.array([0.0, 0.0, -1.0])

@@ -1,4 +1,4 @@
-"""What lies around the field and does not deform: liver, fat, bile duct, hepatic artery, cavity."""
+"""The surroundings, which do not deform: liver, fat, bile duct, hepatic artery, cavity."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CAVITY_RADIUS_M = 0.28
 
 
 class DrawnSurroundings:
-    """The same from a patient's first step to the last; it moves with the body."""
+    """Surfaces that keep their shape for one patient, and move with the body."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._scene = scene
@@ -39,7 +39,7 @@ class DrawnSurroundings:
         self._drawn: list[Drawn] = []
 
     def update(self, field: Field) -> None:
-        """Draw another patient's surroundings, when it is another, where the body is now."""
+        """Draw the surroundings where the body is now; rebuild them for a new patient."""
         if field.organ is not self._organ:
             self._renew(field)
         for drawn in self._drawn:
@@ -56,7 +56,7 @@ class DrawnSurroundings:
 
 
 def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Look]]:
-    """All surfaces, world frame, by name."""
+    """Build all surfaces by name, world frame."""
     rng = relief_rng(anatomy)
     red, green, blue = anatomy.duct_colour
     return {
@@ -92,7 +92,7 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
 
 
 def fat(rng: np.random.Generator) -> Surface:
-    """Lobulated fat behind the tubes, which comes nearer below and at the sides."""
+    """Build lobulated fat behind the tubes. Below them and beside them it is nearer."""
     u, v = np.meshgrid(np.arange(-0.138, 0.139, GRID_M), np.arange(-0.102, 0.103, GRID_M))
     below = np.clip(-v - 0.032, 0.0, None)
     beside = np.clip(np.abs(u) - 0.06, 0.0, None)

@@ -1,4 +1,4 @@
-"""Gallbladder, duct and artery as they deform, and their cut faces."""
+"""Gallbladder, duct and arteries as they deform, and their cut faces."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tissue_sim.rendering.textures import TILE_M, Look
 
 
 def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
-    """The parts' materials, a share of the whole surface under dye."""
+    """Return each part's material; `dyed` is the share of the surface under dye."""
     clean = {
         "gallbladder": Look(
             colour=anatomy.gallbladder_colour,
@@ -41,7 +41,7 @@ def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
 
 
 class DrawnTissue:
-    """The tissue's skin: built anew when its topology changes, moved otherwise."""
+    """The tissue's skin: rebuilt when the topology changes, otherwise only moved."""
 
     def __init__(self, scene: sapien.Scene) -> None:
         self._scene = scene
@@ -51,7 +51,7 @@ class DrawnTissue:
         self._dyed = 0.0
 
     def update(self, field: Field) -> None:
-        """Draw the tissue where it is."""
+        """Draw the tissue where it is now."""
         if field.organ is not self._organ or field.conditions.dyed != self._dyed:
             self._renew(field)
         tets = field.tissue.tets()[alive_tets(field)]
@@ -71,7 +71,7 @@ class DrawnTissue:
             )
 
     def _renew(self, field: Field) -> None:
-        """Another patient, or other liquid on this one."""
+        """Start again for another patient, or for another amount of dye."""
         for drawn in self._parts.values():
             drawn.remove()
         self._organ, self._dyed = field.organ, field.conditions.dyed
@@ -92,7 +92,7 @@ class DrawnTissue:
         )
 
     def _unwrapped(self, field: Field) -> dict[str, Floats]:
-        """Texture coordinates: where each point was in the resting view, so without a seam."""
+        """Return texture coordinates: places in the resting view, so that there is no seam."""
         rest = np.zeros((field.tissue.n_vertex(), 3))
         rest[self._tets] = field.organ.vertices[field.organ.tets[alive_tets(field)]]
         flat = (rest @ np.stack([RIGHT, UP], axis=1) / TILE_M).astype(np.float32)
@@ -101,5 +101,5 @@ class DrawnTissue:
 
 
 def alive_tets(field: Field) -> NDArray[np.bool_]:
-    """(n_tet,) which of the organ's elements are left."""
+    """Return which of the organ's elements are left (n_tet,)."""
     return field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0

@@ -1,4 +1,4 @@
-"""The endoscope's light, which moves with it, and what the cavity throws back."""
+"""The endoscope's light, which moves with it, and the light that the cavity reflects."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tissue_sim.sensing.cameras import looking
 
 LAMP_W_SR = 0.0185 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
-FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: light that has met tissue before
+FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: reflected by tissue
 
 
 class Illumination:
@@ -28,6 +28,6 @@ class Illumination:
         scene.render_system.ambient_light = FILL  # pyright: ignore[reportAttributeAccessIssue]
 
     def update(self, field: Field) -> None:
-        """Hold the lamp where the endoscope is."""
+        """Move the lamp with the endoscope."""
         T_world_lamp = field.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
         self._mount.set_pose(sapien.Pose(looking(T_world_lamp)))

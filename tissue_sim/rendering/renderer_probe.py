@@ -1,4 +1,4 @@
-"""Whether SAPIEN can render here."""
+"""Can SAPIEN render on this machine?"""
 
 import subprocess
 import sys
@@ -9,9 +9,9 @@ _ATTEMPT = "import sapien; sapien.render.RenderSystem(sapien.Device('cpu'))"
 
 @cache
 def renderer_available() -> bool:
-    """Tries to make a render system in a process of its own, which takes about 0.7 s.
+    """Return whether a render system can be made, by trying in a new process (about 0.7 s).
 
-    A failed Vulkan set-up can poison the process it happens in, or crash it at exit.
+    A failed Vulkan set-up can break the process in which it happens, or crash it at exit.
     """
     return subprocess.run([sys.executable, "-c", _ATTEMPT], capture_output=True).returncode == 0
 

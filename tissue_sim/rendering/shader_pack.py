@@ -1,8 +1,8 @@
-"""The renderer's shader pack: SAPIEN's own 'minimal', made fast and fit for an endoscope.
+"""The renderer's shader pack: SAPIEN's own 'minimal', edited at run time for an endoscope.
 
-Derived from the installed SAPIEN at run time. Without image-based lighting (an environment map and
-a table that take seconds to prepare) the first picture comes at once. Besides: a filmic curve in
-place of clipping, softened edges, and positions in micrometres instead of millimetres.
+It has no image-based lighting (an environment map and a table that take seconds to prepare), so the
+first picture comes at once. It adds a filmic tone curve in place of clipping, softened edges, and
+positions in micrometres instead of millimetres.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ mat3 tangentFrame(vec3 n) {
 void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
 _OUTLINE = """\
   vec3 camDir = -normalize(csPosition.xyz);
-  // At an outline the surface's back peeps out and light grazes: bend the normal to the eye.
+  // At an outline the surface's back shows and light grazes: bend the normal towards the eye.
   normal = normalize(normal + max(0.3 - dot(normal, camDir), 0.0) * camDir);
 """
 _SHEEN = """\
@@ -53,7 +53,7 @@ _FILMIC = """\
   outColorRaw = vec4(pow(clamp(color, vec3(0), vec3(1)), vec3(1/2.2)), albedo.a);
 """  # Narkowicz, "ACES filmic tone mapping curve", 2015
 _SOFT_DIFFUSE = """\
-float diffuse(float NoL) {  // light that goes in and comes out beside: no hard terminator
+float diffuse(float NoL) {  // light enters tissue and leaves beside: no hard shadow edge
   return max((NoL + 0.2) / 1.2, 0.0) / 3.141592653589793f;
 }"""
 _POSITION = f"  out{POSITION_PICTURE} = ivec4(ivec3(inPosition * 1e6), inSegmentation[1]);\n"
@@ -92,7 +92,7 @@ void main() {
 
 @cache
 def shader_pack() -> Path:
-    """The pack's folder, made on first use and kept until the process ends."""
+    """Return the pack's folder. It is made on first use and removed when the process ends."""
     source = Path(sapien.__file__).parent / "vulkan_shader"
     root = Path(_folder().name)
     shutil.copytree(source / "common", root / "common")
@@ -107,7 +107,7 @@ def shader_pack() -> Path:
 
 
 def set_picture_formats() -> None:
-    """The pictures' formats, which SAPIEN keeps by name for the whole process."""
+    """Register the pictures' formats by name with SAPIEN, for the whole process."""
     for name, picture_format in PICTURE_FORMATS.items():
         sapien.render.set_picture_format(name, picture_format)
 
@@ -140,7 +140,7 @@ def _picture(text: str) -> str:
 
 
 def _vertex(text: str) -> str:
-    """Nothing drawn is stretched: normals turn as points do."""
+    """Turn normals as points turn: no drawn surface is stretched."""
     return _replaced(text, r"mat3\(transpose\(inverse\(modelView\)\)\)", "mat3(modelView)")
 
 
@@ -148,7 +148,7 @@ _EDITS = {"gbuffer.vert": _vertex, "gbuffer.frag": _surface, "composite0.frag": 
 
 
 def _replaced(text: str, pattern: str, new: str, *, count: int = 1) -> str:
-    """The text with a pattern that must be there `count` times replaced."""
+    """Replace a pattern that must occur `count` times in the text."""
     text, found = re.subn(pattern, lambda _: new, text, flags=re.DOTALL)
     if found != count:
         raise RuntimeError(f"SAPIEN {sapien.__version__}: its shaders differ: no {pattern!r}")

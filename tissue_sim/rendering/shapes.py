@@ -11,7 +11,7 @@ from tissue_sim.rendering.drawing import Surface
 
 
 def sheet(points: Array, tile_m: float) -> Surface:
-    """A surface through a grid of points (n, m, 3), seen from the side of rows x columns."""
+    """Build a surface through a grid of points (n, m, 3), visible from the side rows x columns."""
     rows, columns = np.gradient(points, axis=0), np.gradient(points, axis=1)
     length = [np.linalg.norm(d, axis=-1) for d in (rows, columns)]
     uv = np.stack([np.cumsum(length[0], axis=0), np.cumsum(length[1], axis=1)], axis=-1) / tile_m
@@ -24,7 +24,7 @@ def sheet(points: Array, tile_m: float) -> Surface:
 
 
 def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Surface:
-    """A round pipe along a line (n, 3)."""
+    """Build a round pipe along a line (n, 3)."""
     side, across = section_axes(line)
     angle = np.linspace(0.0, 2 * np.pi, around + 1)
     out = (
@@ -41,7 +41,7 @@ def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Su
 
 
 def loft(rings: Array) -> Surface:
-    """A closed flat-shaded body through rings (n, k, 3), counter-clockwise seen from its end."""
+    """Build a closed flat-shaded body through rings (n, k, 3), counter-clockwise at the last."""
     n, k = rings.shape[:2]
     i, j = np.arange(n - 1)[:, None] * k, np.arange(k)
     a, b = (i + j).ravel(), (i + (j + 1) % k).ravel()
@@ -66,7 +66,7 @@ def loft(rings: Array) -> Surface:
 
 
 def joined(surfaces: list[Surface]) -> Surface:
-    """Several surfaces as one."""
+    """Join several surfaces into one."""
     starts = np.cumsum([0, *(len(s.points) for s in surfaces)])[:-1]
     return Surface(
         points=np.concatenate([s.points for s in surfaces]),
@@ -77,7 +77,7 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 def drop(centre: Array, radii_m: Array) -> Surface:
-    """An ellipsoid along the world's axes."""
+    """Build an ellipsoid along the world's axes."""
     polar, turn = np.meshgrid(
         np.linspace(0, np.pi, 9), np.linspace(0, 2 * np.pi, 13), indexing="ij"
     )
@@ -91,7 +91,7 @@ def drop(centre: Array, radii_m: Array) -> Surface:
 
 
 def _grid(rows: int, columns: int) -> NDArray[np.int64]:
-    """Two triangles a cell (n, 3), facing the side of rows x columns."""
+    """Return two triangles for each cell (n, 3), facing the side rows x columns."""
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     b, c, d = a + columns, a + columns + 1, a + 1
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])

@@ -1,8 +1,8 @@
 """The visible surface of the finite-element mesh: round, smooth and in parts. Pure functions.
 
-A coarse surface is refined by Phong tessellation (Boubekeur and Alexa, 2008): each fine point is
-projected on the tangent planes of its triangle's corners, so that a hexagonal tube looks round and
-the corners stay where the tissue is. What depends on topology is found once, as a sparse matrix.
+Phong tessellation (Boubekeur and Alexa, 2008) refines the coarse surface: it projects each fine
+point on the tangent planes of its triangle's corners. A hexagonal tube looks round, and the corners
+stay on the tissue. What depends on topology is computed once, as a sparse matrix.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Floats = NDArray[np.float32]
 
 PARTS = ("gallbladder", "duct", "artery", "second artery")
 CUT_WALL, CUT_LUMEN = "cut wall", "cut lumen"
-ROUNDNESS = 0.62  # share of the projection: makes a circle of a hexagon and of an octagon
+ROUNDNESS = 0.62  # share of the projection: turns a hexagon or an octagon into a circle
 
 _CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
 _SYMMETRIC = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])  # xx yy zz xy xz yz
-_FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # places of those in a matrix
+_FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # their places in a symmetric matrix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +31,9 @@ class Patch:
     """One part of the surface.
 
     Attributes:
-        rows: its fine points among all.
+        rows: its fine points among all fine points.
         triangles: (n_triangle, 3) outward, numbered within the part.
-        coarse: (n_coarse, 3) the faces of the mesh it refines.
+        coarse: (n_coarse, 3) the faces of the mesh that it refines.
     """
 
     rows: slice
@@ -54,7 +54,7 @@ class Skin:
     weights: csr_matrix
 
     def surfaces(self, positions: NDArray[np.floating]) -> dict[str, tuple[Floats, Floats]]:
-        """For each part the fine points and normals (n_fine, 3) at vertex positions (n, 3), m."""
+        """Compute each part's fine points and normals (n_fine, 3) from vertices (n, 3), m."""
         x = np.asarray(positions, np.float32)
         whole = [p.coarse for name, p in self.patches.items() if name in PARTS]
         normals = vertex_normals(x, np.concatenate(whole))
@@ -65,21 +65,21 @@ class Skin:
         }
 
     def _flat(self, x: Floats, patch: Patch) -> Floats:
-        """A cut face is shaded by its own faces only."""
+        """Compute a cut face's normals from its own triangles only."""
         return _unit(self.weights[patch.rows] @ vertex_normals(x, patch.coarse))
 
 
 def build_skin(
     tets: Indices, region: Indices, rest: NDArray[np.bool_], n_vertex: int, *, splits: int = 3
 ) -> Skin:
-    """The skin of a topology.
+    """Build the skin of a topology.
 
     Args:
         tets: (n_tet, 4).
         region: (n_tet,), index into `organ.REGIONS`.
-        rest: (n_tet, 4), faces that were surface before anything was cut (`surface_faces`).
+        rest: (n_tet, 4), faces on the surface before any cut (`surface_faces`).
         n_vertex: vertices in use.
-        splits: into how many pieces each edge is divided.
+        splits: number of pieces that each edge is divided into.
     """
     now, part = surface_faces(tets), region[:, None] // 2
     faces = tets[:, _CORNERS]  # (n_tet, 4, 3)
@@ -98,7 +98,7 @@ def build_skin(
 
 
 def surface_faces(tets: Indices) -> NDArray[np.bool_]:
-    """(n_tet, 4) whether the face opposite each corner belongs to one tetrahedron only."""
+    """Return whether the face opposite each corner belongs to one tetrahedron only (n_tet, 4)."""
     ordered = np.sort(tets[:, _CORNERS].reshape(-1, 3), axis=1).astype(np.int64)
     key = (ordered[:, 0] << 42) | (ordered[:, 1] << 21) | ordered[:, 2]
     _, which, count = np.unique(key, return_inverse=True, return_counts=True)
@@ -106,7 +106,7 @@ def surface_faces(tets: Indices) -> NDArray[np.bool_]:
 
 
 def vertex_normals(x: Floats, faces: Indices) -> Floats:
-    """(n_vertex, 3) unit normals, faces weighted by their angle; zero where there is no face."""
+    """Compute unit normals (n_vertex, 3), faces weighted by angle; zero where no face is."""
     corners = x[faces]  # (n_face, 3, 3)
     ahead = _unit(np.roll(corners, -1, axis=1) - corners)  # edge from each corner to the next
     across = _unit(np.cross(ahead[:, 0], ahead[:, 1]))
@@ -118,7 +118,7 @@ def vertex_normals(x: Floats, faces: Indices) -> Floats:
 
 
 def _rounded(weights: csr_matrix, x: Floats, normals: Floats) -> tuple[Floats, Floats]:
-    """Fine points on the tangent planes: flat - R sum_i w_i ((flat - x_i) . n_i) n_i."""
+    """Project fine points on the tangent planes: flat - R sum_i w_i ((flat - x_i) . n_i) n_i."""
     along = (x * normals).sum(axis=1, keepdims=True) * normals
     squares = normals[:, _SYMMETRIC[0]] * normals[:, _SYMMETRIC[1]]
     fine = weights @ np.concatenate([x, normals, along, squares], axis=1)  # (n_fine, 15)
@@ -134,11 +134,11 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _divided(coarse: Indices, splits: int, n_vertex: int) -> tuple[csr_matrix, NDArray[np.uint32]]:
-    """Each triangle in splits squared: weights (n_fine, n_vertex) and the small triangles."""
+    """Divide each triangle into splits^2: weights (n_fine, n_vertex) and small triangles."""
     grid, pieces = _pattern(splits)
     corners = np.repeat(coarse, len(grid), axis=0)
     weights = np.tile(grid, (len(coarse), 1))
-    mixed = np.where(weights > 0, corners, -1)  # a point of an edge knows nothing of the third
+    mixed = np.where(weights > 0, corners, -1)  # on an edge, drop the third corner
     order = np.argsort(mixed, axis=1)
     key = np.concatenate([np.take_along_axis(m, order, 1) for m in (mixed, weights)], axis=1)
     _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -163,7 +163,7 @@ def _stacked(blocks: list[csr_matrix], n_vertex: int) -> csr_matrix:
 
 
 def _pattern(splits: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Points of a divided triangle, as weights that sum to `splits`, and its small triangles."""
+    """Return a divided triangle's points, as weights of sum `splits`, and its small triangles."""
     rows = range(splits + 1)
     points = [(splits - i - j, i, j) for i in rows for j in rows if i + j <= splits]
     at = {(i, j): k for k, (_, i, j) in enumerate(points)}

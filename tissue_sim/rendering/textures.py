@@ -1,4 +1,4 @@
-"""How surfaces look: colour, wetness and a fine relief, as seamless procedural textures."""
+"""Materials: colour, wetness and a fine relief, as seamless procedural textures."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Look:
     """A material. Colours are linear RGB, 0 to 1; shares are of the base colour.
 
     Attributes:
-        mottle: how much lighter and darker patches are.
-        vessels: how red fine vessels are drawn on it.
+        mottle: contrast of lighter and darker patches.
+        vessels: strength of the red of fine vessels.
         relief: slope of the fine bumps.
-        grain: wavelengths of bumps and mottle in a tile.
-        glow: light of its own.
+        grain: number of wavelengths of bumps and mottle in a tile.
+        glow: light that the surface emits.
         lobules: slope of the lobes of fat.
         dyed: share of the surface under red liquid.
     """
@@ -48,7 +48,7 @@ class Look:
 
 @lru_cache(maxsize=64)  # a few patients' worth
 def material(look: Look) -> sapien.render.RenderMaterial:
-    """The renderer's material."""
+    """Return the renderer's material."""
     made = sapien.render.RenderMaterial(
         base_color=[*look.colour, 1.0],
         roughness=look.roughness,
@@ -65,7 +65,7 @@ def material(look: Look) -> sapien.render.RenderMaterial:
 
 @cache
 def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
-    """(size, size) seamless noise of unit spread with wavelengths of 1/low to 1/high tile."""
+    """Draw seamless noise (size, size) of unit spread, with wavelengths 1/low to 1/high tile."""
     rng = np.random.default_rng([0x7E57, seed])
     k = np.fft.fftfreq(size, 1.0 / size)
     radius = np.hypot(k[:, None], k[None])
@@ -77,7 +77,7 @@ def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
 
 @cache
 def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
-    """(size, size) seamless cushions, 1 at their middle and 0 in the creases between them."""
+    """Draw seamless cushions (size, size): 1 in the middle of each, 0 in the creases."""
     centres = np.random.default_rng([0x7E57, seed]).uniform(0, size, (count, 2))
     pixels = np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
     warp = 0.04 * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
@@ -88,7 +88,7 @@ def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
 
 
 def colours(look: Look) -> Array:
-    """(size, size, 3) linear colours."""
+    """Draw linear colours (size, size, 3)."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
     if look.lobules:
         lightness *= 0.70 + 0.30 * np.sqrt(lobes())
@@ -100,13 +100,13 @@ def colours(look: Look) -> Array:
 
 
 def _dyed(share: float) -> NDArray[np.bool_]:
-    """(size, size) puddles that cover a share of the texture."""
+    """Return where puddles are (size, size) that cover a share of the texture."""
     puddles = noise(1, 5, 9)
     return puddles >= np.quantile(puddles, 1.0 - share) if share else np.zeros(puddles.shape, bool)
 
 
 def relief(look: Look) -> Array:
-    """(size, size, 3) normals, in 0 to 1."""
+    """Draw normals (size, size, 3), coded as 0 to 1."""
     dx, dy = (look.relief * s for s in _slopes(noise(max(2, look.grain // 3), 3 * look.grain, 5)))
     if look.lobules:
         lx, ly = _slopes(lobes())
@@ -116,7 +116,7 @@ def relief(look: Look) -> Array:
 
 
 def _slopes(height: Array) -> tuple[Array, Array]:
-    """Slopes along x and y of a seamless relief, of unit spread."""
+    """Return the slopes along x and y of a seamless relief, of unit spread."""
     dy, dx = (0.5 * (np.roll(height, -1, axis) - np.roll(height, 1, axis)) for axis in (0, 1))
     spread = np.hypot(dx.std(), dy.std())
     return dx / spread, dy / spread

@@ -1,6 +1,6 @@
-"""The pictures of a world: everything that is seen in it, updated from its state when asked.
+"""The cameras of a field, and everything they show, updated only when a picture is asked for.
 
-Nothing here changes the world: a run with pictures is the run without, bit for bit.
+Nothing here changes the field: a run with pictures equals the run without them, bit for bit.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from tissue_sim.tools.physics_system import physics_system
 
 
 class Visual(Protocol):
-    """Something that is seen."""
+    """Something that cameras show."""
 
     def update(self, field: Field) -> None:
-        """Look as the world is now."""
+        """Draw it as the field is now."""
         ...
 
 
@@ -40,7 +40,7 @@ VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks,
 
 
 def renderable_scene() -> sapien.Scene:
-    """An empty scene with physics and a renderer: on a GPU where there is one, else on the CPU."""
+    """Make an empty scene with physics and a renderer, on a GPU if there is one."""
     renderer = sapien.render.RenderSystem(_device())
     return sapien.Scene([physics_system(), renderer])
 
@@ -53,7 +53,7 @@ def _device() -> sapien.Device:
 
 
 class FieldCameras:
-    """All cameras on one world's scene."""
+    """All cameras on one field's scene."""
 
     def __init__(self, scene: sapien.Scene, cameras: Sequence[CameraSpec] = CAMERAS) -> None:
         self._scene = scene
@@ -62,12 +62,12 @@ class FieldCameras:
         self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
 
     def update(self, field: Field) -> None:
-        """Bring everything that is drawn up to date."""
+        """Draw everything as the field is now."""
         for visual in self._visuals:
             visual.update(field)
 
     def images(self, field: Field, names: Iterable[str]) -> dict[str, NDArray[np.uint8]]:
-        """Camera name -> (height, width, 3) uint8 of what it sees now.
+        """Take the cameras' pictures now: camera name -> (height, width, 3) uint8.
 
         Raises:
             ValueError: there is no such camera.

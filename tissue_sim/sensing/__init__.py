@@ -1,1 +1,1 @@
-"""What can be observed of the field: points, forces and pictures."""
+"""What is a policy told of the field? Exact simulator state, and pictures."""

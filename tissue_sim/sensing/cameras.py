@@ -13,7 +13,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 BASELINE_M = 0.0045  # between the endoscope's eyes
 NEAR_M, FAR_M = 0.003, 0.6
-WRIST_BACK_M = 0.035  # behind the wrist's pitch axis, clear of the shaft:
+WRIST_BACK_M = 0.035  # behind the wrist's pitch axis, clear of the shaft
 WRIST_ASIDE_M = 0.016  # along that axis
 
 _OPTICAL = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # left, up, away of x, y, z ahead
@@ -21,7 +21,7 @@ _OPTICAL = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # left, up, away 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraSpec:
-    """One camera: picture size in pixels and vertical field of view."""
+    """One camera: picture size, pixels, and vertical field of view."""
 
     name: str
     width: int = 640
@@ -40,7 +40,7 @@ CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
 
 
 def T_world_camera(field: Field, name: str) -> Array:
-    """Where a camera is now (4, 4): x the way it looks, y left, z up."""
+    """Return a camera's pose now (4, 4): x ahead, y left, z up."""
     if name == "endoscope_left":
         return looking(field.T_world_endoscope)
     if name == "endoscope_right":
@@ -51,12 +51,12 @@ def T_world_camera(field: Field, name: str) -> Array:
 
 
 def looking(T_world_eye: Array) -> Array:
-    """The renderer's pose (x the way it looks) of an eye with +x left, +y up, +z away."""
+    """Return the renderer's pose (x ahead) of an eye with +x left, +y up, +z away."""
     return pose(T_world_eye[:3, :3] @ _OPTICAL, T_world_eye[:3, 3])
 
 
 def _T_wrist_camera(field: Field, arm: int) -> Array:
-    """In the wrist's frame: x along the clevis, z along the pitch axis."""
+    """Return the camera's pose in the wrist's frame: x along the clevis, z along the pitch axis."""
     tool = field.arms.mounted[arm]
     tip = np.array([tool.pitch_to_yaw_m + tool.yaw_to_tip_m, 0.0, 0.0])
     eye = np.array([-WRIST_BACK_M, 0.0, WRIST_ASIDE_M])

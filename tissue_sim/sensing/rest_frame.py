@@ -1,7 +1,7 @@
-"""What is seen of a body that moves, in a frame that moves along with it.
+"""Observations in a frame that moves with the patient's body.
 
-The endoscope's frame, shifted so that the tubes' fixed ends stay where they were first seen:
-patients are ventilated, and endoscopes bumped, and policies need not learn of either.
+It is the endoscope's frame, shifted so that the tubes' fixed ends stay where they were at first:
+the patient breathes and the endoscope may be bumped, and policies need not learn either.
 """
 
 from __future__ import annotations
@@ -15,24 +15,28 @@ Floats = NDArray[np.float32]
 TISSUE = "left_tube_m", "right_tube_m", "sac_m", "clips_m"
 
 
-def fixed_m(seen: Floats) -> Floats:
-    """(..., 3) the middle between the tubes' fixed ends, of `Observation.vector()` (..., n)."""
-    parts = fields(seen)
+def fixed_m(vectors: Floats) -> Floats:
+    """Return the middle between the tubes' fixed ends (..., 3).
+
+    Args:
+        vectors: `Observation.vector()` (..., `VECTOR_SIZE`).
+    """
+    parts = fields(vectors)
     return 0.5 * (parts["left_tube_m"][..., 0, :] + parts["right_tube_m"][..., 0, :])
 
 
-def at_rest(seen: Floats, rest_m: Floats) -> Floats:
-    """What is seen (..., `VECTOR_SIZE`), with these ends at `rest_m` (3,)."""
-    seen, offset_m = seen.copy(), (fixed_m(seen) - rest_m)[..., None, :]
-    parts = fields(seen)  # views
+def at_rest(vectors: Floats, rest_m: Floats) -> Floats:
+    """Shift observations (..., `VECTOR_SIZE`) so that the fixed ends' middle is `rest_m` (3,)."""
+    shifted, offset_m = vectors.copy(), (fixed_m(vectors) - rest_m)[..., None, :]
+    parts = fields(shifted)  # views
     parts["tips_endoscope"][..., 3] -= offset_m
     for name in TISSUE:
         parts[name] -= offset_m
-    return seen
+    return shifted
 
 
 class RestFrame:
-    """This frame in the course of an episode.
+    """The frame during an episode.
 
     Attributes:
         offset_m: (3,) from the endoscope's frame to this one.
@@ -42,9 +46,9 @@ class RestFrame:
         self._rest_m: Floats | None = None
         self.offset_m = np.zeros(3, np.float32)
 
-    def see(self, seen: Floats) -> Floats:
-        """`Observation.vector()` in this frame."""
+    def follow(self, vector: Floats) -> Floats:
+        """Move the frame with the body, and return `Observation.vector()` in it."""
         if self._rest_m is None:
-            self._rest_m = fixed_m(seen)
-        self.offset_m = fixed_m(seen) - self._rest_m
-        return at_rest(seen, self._rest_m)
+            self._rest_m = fixed_m(vector)
+        self.offset_m = fixed_m(vector) - self._rest_m
+        return at_rest(vector, self._rest_m)

@@ -1,4 +1,4 @@
-"""Classes of what a camera sees, by the names of the drawn entities."""
+"""Classes for segmentation pictures, by the names of the drawn entities."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CLASSES = (
 
 
 def classes_of_entities(scene: sapien.Scene) -> NDArray[np.int16]:
-    """Place in `CLASSES` of every entity, indexed by its number in the scene."""
+    """Return each entity's place in `CLASSES`, indexed by its number in the scene."""
     numbers = {e.per_scene_id: e.name.split(":")[0] for e in scene.entities}
     classes = np.zeros(max(numbers) + 1, np.int16)
     for number, name in numbers.items():

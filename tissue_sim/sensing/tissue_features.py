@@ -1,4 +1,4 @@
-"""What is seen of the tissue as a network takes it: where each tool has it, and along the tubes."""
+"""The observed tissue as a network takes it: relative to each tool, and along the tubes."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
 LENGTH_M = 0.01
-WAVES_M = 0.008, 0.004, 0.002  # tell lengths apart that differ by a tenth of a millimetre
+WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
 CLIPS_A_TUBE = 4  # one more than there should be
 SITS_WITHIN_M = 0.003  # of the centreline; the tubes are 4 to 8 mm apart or more, assumed
 
 
 class Sitting(NamedTuple):
-    """The clips that sit on a tube, in their order along it.
+    """The clips on a tube, in their order along it.
 
     Attributes:
         places_m: (B, `CLIPS_A_TUBE`, 3) of the first of them.
         stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end.
-        there: (B, `CLIPS_A_TUBE`) 1 where there is one, else 0: the others mean nothing then.
+        there: (B, `CLIPS_A_TUBE`) 1 where there is a clip; 0 where the other values mean nothing.
     """
 
     places_m: Tensor
@@ -34,7 +34,15 @@ class Sitting(NamedTuple):
 
 
 def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
-    """Points in the endoscope's and in each tool's frame, and the right tip along each tube."""
+    """Return points relative to each tool, and the right tip's place along each tube.
+
+    Args:
+        now: parts of `Observation.vector()`, batched (B, ...).
+
+    Returns:
+        Features (B, ...): offsets from each tip in the endoscope's frame, the same in the tool's
+        frame, coarse and fine, which clips exist, and `along_tube` for both tubes.
+    """
     slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
     tubes = [now["left_tube_m"], now["right_tube_m"]]
     closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
@@ -47,16 +55,16 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     there = torch.cat([torch.ones_like(points[:, :n_always, 0]), of_clips], dim=1)[..., None]
     tips = now["tips_endoscope"]
     off = (points[:, None] - tips[:, :, None, :, 3]) * there[:, None]  # (B, 2, n, 3)
-    seen = torch.einsum("baji,banj->bani", tips[..., :3], off)
+    off_tool = torch.einsum("baji,banj->bani", tips[..., :3], off)
     tip_m = tips[:, RIGHT_ARM, None, :, 3]
     return [
-        off / FAR_M, seen / FAR_M, torch.tanh(seen / NEAR_M), of_clips,
+        off / FAR_M, off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), of_clips,
         *(along_tube(*parts, tip_m) for parts in zip(tubes, sitting, strict=True)),
     ]  # fmt: skip
 
 
 def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
-    """The clips on a tube, whatever the order of closing.
+    """Find the clips on a tube, in their order along it.
 
     Args:
         tube_m: (B, n, 3) points of its centreline.
@@ -75,10 +83,10 @@ def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
 
 
 def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
-    """How far from the tube's ends and from its clips a tip (B, 1, 3) is, coarse and fine.
+    """Return how far a tip (B, 1, 3) is from the tube's ends and its clips, coarse and fine.
 
-    Fine are waves, as a network hears little of small differences in a number of order one
-    (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
+    The fine features are waves, as a network is insensitive to small differences in a number of
+    order one (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
     """
     length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
     station_m, _ = _projected(tube_m, tip_m)
@@ -91,7 +99,7 @@ def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
 
 
 def _projected(tube_m: Tensor, points_m: Tensor) -> tuple[Tensor, Tensor]:
-    """(B, m) how far along a tube the places nearest to points (B, m, 3) are, and how far off."""
+    """Return how far along a tube (B, m) points (B, m, 3) lie, and how far beside it (B, m)."""
     begin, along = tube_m[:, None, :-1], (tube_m[:, 1:] - tube_m[:, :-1])[:, None]  # (B, 1, n-1, 3)
     off = points_m[:, :, None] - begin  # (B, m, n-1, 3)
     share = ((off * along).sum(-1) / along.square().sum(-1).clamp(min=1e-12)).clamp(0.0, 1.0)

@@ -1,4 +1,4 @@
-"""What a tracker adds to what it sees, put on in training."""
+"""Noise on exact observations in training, as large as a real tracker's might be (assumed)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TISSUE_M, TIP_M, JAW_RAD, FORCE_N = 1e-4, 5e-5, 2e-3, 0.02  # standard deviation
 
 
 def noised(history: Tensor, generator: torch.Generator) -> Tensor:
-    """Frames (B, K, `VECTOR_SIZE`) with white noise on points, tips, jaws and forces."""
+    """Add white noise to points, tips, jaws and forces of frames (B, K, `VECTOR_SIZE`)."""
     out = history.clone()
     parts = fields(out)  # views
     for part, scale in (

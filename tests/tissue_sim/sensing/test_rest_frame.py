@@ -16,21 +16,22 @@ SEEN = clipped(left=2, right=1)
 @given(st.lists(st.floats(-0.03, 0.03), min_size=3, max_size=3))
 def test_a_shift_of_all_that_is_seen_is_not_seen(by_m):
     frame = RestFrame()
-    before, after = frame.see(SEEN.vector()), frame.see(shifted(SEEN, np.array(by_m)).vector())
+    before = frame.follow(SEEN.vector())
+    after = frame.follow(shifted(SEEN, np.array(by_m)).vector())
     np.testing.assert_allclose(after, before, atol=1e-7)
     np.testing.assert_allclose(frame.offset_m, by_m, atol=1e-7)
 
 
 def test_a_body_at_rest_is_seen_as_it_is_to_the_bit():
     frame, rng = RestFrame(), np.random.default_rng(0)
-    _ = frame.see(SEEN.vector())
+    _ = frame.follow(SEEN.vector())
     tips = SEEN.tips_endoscope + 1e-3 * rng.standard_normal(SEEN.tips_endoscope.shape)
     moved = replace(SEEN, tips_endoscope=tips, sac_m=SEEN.sac_m + 2e-3)
-    np.testing.assert_array_equal(frame.see(moved.vector()), moved.vector())
+    np.testing.assert_array_equal(frame.follow(moved.vector()), moved.vector())
 
 
 def test_tools_and_tissue_that_move_in_the_body_are_seen_to():
     frame, by_m = RestFrame(), np.array([0.001, -0.02, 0.003])
-    _ = frame.see(SEEN.vector())
-    after = fields(frame.see(shifted(replace(SEEN, sac_m=SEEN.sac_m + 2e-3), by_m).vector()))
+    _ = frame.follow(SEEN.vector())
+    after = fields(frame.follow(shifted(replace(SEEN, sac_m=SEEN.sac_m + 2e-3), by_m).vector()))
     np.testing.assert_allclose(after["sac_m"], SEEN.sac_m + 2e-3, atol=1e-7)
