@@ -21,6 +21,7 @@ TOLD_OBSERVATIONS = ("planner.learned", "planner.llm", "controller.diffusion")
 OPEN_TO_THEM = (  # of the simulator: what an observation is, the robot, and constants
     "tissue_sim.frames",
     "tissue_sim.patient.axes",
+    "tissue_sim.periods",
     "tissue_sim.sensing.observation",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.tissue_features",
