@@ -1,1 +1,1 @@
-"""What to do next, in a surgeon's words."""
+"""Which task or correction should the robot carry out next, in a surgeon's words?"""

@@ -1,4 +1,4 @@
-"""What a planner thinks of the task under way."""
+"""How a planner judges the current task."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Assessment:
-    """How the task goes, in the planner's eyes.
+    """A planner's judgement of the current task.
 
     Attributes:
         progress: of the task, 0 to 1.
-        failure_chance: that it will not be done in time.
-        alarm: that chance is so high that a person should look.
+        failure_chance: probability that the task will not succeed in time.
+        alarm: the probability is so high that a person should look.
     """
 
     progress: float

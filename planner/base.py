@@ -1,4 +1,4 @@
-"""What every planner can do."""
+"""The interface of every planner, and the periods that planners share."""
 
 from typing import Protocol, TypeVar
 
@@ -11,19 +11,19 @@ Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
 
 class Planner(Protocol[Observation_contra]):
-    """Says what to do next, about once a second of simulated time.
+    """Gives the next instruction, once in each planning period of simulated time.
 
     Attributes:
-        hears_of_success: it is also asked as soon as a task is done; only for the privileged.
+        hears_of_success: it is also asked as soon as a task succeeds; only if privileged.
     """
 
     @property
     def hears_of_success(self) -> bool: ...
 
     def reset(self) -> None:
-        """Forgets the episode so far."""
+        """Forget the episode so far."""
         ...
 
     def plan(self, observation: Observation_contra) -> Instruction:
-        """Returns what should be done now, from what is seen now and was seen before."""
+        """Return what should be done now, from the present and the past observations."""
         ...

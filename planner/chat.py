@@ -1,4 +1,4 @@
-"""Any endpoint that speaks OpenAI's chat-completions protocol: one question, one answer as JSON."""
+"""Client of an endpoint with OpenAI's chat-completions protocol: one question, one JSON answer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class NoAnswerError(RuntimeError):
     """Why there is no answer, in one line.
 
     Attributes:
-        passing: asking again may help.
+        passing: the fault is temporary; asking again may help.
     """
 
     def __init__(self, why: str, *, passing: bool = True) -> None:
@@ -36,11 +36,11 @@ class Endpoint:
     Attributes:
         url: base of the API, to which "/chat/completions" is added.
         model: name of the model there.
-        key: sent as a bearer token; "" for none. It is in no file and no message.
-        timeout_s: on the clock, for the whole of an answer.
+        key: sent as a bearer token; "" for none. It is written to no file and no message.
+        timeout_s: wall-clock time for the whole answer.
 
     Raises:
-        ValueError: the address is not one of http or https, or there is no model.
+        ValueError: the address is not an http or https address, or the model is missing.
     """
 
     url: str
@@ -63,17 +63,17 @@ class Endpoint:
 
     @property
     def name(self) -> str:
-        """For a person: the model and where it is, without what the address may hold besides."""
+        """Return the model and the host for a person to read, without the rest of the address."""
         return f"{self.model} at {urlsplit(self.url).hostname}"
 
     def __repr__(self) -> str:
         return f"Endpoint({self.name})"
 
     def ask(self, system: str, question: str, schema: Mapping[str, Any]) -> Any:
-        """The answer, parsed; that it keeps the schema is asked for and the caller's to check.
+        """Return the parsed answer. The endpoint may ignore the schema: the caller must check it.
 
         Raises:
-            NoAnswerError: it does not come, is no JSON, or not of the protocol.
+            NoAnswerError: no answer comes, or it is not JSON, or it breaks the protocol.
         """
         body = {
             "model": self.model,
@@ -118,10 +118,10 @@ class Endpoint:
 
 
 def endpoint_from_environment() -> Endpoint:
-    """As the variables `URL`, `MODEL` and, where one is needed, `KEY` name it.
+    """Return the endpoint that the variables `URL`, `MODEL` and, if needed, `KEY` name.
 
     Raises:
-        ValueError: one is missing or wrong, in one line.
+        ValueError: a variable is missing or wrong; the message is one line.
     """
     if missing := [name for name in (URL, MODEL) if not os.environ.get(name)]:
         raise ValueError(
@@ -134,7 +134,7 @@ def endpoint_from_environment() -> Endpoint:
 
 
 class _NoRedirect(HTTPRedirectHandler):
-    """A key is sent to the address that was named, and nowhere else."""
+    """Refuses redirects, so that the key is sent to the named address only."""
 
     def redirect_request(self, req: Any, fp: Any, code: int, *_: Any) -> None:
         raise HTTPError(req.full_url, code, "and sends elsewhere", req.headers, fp)
@@ -144,7 +144,7 @@ _OPENER = build_opener(_NoRedirect)
 
 
 def _read(answer: Any, until_s: float) -> bytes:
-    """All of it; an endpoint that sends byte by byte for ever is given up too."""
+    """Read the whole answer; give up on an endpoint that sends too much or too slowly."""
     content = b""
     while part := answer.read1(65_536):
         content += part

@@ -1,4 +1,4 @@
-"""Everything a person may mean by what is said: an instruction, or a word about the run itself."""
+"""Every command a person can give: an instruction, or a word about the run itself."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ WORDS: tuple[Word, ...] = ("stop", "pause", "resume", "repeat", "undo", "next st
 
 @dataclass(frozen=True, kw_only=True)
 class Command:
-    """What is meant; one of the attributes beside the text says what kind it is.
+    """The meaning of a sentence. Exactly one of task, correction, word and deed is set.
 
     Attributes:
         text: in words, unique to the command.
-        task: to go on with; where a structure is named, as of the left tube.
+        task: to carry out; if a structure is named, the task on the left tube.
         correction: to make.
         word: about the run.
-        deed: to do, the next that is due on the tube; which clip it is was not said.
+        deed: the next clip, or the cut, on the tube; the person did not say which clip.
         tube: of a deed, as the endoscope sees it.
-        structure: said in the tube's place, of a deed or of a task.
+        structure: named instead of the tube, in a deed or in a task.
     """
 
     text: str
@@ -43,11 +43,11 @@ class Command:
 
     @property
     def moves(self) -> bool:
-        """Whether the robot may move by it."""
+        """Return whether the command may move the robot."""
         return self.word not in ("stop", "pause")
 
     def seen(self, duct: Tube) -> Command:
-        """The same of the tube that a structure is in view, where `duct` is the duct's."""
+        """Return the command with the structure replaced by its tube; `duct` is the duct's tube."""
         if self.structure is None:
             return self
         tube = next(one for one in TUBES if (one == duct) == (self.structure == "duct"))
@@ -55,7 +55,7 @@ class Command:
 
 
 def _of_structures() -> Iterator[Command]:
-    """Tasks on the left tube, with a structure said in its place."""
+    """Yield the tasks on the left tube with a structure named instead of the tube."""
     for task, structure in product(TASKS, STRUCTURES):
         if task.tube == "left":
             text = task.text.replace("left tube", structure)
@@ -80,4 +80,4 @@ COMMANDS: dict[str, Command] = {
         *(Command(text=word, word=word) for word in WORDS),
     )
 }
-"""By their texts."""
+"""Every command by its text."""

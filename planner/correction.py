@@ -36,13 +36,13 @@ DIRECTION_ENDOSCOPE: dict[Direction, tuple[float, float, float]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Correction:
-    """A small change asked of an arm or of the jaws while a task goes on.
+    """A small motion asked of an arm or of the jaws during a task.
 
     Attributes:
         text: The words a surgeon says, unique to the correction.
-        arm: Whom it is for; "both" only for the jaws.
-        direction: Where the arm should move; None when the jaws are meant.
-        jaw: What the jaws should do; None when the arm is meant.
+        arm: The arm that moves; "both" is for the jaws only.
+        direction: Where the arm should move; None for a correction of the jaws.
+        jaw: What the jaws should do; None for a correction of an arm.
     """
 
     text: str
@@ -72,10 +72,10 @@ _BY_TEXT = {correction.text: correction for correction in CORRECTIONS}
 
 
 def correction_from_text(text: str) -> Correction:
-    """Returns the correction whose words these are.
+    """Return the correction with this text.
 
     Raises:
-        ValueError: If no correction is worded so; the message lists the 18 that are.
+        ValueError: No correction has this text; the message lists the 18 allowed texts.
     """
     try:
         return _BY_TEXT[text]
@@ -84,6 +84,6 @@ def correction_from_text(text: str) -> Correction:
 
 
 def opposite(correction: Correction) -> Correction:
-    """Returns the correction that takes it back."""
+    """Return the correction that moves the other way."""
     way = OPPOSITE[correction.direction or correction.jaw or ""]
     return next(c for c in CORRECTIONS if c.arm == correction.arm and way in (c.direction, c.jaw))

@@ -1,4 +1,4 @@
-"""When a task is done: the world's outcome predicates, by kind of task. Privileged."""
+"""When a task has succeeded: the world's outcome predicates, by kind of task. Privileged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tissue_sim.world import World
 
 
 def task_done(task: Task, world: World) -> bool:
-    """Whether the world's state meets the task's success criterion now."""
+    """Return whether the world's state meets the task's success criterion now."""
     if task.kind == "grab":
         return gallbladder_grasped(world)
     if task.goes_back:
@@ -20,5 +20,5 @@ def task_done(task: Task, world: World) -> bool:
 
 
 def structure_of(task: Task, world: World) -> str:
-    """The structure ("duct", "artery") that the task's tube is in this patient; "" when none."""
+    """Return which structure ("duct", "artery") the task's tube is in this patient, or ""."""
     return world.anatomy.structure(task.tube) if task.tube else ""

@@ -1,4 +1,4 @@
-"""What the planner tells the controller, and the words of it."""
+"""What the planner tells the controller, in words."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -24,23 +24,22 @@ HOLD = "hold"
 
 @dataclass(frozen=True, kw_only=True)
 class Instruction:
-    """A task to do, perhaps with a correction to make first.
+    """A task to carry out, perhaps with a correction to make first.
 
     Attributes:
-        task: The task under way.
-        correction: The change asked for now; it replaces the task in the words, as the
+        task: The current task.
+        correction: The motion asked for now. Its text replaces the task's text, because the
             controller of SRT-H hears one string only.
-        source: Who asks.
-        confidence: Of whoever asks, 0 to 1.
+        source: Who gives the instruction.
+        confidence: Of the source, 0 to 1.
         time_s: Simulated time at which it was given.
-        overrides: Names of safety interlocks that the person who asks has explicitly set aside.
-        assessment: What the planner thinks of the task; None where it has no opinion.
-        hold: Both arms stay where they are; whoever controls them is not asked.
-        remark: Of whoever asks, for a person to read: why this, or why to hold.
+        overrides: Names of safety interlocks that a person has explicitly overridden.
+        assessment: How the planner judges the task; None if it does not judge it.
+        hold: Both arms stay where they are; the controller is not asked.
+        remark: Of the source, for a person to read: why this instruction, or why to hold.
 
     Raises:
-        ValueError: Somebody else than a person sets interlocks aside, or a correction is to be
-            made while the arms stay.
+        ValueError: The planner overrides interlocks, or a correction is given with a hold.
     """
 
     task: Task
@@ -61,7 +60,7 @@ class Instruction:
 
     @property
     def text(self) -> str:
-        """The one string the controller hears, or `HOLD`, of which it does not hear."""
+        """Return the one string that the controller hears, or `HOLD`, which it never hears."""
         if self.hold:
             return HOLD
         return self.correction.text if self.correction else self.task.text

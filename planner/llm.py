@@ -1,7 +1,7 @@
 """A language model as planner: it reads the scene in words and answers with an instruction.
 
-Simulated time stands still while it is asked, so an episode does not depend on how long it takes.
-Where it gives no answer that can be followed, both arms hold, and the instruction says why.
+Simulated time stops while the model answers, so an episode does not depend on its speed. Without
+a valid answer both arms hold, and the instruction says why.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from planner.task import TASKS, Task, task_from_text
 from tissue_sim.sensing.observation import Observation
 
 ATTEMPTS = 3
-FIRST_WAIT_S = 0.5  # on the clock, before the second attempt; twice as long before the next
-REMEMBERED = 8  # instructions that it is reminded of
+FIRST_WAIT_S = 0.5  # wall-clock time before the second attempt; doubled before each further one
+REMEMBERED = 8  # past instructions that are repeated in each question
 NONE = "none"
 
 SCHEMA: dict[str, Any] = {
@@ -35,7 +35,7 @@ SCHEMA: dict[str, Any] = {
     "required": ["reason", "task", "correction", "confidence"],
     "additionalProperties": False,
 }
-"""Of an answer: the closed set of instructions, 17 tasks and 18 corrections."""
+"""The JSON schema of an answer: the closed set of 17 tasks and 18 corrections."""
 
 SYSTEM = f"""\
 You are the surgeon who directs a two-armed robot through the clipping and cutting of a \
@@ -59,23 +59,23 @@ Answer with JSON alone: "reason" (a short sentence), "task", "correction", "conf
 
 
 class PlannerLlm:
-    """Asks an endpoint once for each instruction, again when an answer cannot be followed."""
+    """Asks an endpoint once for each instruction, and again after an invalid answer."""
 
     hears_of_success = False
 
     def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
-        """`sleep` waits between attempts."""
+        """Take an endpoint, and `sleep` to wait between attempts."""
         self._endpoint, self._sleep = endpoint, sleep
         self.reset()
 
     def reset(self) -> None:
-        """Forgets what was said."""
+        """Forget the past instructions."""
         self._task = TASKS[0]
         self._said: deque[tuple[float, str]] = deque(maxlen=REMEMBERED)
         self._silent = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """What the model says; to hold when it says nothing that can be followed."""
+        """Return the model's instruction, or a hold if the model gives no valid answer."""
         now_s = observation.time_s
         try:
             task, correction, confidence, reason = self._answer(observation)
@@ -91,12 +91,12 @@ class PlannerLlm:
         return instruction
 
     def _answer(self, observation: Observation) -> tuple[Task, Correction | None, float, str]:
-        """Of the first attempt that can be followed; one that was silent is asked once only."""
+        """Return the first valid answer; after a failed question ask once only."""
         question = self._question(observation)
         last = 1 if self._silent else ATTEMPTS
         for attempt in range(1, last + 1):
             try:
-                return followed(self._endpoint.ask(SYSTEM, question, SCHEMA))
+                return parse_answer(self._endpoint.ask(SYSTEM, question, SCHEMA))
             except NoAnswerError as error:
                 if attempt == last or not error.passing:
                     raise
@@ -112,11 +112,11 @@ class PlannerLlm:
             self._said.append((instruction.time_s, instruction.text))
 
 
-def followed(answer: Any) -> tuple[Task, Correction | None, float, str]:
-    """An answer as task, correction, confidence and reason, if it keeps `SCHEMA`.
+def parse_answer(answer: Any) -> tuple[Task, Correction | None, float, str]:
+    """Parse an answer into task, correction, confidence and reason.
 
     Raises:
-        NoAnswerError: it does not.
+        NoAnswerError: the answer does not keep `SCHEMA`.
     """
     if not isinstance(answer, dict) or set(answer) != set(SCHEMA["required"]):
         raise NoAnswerError(f"its answer must have {', '.join(SCHEMA['required'])}")
@@ -134,9 +134,9 @@ def followed(answer: Any) -> tuple[Task, Correction | None, float, str]:
 
 
 def planner_from_environment() -> PlannerLlm:
-    """The planner that asks the endpoint which the environment names.
+    """Return a planner with the endpoint that the environment variables name.
 
     Raises:
-        ValueError: it names none, or a wrong one.
+        ValueError: a variable is missing or wrong.
     """
     return PlannerLlm(endpoint_from_environment())

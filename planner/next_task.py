@@ -1,4 +1,4 @@
-"""Which task a deed on a tube is now: its next clip, or its cut. From what is seen, no more."""
+"""The next task of a deed on a tube: its next clip, or its cut. From the observation alone."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 
 CLIPS_A_TUBE = 3
-ON_TUBE_M = 0.004  # of a clip's middle from the tube's centreline; assumed, about a tube's width
+ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
 
 
 class NotNowError(ValueError):
-    """What cannot be done as things are; says why, for a person."""
+    """A command cannot be carried out now; the message tells a person why."""
 
 
-def due_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
-    """The task that does it.
+def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
+    """Return the task that carries out the deed.
 
     Raises:
-        NotNowError: the tube is cut, has all its clips, or has not the clips that a cut needs.
+        NotNowError: the tube is cut, has all its clips, or lacks the clips that a cut needs.
     """
     n_clips = clips_on(tube, observation)
     if observation.severed[("left", "right").index(tube)]:
@@ -35,18 +35,18 @@ def due_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:
-    """How many clips are seen on a tube: near it, and nearer than to the other."""
+    """Return how many clips lie on a tube: near it, and nearer to it than to the other tube."""
     clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     away_m = {
-        "left": off_m(clips_m, observation.left_tube_m),
-        "right": off_m(clips_m, observation.right_tube_m),
+        "left": distance_to_line_m(clips_m, observation.left_tube_m),
+        "right": distance_to_line_m(clips_m, observation.right_tube_m),
     }
     other: Tube = "right" if tube == "left" else "left"
     return int(((away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])).sum())
 
 
-def off_m(points: Array, line: Array) -> Array:
-    """(n,) distance of points (n, 3) from a line through points (m, 3)."""
+def distance_to_line_m(points: Array, line: Array) -> Array:
+    """Return the distances (n,) of points (n, 3) from a polyline (m, 3)."""
     start, way = line[:-1], np.diff(line, axis=0)
     along = np.einsum("nmk,mk->nm", points[:, None] - start, way)
     share = np.clip(along / np.maximum((way * way).sum(axis=1), 1e-12), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""What a network says, the same to the bit however many processors there are."""
+"""Network outputs that are identical to the bit for any number of processors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Torch sums on one thread meanwhile: on several, the last bits depend on their number."""
+    """Run PyTorch on one thread: on several, the last bits of a sum depend on their number."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

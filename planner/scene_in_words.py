@@ -1,4 +1,4 @@
-"""What is seen, in words, for a planner that reads. From the observation alone."""
+"""The scene in words, for a planner that reads. From the observation alone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from math import degrees
 
 import numpy as np
 
-from planner.next_task import clips_on, off_m
+from planner.next_task import clips_on, distance_to_line_m
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
@@ -17,7 +17,7 @@ TUBES: tuple[Tube, Tube] = ("left", "right")
 
 
 def scene_in_words(observation: Observation) -> str:
-    """Tools, tubes, clips and forces; lengths in mm, directions as the endoscope sees them."""
+    """Describe tools, tubes, clips and forces; lengths in mm, directions as in the view."""
     return "\n".join(
         (
             f"Time: {observation.time_s:.0f} s.",
@@ -29,7 +29,7 @@ def scene_in_words(observation: Observation) -> str:
 
 
 def way_in_words(way_m: Array) -> str:
-    """A way (3,) in the endoscope's frame, whole mm; "right there" where it rounds to nothing."""
+    """Describe a vector (3,) of the endoscope's frame in whole mm; "right there" if it is zero."""
     parts = [
         f"{abs(mm)} mm {words[0] if mm > 0 else words[1]}"
         for mm, words in zip(np.rint(1e3 * way_m).astype(int).tolist(), AXES, strict=True)
@@ -57,7 +57,7 @@ def _right_arm(observation: Observation) -> str:
 
 def _way_to(tube: Tube, tip: Array, observation: Observation) -> str:
     line = _line(tube, observation)
-    far_mm = 1e3 * off_m(tip[None], line)[0]
+    far_mm = 1e3 * distance_to_line_m(tip[None], line)[0]
     way = way_in_words(line.mean(axis=0) - tip)
     return f"from its tip to the middle of the {tube} tube: {way} ({far_mm:.0f} mm to its axis)"
 

@@ -15,16 +15,17 @@ from tissue_sim.world import World
 class PlannerScripted:
     """Reads the world's hidden state, so it serves as the reference and the test oracle.
 
-    When a clip or a cut has not come off, it says to go back, and then the same task again; when
-    the gallbladder has slipped out of the grasper, to go back and to grab it again.
+    When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
+    the same task again; when the gallbladder has slipped out of the grasper, to go back and to
+    grab it again.
     """
 
     def __init__(
         self, world: World, order: Sequence[Task] = TASKS, *, hears_of_success: bool = True
     ) -> None:
-        """`order` begins with grabbing; after each clip or cut comes going back from it.
+        """Take the tasks in `order`: grabbing first, and going back after each clip or cut.
 
-        With `hears_of_success` off it is asked no oftener than a planner that only sees.
+        Without `hears_of_success` it is asked as often as a planner that only sees.
         """
         self.hears_of_success = hears_of_success
         self._world, self._order = world, tuple(order)
@@ -37,7 +38,7 @@ class PlannerScripted:
         self._backing_off = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """The first task, in order, that is not over yet; the last one stays when all are."""
+        """Return the first task in the order that is not over; the last one when all are over."""
         task, now_s = self._order[self._index], observation.time_s
         if self._backing_off:
             if right_arm_back(self._world):
@@ -51,7 +52,7 @@ class PlannerScripted:
         return Instruction(task=said, time_s=now_s)
 
     def _next_to_do(self) -> int:
-        """The task after this one, past those that were said before and are still done."""
+        """Return the next task; skip those that were given before and are still done."""
         at = self._index + 1
         while at < self._furthest and self._is_over(self._order[at]):
             at += 1
@@ -59,10 +60,10 @@ class PlannerScripted:
         return min(at, len(self._order) - 1)
 
     def _is_over(self, task: Task) -> bool:
-        """Done, or past mending: a tube in two parts is not cut again, however badly it was."""
+        """Return whether a task is done or cannot be repeated: a severed tube is not cut again."""
         severed = task.kind == "cut" and tube_severed(self._world, structure_of(task, self._world))
         return severed or task_done(task, self._world)
 
     def _slipped(self) -> bool:
-        """Nothing is held; once a tube is cut there is no spreading them both again."""
+        """Return whether the grasper lost the gallbladder; after a cut it is not grasped again."""
         return not gallbladder_held(self._world) and not self._world.record.cuts

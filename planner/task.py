@@ -15,9 +15,9 @@ class Task:
     Attributes:
         index: Place in the procedure, 1 to 17.
         text: The words a surgeon says, unique to the task.
-        kind: What is done, whichever tube and clip.
-        tube: The tube it is done to; None when grabbing.
-        clip: Which of the tube's three clips, 1 to 3; None where no clip is meant.
+        kind: What is done, for any tube and clip.
+        tube: The tube it is done to; None for grabbing.
+        clip: Which of the tube's three clips, 1 to 3; None if the task has no clip.
         right_tool: The tool the right arm must hold; the left always holds the grasper.
     """
 
@@ -30,7 +30,7 @@ class Task:
 
     @property
     def goes_back(self) -> bool:
-        """Whether the right arm is only to go back, from a clip or from the cut."""
+        """Return whether the right arm only goes back, from a clip or from the cut."""
         return self.kind in ("go_back", "go_back_from_cut")
 
 
@@ -71,10 +71,10 @@ _BY_TEXT = {task.text: task for task in TASKS}
 
 
 def task_from_text(text: str) -> Task:
-    """Returns the task whose words these are.
+    """Return the task with this text.
 
     Raises:
-        ValueError: If no task is worded so; the message lists the 17 that are.
+        ValueError: No task has this text; the message lists the 17 allowed texts.
     """
     try:
         return _BY_TEXT[text]

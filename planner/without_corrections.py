@@ -1,4 +1,4 @@
-"""SRT-H's ablation "task instructions only": a planner whose corrections nobody hears."""
+"""SRT-H's ablation "task instructions only": a planner without its corrections."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from tissue_sim.sensing.observation import Observation
 
 
 class PlannerWithoutCorrections:
-    """Says the task that another planner says, and keeps its corrections back."""
+    """Repeats another planner's tasks and drops its corrections."""
 
     def __init__(self, planner: Planner[Observation]) -> None:
         self._planner = planner
 
     @property
     def hears_of_success(self) -> bool:
-        """As the other."""
+        """Return the other planner's value."""
         return self._planner.hears_of_success
 
     def reset(self) -> None:
-        """Forgets the episode so far."""
+        """Forget the episode so far."""
         self._planner.reset()
 
     def plan(self, observation: Observation) -> Instruction:
-        """What the other says, without a correction."""
+        """Return the other planner's instruction without its correction."""
         return replace(self._planner.plan(observation), correction=None)

@@ -17,7 +17,7 @@ from controller.diffusion.policy import Policy
 from controller.diffusion.windows import DemonstrationArrays, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
-from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
+from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "policy.safetensors"
@@ -61,7 +61,7 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
         CheckpointError: as of `load_checkpoint`.
     """
     policy = load_checkpoint(base)
-    return replace(going_on_from(base, config), policy=policy.config), policy
+    return replace(fine_tuning_schedule(base, config), policy=policy.config), policy
 
 
 def train(

@@ -1,1 +1,1 @@
-"""From free text to a command, or a question back."""
+"""Which command does a sentence in free text mean?"""

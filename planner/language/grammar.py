@@ -1,4 +1,4 @@
-"""What the words say outright: the slots that they fill, or why nothing is to be done."""
+"""The grammar: which slots the words of a sentence fill, or why the robot must do nothing."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ _REQUEST = re.compile(
     r"|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
     r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
 )
-_TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order is worded so
-_TURNED = ("kind", "what", "side", "particle", "preposition")  # by "too"
+_TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order has such words
+_TURNED = ("kind", "what", "side", "particle", "preposition")  # "too" reverses their direction
 Openness = Literal["unknown words", "open slots"]
 _DENIED = "it says what not to do"
 _OF_COMMANDS = ("kind", "arm", "tube", "organ", "what")
@@ -48,8 +48,8 @@ class Parse:
 
     Attributes:
         filled: The slots.
-        unknown: Words that nothing is known about.
-        refusal: Why nothing is to be done, in words; empty when there is no reason.
+        unknown: Words outside the lexicon.
+        refusal: Why the robot must do nothing, in words; empty if there is no reason.
     """
 
     filled: Filled
@@ -58,7 +58,7 @@ class Parse:
 
 
 def parse(text: str) -> Parse:
-    """The slots that a sentence fills, the words it leaves open, and what speaks against it."""
+    """Return the slots that a sentence fills, its unknown words, and a reason to refuse it."""
     words = normalised(text)
     asked_for = _REQUEST.sub("", words)
     found = list(senses(asked_for.split()))
@@ -67,7 +67,7 @@ def parse(text: str) -> Parse:
     asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
     if _DENIED not in said["refusal"] and not asks:
-        if "stop" in said["kind"]:  # whatever else is said
+        if "stop" in said["kind"]:  # "stop" overrules all other words
             return Parse(filled={"kind": {"stop"}})
         if said["kind"] == {"pause"}:
             refusal = ""
@@ -75,7 +75,7 @@ def parse(text: str) -> Parse:
 
 
 def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
-    """Values by slot; what one has too much of is turned round."""
+    """Collect values by slot; after "too" a direction is reversed."""
     said, too = defaultdict(set), False
     for slot, value in found:
         turns = too and slot in _TURNED
@@ -89,7 +89,7 @@ def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
 
 
 def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
-    """Why nothing is to be done, if so."""
+    """Return why the robot must do nothing; empty if there is no reason."""
     goes_back = "go_back" in said["kind"]
     if said["after"] and not goes_back:
         return "it sets a condition or a time"
@@ -99,7 +99,7 @@ def _refusal(said: dict[str, set[str]], unknown: tuple[str, ...]) -> str:
 
 
 def _tells(said: dict[str, set[str]], unknown: tuple[str, ...]) -> bool:
-    """Whether something is described; a wish describes too, but a clip or a cut must be ordered."""
+    """Return whether the sentence describes. A wish may describe, but not for a clip or a cut."""
     deed = {"clip", "cut"} & (said["kind"] | said["state"])
     state = said["state"] - said["kind"] - said["what"]
     return bool(
@@ -110,14 +110,13 @@ def _tells(said: dict[str, set[str]], unknown: tuple[str, ...]) -> bool:
 
 
 def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
-    """The slots of a command, from what the phrases say together.
+    """Return the slots of a command, from all phrases together.
 
-    What is implied only is filled when the `whole` sentence is known: a word that is not may say
-    otherwise.
+    Implied slots are filled only if the `whole` sentence is known: an unknown word may contradict.
     """
     _join_phrases(said)
     if not whole and said["kind"] & {"clip", "cut", "open", "close"}:
-        said.pop("which", set())  # "on the left" may be said of what is unknown
+        said.pop("which", set())  # "on the left" may belong to an unknown word
     _place_sides(said)
     _place_directions(said)
     if whole:
@@ -127,7 +126,7 @@ def _filled(said: dict[str, set[str]], *, whole: bool) -> Filled:
 
 
 def _join_phrases(said: dict[str, set[str]]) -> None:
-    """What two phrases say together that neither says alone."""
+    """Combine phrases that mean something together that neither means alone."""
     _make_orders(said)
     if said["blades"]:
         said["arm"] |= {"right"}
@@ -139,7 +138,7 @@ def _join_phrases(said: dict[str, set[str]]) -> None:
 
 
 def _join_grips(said: dict[str, set[str]]) -> None:
-    """The gallbladder is held and closed on; a tighter grip of the jaws grabs nothing."""
+    """Tell grabbing the gallbladder from closing the jaws."""
     if said["organ"] and (said["hold"] or said["kind"] == {"close"}):
         said["kind"] = {"grab"}
     if not said["organ"] and said["kind"] & {"open", "close"}:
@@ -149,7 +148,7 @@ def _join_grips(said: dict[str, set[str]]) -> None:
 
 
 def _join_cuts(said: dict[str, set[str]]) -> None:
-    """Going back from the cut, and the position for it, are not cutting."""
+    """Tell cutting from going back from the cut and from going to its position."""
     if said["from_cut"] and said["kind"] <= {"go_back"}:
         said["kind"] = {"go_back_from_cut"}
     if "cut" in said["kind"] and said["ready"] | said["position"]:
@@ -159,7 +158,7 @@ def _join_cuts(said: dict[str, set[str]]) -> None:
 
 
 def _join_clips(said: dict[str, set[str]]) -> None:
-    """Tubes are closed with clips; "two" counts clips where a tube is named."""
+    """Read closing a tube as clipping it, and "two" as the second clip if a tube is named."""
     if said["what"] & ORDINALS or ("clip" in said["kind"] and said["tube"] | said["what"]):
         said["kind"] -= {"close"}
     of_clips = said["kind"] & {"clip", "go_back"} or (said["tube"] and not said["kind"])
@@ -168,7 +167,7 @@ def _join_clips(said: dict[str, set[str]]) -> None:
 
 
 def _make_orders(said: dict[str, set[str]]) -> None:
-    """What is to be "clipped" is to be clipped; what one goes back from has been."""
+    """Read a state ("clipped") as an order, except in going back, where it is past."""
     state = said.pop("state", set())
     if "go_back" in said["kind"] and state | said["is"] | said["after"] | said["from"]:
         said["from_cut"] |= (state | said["kind"]) & {"cut"}
@@ -183,7 +182,7 @@ def _of_tube(said: dict[str, set[str]]) -> bool:
 
 
 def _place_sides(said: dict[str, set[str]]) -> None:
-    """Sides of "the left one" belong to what the rest is about; with an arm, "left" is where to."""
+    """Assign "the left one" to the sentence's tube or arm; with an arm, "left" is a direction."""
     of_arm = "what" if said["arm"] and not said["kind"] & {"open", "close"} else "arm"
     said["tube" if _of_tube(said) else of_arm] |= said.pop("which", set())
     if _of_tube(said) and not said["tube"]:  # a clip is put to the left
@@ -194,7 +193,7 @@ def _place_sides(said: dict[str, set[str]]) -> None:
 
 
 def _place_directions(said: dict[str, set[str]]) -> None:
-    """Where to: "up" but not in "open up", "in" but not in "higher in there"."""
+    """Read directions: "up" but not in "open up", "in" but not in "higher in there"."""
     if not said["kind"] | said["what"] & ORDINALS:
         said["what"] |= said["particle"]
         said["what"] |= set() if said["what"] & DIRECTIONS else said["preposition"]
@@ -210,7 +209,7 @@ def _place_bare_sides(said: dict[str, set[str]]) -> None:
 
 
 def _infer_kind(said: dict[str, set[str]]) -> None:
-    """What is done, where only how or to what is said."""
+    """Infer the kind of command where the sentence names only its object or its manner."""
     elsewhere = said["tube"] | said["what"] - {"towards"}
     if said["arm"] and said["kind"] == {"go_back"} and not elsewhere:
         said["kind"], said["what"] = set(), {"towards"}
@@ -229,14 +228,14 @@ def _infer_kind(said: dict[str, set[str]]) -> None:
 
 
 def openness(parsed: Parse) -> Openness:
-    """Whether unknown words leave slots open, or are merely unknown."""
+    """Return whether the sentence leaves slots open, or only has unknown words."""
     return "unknown words" if spelt_out(parsed.filled) else "open slots"
 
 
 def may_be_filled(parsed: Parse, command: Command) -> bool:
-    """Whether a command may be taken for what is left open: by unknown words, not by too few.
+    """Return whether a guessed command may fill slots that unknown words leave open.
 
-    A word about the run may not: what is unknown may be what else is to be resumed, or let go.
+    A word about the run may not be guessed: an unknown word may name what to resume or let go.
     """
     if command.word:
         return False

@@ -1,4 +1,4 @@
-"""Free text to a command, or a question back; what is not understood moves nothing."""
+"""From free text to a command or a question back; a misunderstood sentence moves nothing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from planner.language.slots import spelt_out
 
 MAX_CHARACTERS = 200
 MAX_GUESSES = 3
-MIN_CHANCE = 0.05  # of a guess worth offering; assumed
+MIN_CHANCE = 0.05  # probability of a guess worth offering; assumed
 _UNLISTED = "qqqq the left arm higher"
 
 By = Literal["grammar", "classifier", "button", "nobody"]
@@ -23,15 +23,15 @@ By = Literal["grammar", "classifier", "button", "nobody"]
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """How a text was read.
+    """How a text was understood.
 
     Attributes:
         text: As it was said.
-        command: What is meant; None when that is not clear.
-        guesses: What may have been meant, the likeliest first; empty when there is a command.
+        command: The meaning; None if it is not clear.
+        guesses: Possible commands, the likeliest first; empty if there is a command.
         confidence: Of the command, or of the first guess, 0 to 1.
-        by: Who found it.
-        reply: To whoever said it, one line.
+        by: What found the command.
+        reply: To the person, one line.
     """
 
     text: str
@@ -43,10 +43,10 @@ class Reading:
 
 
 class Interpreter:
-    """Reads free text; the sentence encoder is loaded when words first leave something open."""
+    """Reads free text; it loads the sentence encoder when a sentence first needs it."""
 
     def read(self, text: str) -> Reading:
-        """What the text means; never an error, whatever the text."""
+        """Return the meaning of any text; never raise."""
         if trouble := _trouble(text):
             return _not_understood(text, trouble)
         parsed = parse(text)
@@ -58,7 +58,7 @@ class Interpreter:
         return self._guess(text, parsed)
 
     def warm_up(self) -> None:
-        """Loads what the first word that nobody listed would wait for: seconds."""
+        """Load the sentence encoder, so that the first unknown word does not wait for seconds."""
         self.read(_UNLISTED)
 
     @cached_property
@@ -80,7 +80,7 @@ class Interpreter:
 
 
 def _trouble(text: str) -> str:
-    """Why a text cannot be read at all; empty when it can."""
+    """Return why a text cannot be read at all; empty if it can."""
     if not text.strip():
         return "nothing was said"
     if len(text) > MAX_CHARACTERS:

@@ -1,4 +1,4 @@
-"""The words surgeons use (lexicon.toml), each with the slot that it fills."""
+"""The words that surgeons use (lexicon.toml), each with the slot that it fills."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 
 class Sense(NamedTuple):
-    """What a phrase says.
+    """The meaning of a phrase.
 
     Attributes:
-        slot: A table of lexicon.toml; or a side without a noun: "which", or "side" where
-            it may be a direction as well.
+        slot: A table of lexicon.toml; for a side without a noun "which", or "side" if it may
+            also be a direction.
         value: Of the slot.
     """
 
@@ -44,12 +44,12 @@ _DOUBLES = re.compile(r"(qu)?[^aeiou]*[aeiou][bdgmnprt]")
 
 
 def without_articles(text: str) -> str:
-    """The words, single spaces between them; articles say nothing."""
+    """Return the words without articles, with single spaces between them."""
     return " ".join(word for word in text.split() if word not in _ARTICLES)
 
 
 def _phrases() -> Iterator[tuple[str, str, str]]:
-    """Table, key and phrase."""
+    """Yield table, key and phrase of every entry."""
     tables = tomllib.loads(Path(__file__).with_name("lexicon.toml").read_text("utf-8"))
     for table, values in tables.items():
         for value, phrases in values.items():
@@ -66,7 +66,7 @@ def _listed() -> dict[str, Sense]:
 
 
 def _inflected(verbs: Mapping[str, Sense]) -> dict[str, Sense]:
-    """Other forms: "clipping" is said as "clip" is; "clipped" tells of a state."""
+    """Return other verb forms: "clipping" means the same as "clip"; "clipped" is a state."""
     found: dict[str, Sense] = {}
     for phrase, sense in verbs.items():
         verb, _, rest = phrase.partition(" ")
@@ -77,7 +77,7 @@ def _inflected(verbs: Mapping[str, Sense]) -> dict[str, Sense]:
 
 
 def _sided() -> dict[str, Sense]:
-    """Sides of arms, of tubes, or of either; "to the left arm" is no direction."""
+    """Return phrases for sides of arms and tubes; "to the left arm" is not a direction."""
     of_noun = {
         f"{before}{side} {between}{noun}": Sense(slot, side)
         for slot, nouns in _NOUNS.items()

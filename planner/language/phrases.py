@@ -1,4 +1,4 @@
-"""From text to the phrases of the lexicon in it, small slips of spelling forgiven."""
+"""From text to phrases of the lexicon, with small spelling mistakes corrected."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _STOP = re.compile(
 
 
 def normalised(text: str) -> str:
-    """Lower case, plain letters, single spaces, spelling mended, turns of phrase made plain.
+    """Return the text in lower case, plain letters, single spaces, corrected and rewritten.
 
-    What begins with "stop" is "stop", whatever follows: to stop in vain does no harm.
+    A text that begins with "stop" becomes "stop": an unnecessary stop does no harm.
     """
     plain = unicodedata.normalize("NFKC", text).lower().strip()
     plain = re.sub(r"[^a-z0-9' ]+", " ", rewritten(plain, AS_TYPED))
@@ -32,7 +32,7 @@ def normalised(text: str) -> str:
 
 
 def senses(words: list[str]) -> Iterator[Sense | str]:
-    """Of the longest phrases, from the first word on; a word that is not known as it is."""
+    """Yield the senses of the longest phrases, from the first word on; unknown words unchanged."""
     k = 0
     while k < len(words):
         n, sense = _longest(words[k : k + LONGEST])
@@ -54,7 +54,7 @@ def _known_words() -> frozenset[str]:
 
 @cache
 def _mended_words() -> frozenset[str]:
-    """Of which slips are forgiven: those of a command, and its nouns though they fill no slot."""
+    """Return the words whose spelling is corrected: those of commands, and their nouns."""
     idle = {p for p, sense in LEXICON.items() if sense.slot in ("refusal", "filler", "is")}
     words = (word for phrase in LEXICON.keys() - idle for word in phrase.split())
     kept = (word for word in words if word not in idle or f"left {word}" in LEXICON)
@@ -62,7 +62,7 @@ def _mended_words() -> frozenset[str]:
 
 
 def _spelt(word: str) -> str:
-    """The known word from which one slip of the finger leads to this; or the word itself."""
+    """Return the one known word that is a single typing mistake away, else the word itself."""
     if len(word) < 3 or word in _known_words():
         return word
     for slips in _slips(word):
@@ -73,13 +73,13 @@ def _spelt(word: str) -> str:
 
 
 def _inflects(word: str, known: str) -> bool:
-    """Whether it is another form of it, as "moves" is of "move", and means something else."""
+    """Return whether a word is another form of a known one ("moves") with another meaning."""
     ending = word.endswith(("s", "d", "ed", "er", "y")) and word[-1] != known[-1]
     return word.startswith(known[:-1]) and ending
 
 
 def _slips(word: str) -> Iterator[set[str]]:
-    """What it is with one slip mended, the likeliest first: swapped, left out, too many, wrong."""
+    """Yield corrections of one mistake, likeliest first: swapped, missing, extra, wrong letter."""
     letters = "abcdefghijklmnopqrstuvwxyz"
     splits = [(word[:k], word[k:]) for k in range(len(word) + 1)]
     yield {head + tail[1] + tail[0] + tail[2:] for head, tail in splits if len(tail) > 1}

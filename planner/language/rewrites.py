@@ -1,6 +1,6 @@
-"""Turns of phrase that say in many words what the lexicon knows in few, or nothing at all.
+"""Rules that shorten long phrases to words of the lexicon, or remove them.
 
-Each is a pattern and what is said instead; they are applied in order.
+Each is a pattern and its replacement; they are applied in order.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _GALLBLADDER = (
 )
 _COMMAND = "(instruction|command|order|action|move|movement|motion|step|thing|task|operation|bit)"
 
-AS_TYPED: Rules = (  # while punctuation is there
+AS_TYPED: Rules = (  # before punctuation is removed
     (r"’", "'"),
     (rf"{_NO_VERB}'s (?=(jaw|tip|grip|blade|end|clip|first|second|third|last|final)s?\b)", " "),
     (rf"{_NO_VERB}'s\b", " 's"),
@@ -79,7 +79,7 @@ _POLITE: Rules = (
      r"|to (get|have|give|improve) .*(view|look|angle|access|room)|for (a )?better) .*$", ""),
 )  # fmt: skip
 
-_LAST: Rules = (  # what was done or said last, and what is held
+_LAST: Rules = (  # the last action or command, and what the jaws hold
     (rf"\b(my )?(previous|last|latest|prior|most recent|preceding)( {_COMMAND}\b|(?= you\b)| *$)",
      "last"),
     (rf"\b(last|what(ever)?|one|{_COMMAND})( that)? you( have|'ve)?( just)? (did|done|made)\b",
@@ -103,7 +103,7 @@ _THINGS: Rules = (
      r"( (hold|bite) (of|on)| grip (of|on))? gallbladder\b", "grab gallbladder"),
     (r"\b(let|set|turn) (gallbladder|tissue) (go|free|loose)\b", "let go gallbladder"),
     (rf"\b(first|second|1st|2nd|3rd|third)( cystic)? (tube|vessel|structure|pipe|{_JAWS})\b",
-     "fourth"),  # there is none
+     "fourth"),  # not a clip: there are three
     (r"\b(take|pull) (out|off) (left |right )?(clip|first|second|third|last)\b"
      r"|\b(take|pull) (\w+ )?clip (out|off|away)\b", "remove"),
     (r"\b(duct|artery|tube|one|structure)( 's| is) (up )?next\b", r"\1"),
@@ -123,7 +123,7 @@ _THINGS: Rules = (
     (r"\b(raise|lower|lift|bring|move|pull|push|take|drop|open|close|ease) it\b", r"please \1 it"),
 )  # fmt: skip
 
-_TOO: Rules = (  # what there is too much of, and not enough
+_TOO: Rules = (  # too much, and not enough
     (r"\b(((you|it|that)('re|'s| are| is) )?not|is not|isn't|ain't|are not|aren't)\b"
      r"(.*)\benough\b( to)?", r"please \5"),
     (r"\b(do not|don't|not)( (go|be|get|come|move|sit)( in)?)? (so|that|quite so)"
@@ -154,11 +154,11 @@ _TOWARDS: Rules = (
      "away from me"),
 )  # fmt: skip
 
-AS_SAID: Rules = (*_SHORT, *_POLITE, *_LAST, *_THINGS, *_TOO, *_TOWARDS)  # words only
+AS_SAID: Rules = (*_SHORT, *_POLITE, *_LAST, *_THINGS, *_TOO, *_TOWARDS)  # without punctuation
 
 
 def rewritten(text: str, rules: Rules) -> str:
-    """The text after one rule after the other."""
+    """Apply the rules to a text, in order."""
     for pattern, instead in rules:
         text = re.sub(pattern, instead, text)
     return text

@@ -1,4 +1,4 @@
-"""How well free text is understood, against what each sentence should be read as."""
+"""The score of an interpreter on sentences with known meanings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _EXPECTED = {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
 
 
 class Row(NamedTuple):
-    """A sentence and what is expected: a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
+    """A sentence and its expected meaning: a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
 
     sentence: str
     expected: str
@@ -23,14 +23,14 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """Sentences by what became of them.
+    """How many sentences were understood, and which were not.
 
     Attributes:
         in_scope: Sentences that mean a command, or should be asked back.
-        understood: Those in scope read as what was expected.
-        misread: Those in scope, each with the command it was taken for.
+        understood: Sentences in scope with the expected reading.
+        misread: Sentences in scope, each with the wrong command that was read.
         out_of_scope: Sentences that mean no command.
-        moving: Those out of scope, each with the command by which it moves the robot.
+        moving: Sentences out of scope, each with the command that moves the robot.
     """
 
     in_scope: int
@@ -41,10 +41,10 @@ class Score:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a tab-separated file with the columns of `Row`.
+    """Return the rows of a tab-separated file with the columns of `Row`.
 
     Raises:
-        ValueError: Something is expected that is no command.
+        ValueError: An expected meaning is not a command.
     """
     with path.open(encoding="utf-8", newline="") as file:
         lines = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
@@ -56,7 +56,7 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
-    """What becomes of the rows when `read` reads them; None is asked back."""
+    """Score `read` on the rows; None means that it asks back."""
     read_as = [(row, read(row.sentence)) for row in rows]
     inside = [(row, c) for row, c in read_as if row.expected != OUT_OF_SCOPE]
     outside = [(row, c) for row, c in read_as if row.expected == OUT_OF_SCOPE]
@@ -70,7 +70,7 @@ def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
 
 
 def is_understood(row: Row, command: Command | None) -> bool:
-    """Whether a sentence in scope was read as expected, by its tube's name or its structure's."""
+    """Return whether a sentence in scope was read as expected, by tube or by structure."""
     return _meant(row) == _seen(command)
 
 
@@ -79,5 +79,5 @@ def _meant(row: Row) -> Command | None:
 
 
 def _seen(command: Command | None) -> Command | None:
-    """Its tube where the duct is the left one, as in most patients and in these sentences."""
+    """Return the command with its tube; the duct is the left one, as in most patients."""
     return command and command.seen(duct="left")

@@ -1,7 +1,7 @@
-"""The frozen sentence encoder: words to a unit vector, so that a new wording is an input.
+"""The frozen sentence encoder: from words to a unit vector, also for unknown wordings.
 
 all-MiniLM-L6-v2 (Wang et al., arXiv 2002.10957; Reimers and Gurevych, arXiv 1908.10084), a BERT of
-six layers whose token vectors are averaged; its weights come with a package.
+six layers whose token vectors are averaged; a package holds its weights.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ MAX_TOKENS = 256
 
 @lru_cache(maxsize=4096)  # bounded, as people may say anything
 def embed(text: str) -> Tensor:
-    """The embedding (384,), of unit length."""
+    """Return the embedding (384,) of a text, of unit length."""
     ids = torch.tensor(_tokenizer().encode(text).ids)
     with torch.inference_mode(), one_thread():
         return F.normalize(_token_vectors(ids, _weights()).mean(dim=0), dim=0).clone()
 
 
 def embed_all(texts: tuple[str, ...]) -> Tensor:
-    """The embeddings (n, 384)."""
+    """Return the embeddings (n, 384) of texts."""
     return torch.stack([embed(text) for text in texts])
 
 
 def _token_vectors(ids: Tensor, w: dict[str, Tensor]) -> Tensor:
-    """Hidden states (n, 384) of the last layer for tokens (n,)."""
+    """Return hidden states (n, 384) of the last layer for tokens (n,)."""
     table = "embeddings.{}_embeddings.weight"
     hidden = w[table.format("word")][ids] + w[table.format("position")][: len(ids)]
     hidden = _norm(hidden + w[table.format("token_type")][0], w, "embeddings.LayerNorm")
@@ -57,7 +57,7 @@ def _attention(hidden: Tensor, w: dict[str, Tensor], layer: str) -> Tensor:
 
 
 def _heads(x: Tensor) -> Tensor:
-    """(heads, n, width) of (n, heads * width)."""
+    """Reshape (n, heads * width) to (heads, n, width)."""
     return x.unflatten(1, (HEADS, -1)).transpose(0, 1)
 
 

@@ -1,7 +1,7 @@
-"""What the words leave open, from the sentence's embedding: a linear head for each slot.
+"""Linear heads that predict, from a sentence's embedding, the slots that its words leave open.
 
-Softmax regression on all-MiniLM-L6-v2 embeddings. What the words say is certain; the heads say what
-is done, how, and whether it is meant for the robot at all. Sides are never theirs to say.
+Softmax regression on all-MiniLM-L6-v2 embeddings. Slots filled by words are certain; the heads
+predict what is done, how, and whether the robot is meant at all. They never predict sides.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ IN_SCOPE = ("no", "yes")
 
 
 def labels(command: Command) -> dict[str, str]:
-    """What each head should say of a sentence that means the command."""
+    """Return each head's label for a sentence that means the command."""
     said = SLOTS[command.text]
     return {"in scope": "yes", "kind": said["kind"], "what": said.get("what", NOTHING)}
 
 
 def _classes() -> dict[str, tuple[str, ...]]:
-    """What each head may say."""
+    """Return the classes of each head."""
     said = [labels(command) for command in COMMANDS.values()]
     slots = {head: tuple(sorted({one[head] for one in said})) for head in ("kind", "what")}
     return {"in scope": IN_SCOPE} | slots
@@ -40,34 +40,34 @@ CLASSES = _classes()
 
 @dataclass(frozen=True, kw_only=True)
 class SlotHeads:
-    """The heads, and how sure they must be.
+    """The heads and their confidence thresholds.
 
     Attributes:
-        weights: Of each head, (385, classes); the last row is added whatever is said.
-        thresholds: Confidence below which a reading is a guess, by what is open.
+        weights: Of each head, (385, classes); the last row is the bias.
+        thresholds: Confidence below which a reading is only a guess, by openness.
     """
 
     weights: Mapping[str, np.ndarray]
     thresholds: Mapping[str, float]
 
     def ranked(self, embedding: np.ndarray, filled: Filled) -> list[tuple[float, Command]]:
-        """Confidence of every command that agrees with the words, the surest first.
+        """Return every command that agrees with the words, with its confidence, highest first.
 
         Args:
             embedding: (384,) of the sentence.
-            filled: What the words say.
+            filled: The slots that the words fill.
         """
         chances = {
             head: _softmax(np.append(embedding, 1.0) @ w) for head, w in self.weights.items()
         }
-        # the kind is asked even if a word names it: an unknown one may turn it, as in "clip art"
+        # predict the kind even if a word names it: an unknown word may change it, as in "clip art"
         heads = {"in scope", "kind"} | ({"what"} - filled.keys())
         rated = [(_confidence(chances, labels(c), heads), c) for c in candidates(filled)]
         return sorted(rated, key=lambda one: -one[0])
 
 
 def _confidence(chances: dict[str, np.ndarray], meant: dict[str, str], heads: set[str]) -> float:
-    """Of the heads together, as if they erred independently."""
+    """Return the product of the heads' probabilities, as if their errors were independent."""
     return float(np.prod([chances[h][CLASSES[h].index(meant[h])] for h in heads]))
 
 
@@ -84,7 +84,7 @@ def save(path: Path, heads: SlotHeads) -> None:
 
 
 def load(path: Path = SHIPPED) -> SlotHeads:
-    """The heads of a file."""
+    """Return the heads of a file."""
     with safe_open(path, "numpy") as file:
         weights = {head: file.get_tensor(head) for head in CLASSES}
         thresholds = {k: float(least) for k, least in file.metadata().items()}

@@ -1,4 +1,4 @@
-"""What a command says, slot by slot, so that words can fill it piece by piece."""
+"""The slots of each command, which the words of a sentence fill one by one."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _MAY_ADD: dict[str, dict[str, str]] = {
     "let go": {"arm": "left", "organ": "gallbladder"},
     **{kind: {"arm": "right"} for kind in TUBE_KINDS},
 }
-"""What may be said with a kind and changes nothing, as nothing else could be meant."""
+"""Slots that may be said with a kind without a change of meaning."""
 
 
 def slots(command: Command) -> dict[str, str]:
-    """The kind, and of arm, tube or structure, and direction or clip those that are said."""
+    """Return a command's slots: kind, arm, tube or structure, and direction or clip, if any."""
     said = {"kind": command.word or command.deed}
     if task := command.task:
         kind = "cut_position" if task.kind == "cut" else task.kind
@@ -37,21 +37,21 @@ def slots(command: Command) -> dict[str, str]:
 
 
 SLOTS: dict[str, dict[str, str]] = {text: slots(command) for text, command in COMMANDS.items()}
-"""By the command's text."""
+"""The slots of every command, by the command's text."""
 
 
 def candidates(filled: Filled) -> list[Command]:
-    """The commands that agree with one value of every filled slot."""
+    """Return the commands that agree with one value of every filled slot."""
     return [COMMANDS[text] for text in SLOTS if filled and _agrees(text, filled)]
 
 
 def contradicts(filled: Filled) -> bool:
-    """Whether a slot is filled twice."""
+    """Return whether a slot has two values."""
     return any(len(values) > 1 for values in filled.values())
 
 
 def spelt_out(filled: Filled) -> Command | None:
-    """The one command all of whose slots are filled, each with one value."""
+    """Return the one command whose slots are all filled, each with one value, else None."""
     if contradicts(filled):
         return None
     whole = [c for c in candidates(filled) if SLOTS[c.text].keys() <= filled.keys()]
@@ -59,10 +59,9 @@ def spelt_out(filled: Filled) -> Command | None:
 
 
 def named_outright(command: Command, filled: Filled) -> bool:
-    """Whether words fill every slot of a command that must not be guessed.
+    """Return whether words fill every slot of a command that must not be guessed.
 
-    These are sides and ordinals, for which everyone has the same few words, and what cannot be
-    undone: clipping and cutting.
+    These are sides and ordinals, which have few words, and what cannot be undone: clips and cuts.
     """
     said = SLOTS[command.text]
     certain = {slot for slot, value in said.items() if slot in ("arm", "tube") or value in _CERTAIN}

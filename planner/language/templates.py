@@ -1,4 +1,4 @@
-"""Sentences made by rule to train the slot heads: many wordings of every command, and of none."""
+"""Template sentences to train the slot heads: many wordings of every command, and of none."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ _ELSEWHERE = (
 
 
 def wordings(command: Command) -> list[str]:
-    """Ways to say it."""
+    """Return wordings of a command."""
     said = SLOTS[command.text]
     kind, what = said["kind"], said.get("what", "")
     if kind == "move":
@@ -131,7 +131,7 @@ def wordings(command: Command) -> list[str]:
 
 
 def other_sentences() -> list[str]:
-    """Sentences that mean no command."""
+    """Return sentences that mean no command."""
     deeds = [f"{deed} the {thing}" for deed, thing in product(_OTHER_DEEDS, _THINGS)]
     framed = [frame.format(text) for frame, text in product(_OTHER_FRAMES, COMMANDS)]
     return [*deeds, *framed, *_ELSEWHERE]

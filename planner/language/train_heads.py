@@ -1,8 +1,8 @@
 """Train the slot heads: `python -m planner.language.train_heads SENTENCES.tsv`.
 
-The threshold is chosen on sentences that the heads were not trained on. As the grammar knows most
-words of these, it is made to forget one at a time: what it would then leave open is what the heads
-will meet in sentences that nobody thought of.
+The threshold is chosen on sentences that the heads were not trained on. The grammar knows most
+words of these, so it is made to forget one word at a time: this imitates sentences that nobody
+thought of.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from planner.language.templates import other_sentences, wordings
 FOLDS = 10
 PENALTY = 1e-4  # on the sum of squared weights; chosen by cross-validation
 ITERATIONS = 100
-OFTEN = 3  # a sentence of the set counts as so many made by rule
+OFTEN = 3  # a sentence of the set counts as this many template sentences
 MAX_MISREAD = 0.01
-MARGIN = 0.05  # of confidence, as unseen sentences are worse; assumed
+MARGIN = 0.05  # of confidence, because unseen sentences are harder; assumed
 UNKNOWN = "qqqq"
-_vector = cache(embed)  # of all sentences, more than the encoder keeps
+_vector = cache(embed)  # keeps all sentences, more than the encoder's own cache
 _CLOSED_SLOTS = {"refusal", "is", "too", "state", "after", "from", "particle", "preposition"}
 _CLOSED_WORDS = {
     "too", "and", "both", "left", "right", "first", "second", "third", "last", "final", "one",
@@ -43,14 +43,14 @@ _CLOSED_WORDS = {
 
 
 class GapInWords(NamedTuple):
-    """A sentence of which the words say a part only, and what is expected of it."""
+    """A sentence whose words fill only a part of the slots, and its expected meaning."""
 
     row: Row
     parsed: Parse
 
 
 class GapGuess(NamedTuple):
-    """The likeliest command for a gap, where it may be taken."""
+    """The likeliest command for a gap, if it may be guessed."""
 
     row: Row
     openness: str
@@ -59,18 +59,18 @@ class GapGuess(NamedTuple):
 
     @property
     def right(self) -> bool:
-        """Whether it is what was expected, to the word: stricter than a score, for thresholds."""
+        """Return whether the text is exactly the expected one; stricter than a score."""
         return self.text == self.row.expected
 
 
 def mirrored(text: str) -> str:
-    """With left for right and right for left."""
+    """Swap left and right."""
     swap = {"left": "right", "right": "left"}
     return " ".join(swap.get(word, word) for word in text.split())
 
 
 def examples(rows: Sequence[Row]) -> list[Row]:
-    """The sentences and their mirror images, and those made by rule."""
+    """Return the sentences, their mirror images, and template sentences."""
     said = [row for row in rows if row.expected != ASK_BACK] * OFTEN
     made = [Row(text, c.text) for c in COMMANDS.values() for text in wordings(c)]
     others = [Row(text, OUT_OF_SCOPE) for text in other_sentences()]
@@ -80,7 +80,7 @@ def examples(rows: Sequence[Row]) -> list[Row]:
 
 
 def fit(rows: Sequence[Row]) -> dict[str, np.ndarray]:
-    """The weights of each head (385, classes), by regularised maximum likelihood."""
+    """Fit the weights of each head (385, classes) by regularised maximum likelihood."""
     inside = [row for row in rows if row.expected != OUT_OF_SCOPE]
     weights = {}
     for head, names in CLASSES.items():
@@ -100,7 +100,7 @@ def _embeddings(rows: Sequence[Row]) -> Tensor:
 
 
 def _regress(inputs: Tensor, targets: Tensor, n_classes: int) -> Tensor:
-    """Softmax regression; the loss is convex, so that where it starts does not matter."""
+    """Fit a softmax regression; its loss is convex, so the start does not matter."""
     weights = torch.zeros(inputs.shape[1], n_classes, requires_grad=True)
     solver = torch.optim.LBFGS([weights], max_iter=ITERATIONS, line_search_fn="strong_wolfe")
 
@@ -115,7 +115,7 @@ def _regress(inputs: Tensor, targets: Tensor, n_classes: int) -> Tensor:
 
 
 def gaps(rows: Sequence[Row]) -> Iterator[GapInWords]:
-    """What the words leave open where the grammar does not know one of them."""
+    """Yield the parses of the sentences with one word forgotten that leave slots open."""
     for row in rows:
         words = normalised(row.sentence).split()
         texts = {" ".join([*words[:k], UNKNOWN, *words[k + 1 :]]) for k in _forgettable(words)}
@@ -126,7 +126,7 @@ def gaps(rows: Sequence[Row]) -> Iterator[GapInWords]:
 
 
 def _forgettable(words: list[str]) -> list[int]:
-    """Words that another person may say otherwise: all but the small closed classes."""
+    """Return the places of words that have synonyms: all but the small closed classes."""
     closed = {phrase for phrase, sense in LEXICON.items() if sense.slot in _CLOSED_SLOTS}
     return [
         k for k, word in enumerate(words) if len(word) > 2 and word not in closed | _CLOSED_WORDS
@@ -134,7 +134,7 @@ def _forgettable(words: list[str]) -> list[int]:
 
 
 def outcomes(rows: Sequence[Row]) -> list[GapGuess]:
-    """What becomes of the gaps of rows that the heads were not trained on."""
+    """Return the guesses for the gaps of rows that the heads were not trained on."""
     found = []
     for k in range(FOLDS):
         heads = SlotHeads(weights=fit(examples(_without(rows, k))), thresholds={})
@@ -150,13 +150,13 @@ def _without(rows: Sequence[Row], fold: int) -> list[Row]:
 
 
 def chosen_thresholds(found: Sequence[GapGuess]) -> dict[str, float]:
-    """By what is open, the least that `_threshold` allows."""
+    """Return the lowest allowed threshold for each openness."""
     kinds = sorted({one.openness for one in found})
     return {kind: _threshold([one for one in found if one.openness == kind]) for kind in kinds}
 
 
 def _threshold(found: Sequence[GapGuess]) -> float:
-    """The least at which no sentence out of scope moves the robot, and few are misread."""
+    """Return the lowest threshold at which no sentence out of scope moves, and few are misread."""
     wrong = sorted((one.confidence for one in found if not one.right), reverse=True)
     outside = [one for one in found if one.row.expected == OUT_OF_SCOPE]
     moving = [one.confidence for one in outside if COMMANDS[one.text].moves]

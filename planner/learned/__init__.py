@@ -1,1 +1,1 @@
-"""The planner that is learned: from a history of observations to what should be said next."""
+"""Which instruction does a network give, from a history of observations?"""

@@ -1,4 +1,4 @@
-"""A learned planner in a file, with all that says whether it fits."""
+"""Checkpoints of the learned planner."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ FITS = {
     "observation size": VECTOR_SIZE,
     "instructions": len(TASKS) + len(CORRECTIONS),
 }
-"""What a checkpoint must have been made with."""
+"""What must be the same when a checkpoint is written and when it is read."""
 
 
 def save_checkpoint(path: Path, network: PlannerNetwork) -> None:
-    """Write the planner, whole or not at all."""
+    """Write the planner atomically."""
     write(path, network, network.config, FITS)
 
 
 def load_checkpoint(path: Path) -> PlannerNetwork:
-    """The network of a file, ready to be asked.
+    """Return the network of a file, ready for inference.
 
     Raises:
-        CheckpointError: there is none that fits this world and its observations.
+        CheckpointError: the file has no network that fits this world and its observations.
     """
     network = PlannerNetwork(checked_config(path))
     read_weights(path, network)
@@ -39,9 +39,9 @@ def load_checkpoint(path: Path) -> PlannerNetwork:
 
 
 def checked_config(path: Path) -> PlannerConfig:
-    """The configuration that a file was trained with, its weights left unread.
+    """Return the configuration of a file's network, without reading its weights.
 
     Raises:
-        CheckpointError: as of `load_checkpoint`.
+        CheckpointError: as `load_checkpoint` does.
     """
     return PlannerConfig(**read_config(path, FITS, "learned planner"))

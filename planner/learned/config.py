@@ -1,4 +1,4 @@
-"""What a learned planner is made of; it is saved in its checkpoint."""
+"""The configuration of a learned planner; it is saved in the checkpoint."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class PlannerConfig:
     """Shapes of the network.
 
     Attributes:
-        history: moments seen, one each time the planner is asked, the present one among them.
-        width, layers, heads: of the transformer over them.
+        history: number of moments, one each time the planner is asked, with the present one.
+        width, layers, heads: of the transformer over the moments.
     """
 
     history: int = 8

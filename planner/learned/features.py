@@ -1,4 +1,4 @@
-"""What a planner is told of a moment: what is seen, and what was being said then."""
+"""The features of one moment: the observation, and the time since the task was given."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
 ON_TUBE_M = 0.003
-SLACK = 0.02  # of a tube's chord over its length, short of what a grasp is to make of it
-NEAR_M = 0.005  # of a tip, short of having gone back
-LONG_S, VERY_LONG_S = 3.0, 12.0  # for a task
+SLACK = 0.02  # scale of what a tube's chord over its length lacks to `TAUT_MIN`
+NEAR_M = 0.005  # scale of what a tip lacks to have gone back
+LONG_S, VERY_LONG_S = 3.0, 12.0  # scales of the time since a task was given
 
 
 def seen_features(frames: Tensor) -> Tensor:
-    """Features (B, n), each of order one, of frames (B, `VECTOR_SIZE`)."""
+    """Return features (B, n), each of order one, of frames (B, `VECTOR_SIZE`)."""
     now = fields(frames)
     tips, forces_n = now["tips_endoscope"], now["forces_n"]
     left, right = now["left_tube_m"], now["right_tube_m"]
@@ -36,13 +36,13 @@ def seen_features(frames: Tensor) -> Tensor:
 
 
 def time_features(since_s: Tensor) -> Tensor:
-    """Of how long (...,) a task has been under way, told apart early and late: (..., 3)."""
+    """Return features (..., 3) of the time (...,) since a task was given, fine early and late."""
     early, late = since_s / LONG_S, since_s / VERY_LONG_S
     return torch.stack([torch.tanh(early), torch.tanh(late), late.clamp(max=2.0)], dim=-1)
 
 
 def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
-    """How far each clip is from each tube, and where along it."""
+    """Return each clip's distance from each tube and its place along the tube."""
     parts = []
     for name in ("left_tube_m", "right_tube_m"):
         away = torch.cdist(now["clips_m"], now[name])  # (B, clips, points)
@@ -52,13 +52,13 @@ def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
 
 
 def straightness(tube_m: Tensor) -> Tensor:
-    """(B, 1) of tubes (B, n, 3): how far a grasp has drawn their ends apart, zero where enough."""
+    """Return (B, 1) how straight tubes (B, n, 3) are; zero where a tube is straight enough."""
     length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
     chord_m = (tube_m[:, -1:] - tube_m[:, :1]).norm(dim=-1)
     return torch.tanh((chord_m / length_m.clamp(min=1e-6) - TAUT_MIN) / SLACK)
 
 
 def retreat(tip_m: Tensor, tubes_m: Tensor) -> Tensor:
-    """(B, 1) of tips (B, 3) from points of tubes (B, n, 3): zero where an arm has gone back."""
+    """Return (B, 1) how far tips (B, 3) are from tubes (B, n, 3); zero where an arm is back."""
     away_m = (tubes_m - tip_m[:, None]).norm(dim=-1).amin(dim=1, keepdim=True)
     return torch.tanh((away_m - RETRACTED_M) / NEAR_M)

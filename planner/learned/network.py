@@ -1,4 +1,4 @@
-"""The network: moments in, and out what to say, whether to correct, and how the task goes."""
+"""The network: from moments to a task, a correction, progress and the risk of failure."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie
 
 
 class Moments(NamedTuple):
-    """What the planner has to go by: B times H moments, the newest last.
+    """The network's input: B times H moments, the newest last.
 
     Attributes:
         frames: (B, H, `VECTOR_SIZE`) `Observation.vector()`.
         known: (B, H) false before the episode began.
-        task: (B, H) the task said last before each, 0 to 16; 17 where nothing was.
-        correction: (B, H) likewise, 0 to 17; 18 where none was.
-        since_s: (B, H) how long that task had been under way.
+        task: (B, H) the last task given before each moment, 0 to 16; 17 if there was none.
+        correction: (B, H) the same for corrections, 0 to 17; 18 if there was none.
+        since_s: (B, H) time since that task was given.
     """
 
     frames: Tensor
@@ -33,15 +33,15 @@ class Moments(NamedTuple):
     since_s: Tensor
 
 
-class Opinion(NamedTuple):
-    """Logits, but for the progress.
+class Prediction(NamedTuple):
+    """The network's output: logits, except for the progress.
 
     Attributes:
-        task: (B, 17) what should be under way now.
+        task: (B, 17) the task that should be given now.
         flag: (B,) whether to correct.
-        correction: (B, 18) what to say if so.
-        progress: (B,) of that task, 0 to 1.
-        fails: (B,) whether it will not be done in time.
+        correction: (B, 18) the correction, if any.
+        progress: (B,) of the task, 0 to 1.
+        fails: (B,) whether the task will not be done in time.
     """
 
     task: Tensor
@@ -55,8 +55,8 @@ class PlannerNetwork(nn.Module):
     """A transformer over moments; its normalisation and calibration belong to its state.
 
     Attributes:
-        calibration: (2,) scale and shift of the logit `fails`, so that it is a chance.
-        alarm: () chance of failure above which a person should look.
+        calibration: (2,) scale and shift of the logit `fails`, which make it a probability.
+        alarm: () probability of failure above which a person should look.
     """
 
     mean: Tensor
@@ -82,7 +82,7 @@ class PlannerNetwork(nn.Module):
             config.width,
             config.heads,
             2 * config.width,
-            dropout=0.0,  # its chance would not be resumed; moments are noised instead
+            dropout=0.0,  # its random state could not be resumed; noise on the moments replaces it
             activation="gelu",
             batch_first=True,
             norm_first=True,
@@ -93,22 +93,22 @@ class PlannerNetwork(nn.Module):
         )
 
     def normalise_by(self, frames: Tensor) -> None:
-        """Take mean and deviation of what is seen from many frames (n, `VECTOR_SIZE`)."""
+        """Set mean and deviation of the features from many frames (n, `VECTOR_SIZE`)."""
         features = seen_features(frames)
         self.mean.copy_(features.mean(dim=0))
         self.deviation.copy_(features.std(dim=0).clamp(min=MIN_DEVIATION))
 
-    def forward(self, moments: Moments) -> Opinion:
-        """What to make of them."""
+    def forward(self, moments: Moments) -> Prediction:
+        """Predict task, correction, progress and failure from the moments."""
         seen = seen_features(moments.frames.flatten(0, 1)).unflatten(0, moments.known.shape)
         seen = ((seen - self.mean) / self.deviation).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS)
         tokens = self.enter(torch.cat([seen, time_features(moments.since_s)], dim=-1))
         tokens = tokens + self.task(moments.task) + self.correction(moments.correction) + self.place
         newest = self.layers(tokens, src_key_padding_mask=~moments.known)[:, -1]
         task, correction, rest = self.leave(newest).split([N_TASKS, N_CORRECTIONS, 3], dim=-1)
-        return Opinion(task, rest[:, 0], correction, rest[:, 1].sigmoid(), rest[:, 2])
+        return Prediction(task, rest[:, 0], correction, rest[:, 1].sigmoid(), rest[:, 2])
 
-    def failure_chance(self, opinion: Opinion) -> Tensor:
-        """Calibrated (B,)."""
+    def failure_chance(self, prediction: Prediction) -> Tensor:
+        """Return the calibrated probability of failure (B,)."""
         scale, shift = self.calibration
-        return (scale * opinion.fails + shift).sigmoid()
+        return (scale * prediction.fails + shift).sigmoid()

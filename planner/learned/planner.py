@@ -1,4 +1,4 @@
-"""The learned planner: it sees observations and remembers what it said, nothing else."""
+"""The learned planner: its only input is observations and its own past instructions."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
-SURE = 0.7  # a task is taken up at once from this chance on; assumed
-STALE_S = 3.0  # from then on it counts half, going back half again each such time; assumed
+SURE = 0.7  # probability from which another task is given at once; assumed
+STALE_S = 3.0  # after `PATIENCE_S`: each time going back has its weight halved again; assumed
 GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
 
 
 class _Moment(NamedTuple):
-    """When it was asked, what was seen, and what was being said."""
+    """When the planner was asked, what it saw, and which instruction was in force."""
 
     time_s: float
     vector: NDArray[np.float32]
@@ -39,14 +39,13 @@ class _Moment(NamedTuple):
 
 
 class PlannerLearned:
-    """Says what the network makes of the last moments at which it was asked.
+    """Gives the instruction that the network predicts from the last moments.
 
-    Another task is taken up when the network is sure of it, or still prefers it a second later: to
-    be late costs that second, but an arm that is sent on too early leaves its task undone. What
-    has been said for long without coming off is the sooner left for another, and going back ever
-    sooner: with a tip that stops just short of where that ends, both would wait until time is up.
-    Once it has gone on from a cut it has nothing grasped anew: tubes of which one is in two parts
-    are not spread any more.
+    It changes the task when the network is sure of another one, or still prefers it a second
+    later: a late change costs that second, an early one leaves the task undone. A task that has
+    not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
+    that stops just short of the place where the task ends would otherwise wait until time is up.
+    After the first cut it never grasps again: the tubes can no longer be spread.
     """
 
     hears_of_success = False
@@ -63,7 +62,7 @@ class PlannerLearned:
         self._frame = RestFrame()
 
     def plan(self, observation: Observation) -> Instruction:
-        """The task that should be under way, with a correction where one is wanted."""
+        """Return the task that should be given now, with a correction if one is needed."""
         self._remember(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
@@ -85,7 +84,7 @@ class PlannerLearned:
         )
 
     def _remember(self, observation: Observation) -> None:
-        """Time at which it is not asked, as tools are exchanged, does not count to the task."""
+        """Add a moment. Time in which the planner is not asked (tool exchanges) does not count."""
         now_s = observation.time_s
         if self._moments and self._task < N_TASKS:
             self._since_s += min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
@@ -93,7 +92,7 @@ class PlannerLearned:
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
     def _chances(self, logits: torch.Tensor) -> torch.Tensor:
-        """Of each task to be the one, of those that may be."""
+        """Return the probability of each task; after a cut, zero for grabbing."""
         if self._has_cut:
             logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
         return logits.softmax(dim=-1)
@@ -111,7 +110,7 @@ class PlannerLearned:
             self._has_cut |= TASKS[task].kind == "go_back_from_cut"
 
     def _stacked(self) -> Moments:
-        """The moments remembered, behind copies of the first that are marked as not known."""
+        """Return the remembered moments; copies of the first, marked unknown, fill the start."""
         missing = self._network.config.history - len(self._moments)
         rows = [self._moments[0]] * missing + list(self._moments)
         return Moments(
@@ -124,9 +123,9 @@ class PlannerLearned:
 
 
 def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:
-    """The planner of a checkpoint, by default the one that comes with Calot.
+    """Return the planner of a checkpoint, by default the one shipped with Calot.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: there is no checkpoint, or it does not fit.
     """
     return PlannerLearned(load_checkpoint(chosen(checkpoint, SHIPPED, "planner")))

@@ -1,4 +1,4 @@
-"""Episodes as a planner learns from them, and moments drawn from these."""
+"""Recorded episodes as training data of the planner, and the moments in them."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from tissue_sim.sensing.rest_frame import at_rest, fixed_m
 
 EVERY = round(PLANNING_PERIOD_S * CONTROL_HZ)  # control steps between moments
 ASKED_EVERY = (20, EVERY + 1)  # the same in training; more often after tools were exchanged
-IN_TIME_S = 10.0  # a task that is not done by then is taken to fail
+IN_TIME_S = 10.0  # a task that has not succeeded by then counts as failed
 NOT_SAID = -1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rollout:
-    """One episode, step by step, whoever moved the arms.
+    """One episode, step by step, with any controller.
 
     Attributes:
         states: (n, `VECTOR_SIZE`) `Observation.vector()`.
-        said: (n,) the task said, 0 to 16.
-        corrected: (n,) the correction said, 0 to 17, or -1.
-        task: (n,) the one that should have been under way, 0 to 16.
-        correction: (n,) the one that should have been said, 0 to 17, or -1.
-        success: the last task was done as well.
-        learned: a learned controller moved the arms, and no expert.
+        said: (n,) the task that was given, 0 to 16.
+        corrected: (n,) the correction that was given, 0 to 17, or -1.
+        task: (n,) the task that should have been given, 0 to 16.
+        correction: (n,) the correction that should have been given, 0 to 17, or -1.
+        success: the last task succeeded too.
+        learned: a learned controller moved the arms, not the expert.
 
     Raises:
         ValueError: lengths differ, or there is no step.
@@ -59,17 +59,17 @@ class Rollout:
 
     @property
     def digest(self) -> bytes:
-        """Of all that is learnt from it."""
+        """Return the digest of everything that training reads."""
         columns = (self.states, self.said, self.corrected, self.task, self.correction)
         return sha256(b"".join(c.tobytes() for c in columns) + bytes([self.success])).digest()
 
 
 class Labels(NamedTuple):
-    """What would have been right, as `Opinion` has it.
+    """The targets of `Prediction`.
 
     Attributes:
-        correction: (B,) -1 where none is wanted.
-        fails: (B,) 1, 0, or NaN where the episode does not tell.
+        correction: (B,) -1 where no correction is needed.
+        fails: (B,) 1, 0, or NaN where the episode ends too early to tell.
     """
 
     task: Tensor
@@ -93,12 +93,12 @@ class Rollouts:
     """Rollouts end to end in memory, and the moments in them.
 
     Attributes:
-        digest: of all that is learnt from, in hex.
-        changes: steps up to a second after what should be said has changed.
-        flagged: steps in which a correction is wanted.
+        digest: of all training data, in hex.
+        changes: steps up to a second after the task to give has changed.
+        flagged: steps in which a correction is needed.
 
     Raises:
-        ValueError: there is none.
+        ValueError: there is no rollout.
     """
 
     def __init__(self, rollouts: Sequence[Rollout], history: int) -> None:
@@ -123,7 +123,10 @@ class Rollouts:
         return len(self.steps.said)
 
     def moments(self, at: Tensor, every: Tensor, lag: Tensor) -> Moments:
-        """The moments (B, H) up to steps (B,), `every` (B,) so many steps, words `lag` (B,) old."""
+        """Return moments (B, H) up to steps `at` (B,), in which words are `lag` (B,) steps old.
+
+        The moments of a row are `every` (B,) steps apart.
+        """
         data = self.steps
         back = torch.arange(self._history - 1, -1, -1)
         rows, begin = at[:, None] - back * every[:, None], data.begin[at, None]
@@ -140,7 +143,7 @@ class Rollouts:
         )
 
     def labels(self, at: Tensor) -> Labels:
-        """What would have been right at steps (B,)."""
+        """Return the targets at steps (B,)."""
         return Labels(*(part[at] for part in self.steps.labels))
 
 
@@ -160,13 +163,13 @@ def _labels(rollout: Rollout) -> Labels:
 
 
 def _runs(said: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where runs of the same begin and end."""
+    """Return where runs of equal values begin and end."""
     starts = np.flatnonzero(np.diff(said, prepend=NOT_SAID))
     return starts, np.append(starts[1:], len(said))
 
 
 def _done_by(tasks: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The end of each run, or of its last repetition where going back was all that lay between."""
+    """Return where each run ends, or its last repetition if only going back lies between."""
     done = ends.copy()
     for k in reversed(range(len(tasks) - 2)):
         if tasks[k + 2] == tasks[k]:

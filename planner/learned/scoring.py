@@ -1,4 +1,4 @@
-"""How well a learned planner does on rollouts that it has not seen."""
+"""The score of a learned planner on rollouts that it was not trained on."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from planner.learned.calibration import opinions
-from planner.learned.network import Opinion, PlannerNetwork
+from planner.learned.calibration import predictions
+from planner.learned.network import PlannerNetwork, Prediction
 from planner.learned.rollout import EVERY, NOT_SAID, Rollout, Rollouts
 from tissue_sim.periods import CONTROL_HZ
 
@@ -19,18 +19,18 @@ BINS = 10
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerScore:
-    """Over moments a second apart.
+    """The score over moments a second apart.
 
     Attributes:
         moments: how many.
-        task_accuracy: share in which the task said is the one that should be under way.
-        flag_precision, flag_recall: of corrections wanted, NaN where there is none.
-        correction_accuracy: share of those wanted that are the right one.
-        calibration_error: mean gap of failure chance and share of failures (10 bins, weighted).
-        alarms_in_time: share of tasks not done in time that an alarm foretold.
-        lead_s: median time from such an alarm to when it was too late.
-        false_alarms: share of tasks done in time within which there was an alarm.
-        late_tasks, timely_tasks: how many there were of each.
+        task_accuracy: share of moments with the right task.
+        flag_precision, flag_recall: of needed corrections, NaN if there is none.
+        correction_accuracy: share of needed corrections that are the right one.
+        calibration_error: mean gap between failure probability and failure rate (10 bins).
+        alarms_in_time: share of tasks not done in time that an alarm predicted.
+        lead_s: median time from such an alarm until it was too late.
+        false_alarms: share of tasks done in time that had an alarm.
+        late_tasks, timely_tasks: number of tasks not done in time, and done in time.
     """
 
     moments: int
@@ -47,29 +47,29 @@ class PlannerScore:
 
     @property
     def flag_f1(self) -> float:
-        """Harmonic mean of precision and recall."""
+        """Return the harmonic mean of precision and recall."""
         both = self.flag_precision + self.flag_recall
         return 2.0 * self.flag_precision * self.flag_recall / both if both else float("nan")
 
 
 def score(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> PlannerScore:
-    """What a network makes of rollouts, against what should have been said."""
+    """Compare a network's predictions on rollouts with their targets."""
     data = Rollouts(rollouts, network.config.history)
     at = torch.arange(0, len(data), EVERY)
     with torch.inference_mode():
-        parts = list(opinions(network, data, at))
-        made = Opinion(*(torch.cat(part) for part in zip(*parts, strict=True)))
-        chances = network.failure_chance(made).numpy()
+        parts = list(predictions(network, data, at))
+        predicted = Prediction(*(torch.cat(part) for part in zip(*parts, strict=True)))
+        chances = network.failure_chance(predicted).numpy()
     labels = data.labels(at)
-    wanted, flagged = labels.correction != NOT_SAID, made.flag > 0.0
-    right = (made.correction.argmax(dim=-1) == labels.correction)[wanted]
+    wanted, flagged = labels.correction != NOT_SAID, predicted.flag > 0.0
+    right = (predicted.correction.argmax(dim=-1) == labels.correction)[wanted]
     told = ~labels.fails.isnan().numpy()
     tasks = list(_tasks(data, at, chances > network.alarm.item()))
     late, timely = [t for t in tasks if t.late], [t for t in tasks if not t.late]
     leads_s = [t.lead_s for t in late if t.lead_s is not None]
     return PlannerScore(
         moments=len(at),
-        task_accuracy=_share(made.task.argmax(dim=-1) == labels.task),
+        task_accuracy=_share(predicted.task.argmax(dim=-1) == labels.task),
         flag_precision=_share(wanted[flagged]),
         flag_recall=_share(flagged[wanted]),
         correction_accuracy=_share(right),
@@ -83,7 +83,7 @@ def score(network: PlannerNetwork, rollouts: Sequence[Rollout]) -> PlannerScore:
 
 
 def calibration_error(chances: NDArray, outcomes: NDArray) -> float:
-    """Expected calibration error of chances (n,) against outcomes (n,) of 0 and 1.
+    """Return the expected calibration error of probabilities (n,) for outcomes (n,) of 0 and 1.
 
     Guo et al., arXiv 1706.04599, equation 3, with bins of equal width.
     """
@@ -97,7 +97,13 @@ def calibration_error(chances: NDArray, outcomes: NDArray) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _Task:
-    """Attributes: `late`: not done in time; `lead_s`: of an alarm before it was too late."""
+    """One task of one rollout.
+
+    Attributes:
+        late: it was not done in time.
+        alarmed: there was an alarm.
+        lead_s: from the first alarm until it was too late.
+    """
 
     late: bool
     alarmed: bool
@@ -105,7 +111,7 @@ class _Task:
 
 
 def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Iterator[_Task]:
-    """Each time that a task was due, for as long as it was."""
+    """Yield each task of each rollout whose result is known."""
     labels, begin = data.labels(at), data.steps.begin[at]
     runs = torch.stack([begin, labels.task])
     starts = (runs[:, 1:] != runs[:, :-1]).any(dim=0).nonzero()[:, 0] + 1
@@ -119,7 +125,7 @@ def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Itera
 
 
 def _lead_s(too_late: int, alarmed: NDArray[np.bool_]) -> float | None:
-    """Of the first alarm before the last moment at which a failure could be foretold."""
+    """Return the time from the first alarm to the last moment at which failure is predictable."""
     first = np.flatnonzero(alarmed[: too_late + 1])
     return float(too_late - first[0]) * EVERY / CONTROL_HZ if len(first) else None
 

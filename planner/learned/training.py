@@ -1,4 +1,4 @@
-"""Training of the learned planner, to be read from top to bottom; it resumes exactly."""
+"""Training of the learned planner; it resumes exactly. Read it from top to bottom."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from planner.learned.calibration import calibrate
 from planner.learned.checkpoint import load_checkpoint, save_checkpoint
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
-from planner.learned.network import Moments, Opinion, PlannerNetwork
+from planner.learned.network import Moments, PlannerNetwork, Prediction
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
-from planner.learning.optimise import Schedule, TrainingStep, going_on_from, optimise
+from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "planner.safetensors"
 NORMALISE_BY = 20_000  # steps
 KEEP_OUT_EVERY = 6
-CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn from all steps alike
-MISLED, UNTOLD = 0.2, 0.1  # of a batch: told another task than was said, or nothing
+CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn uniformly from all steps
+MISLED, UNTOLD = 0.2, 0.1  # of a batch: given a wrong task, or none
 TASK_SHARE = 0.6  # of the loss; SRT-H's
 MIN_WEIGHT = 1e-6  # of a batch in which nothing counts, so as not to divide by zero
 FLAG_WEIGHT, CORRECTION_WEIGHT, PROGRESS_WEIGHT, FAILS_WEIGHT = 1.0, 0.5, 0.5, 0.5
@@ -53,13 +53,13 @@ PRESETS = {
 
 
 def fine_tuning(config: PlannerTraining, base: Path) -> tuple[PlannerTraining, PlannerNetwork]:
-    """How a checkpoint is gone on from, and its network.
+    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's network.
 
     Raises:
-        CheckpointError: as of `load_checkpoint`.
+        CheckpointError: as `load_checkpoint` does.
     """
     network = load_checkpoint(base)
-    return replace(going_on_from(base, config), planner=network.config), network
+    return replace(fine_tuning_schedule(base, config), planner=network.config), network
 
 
 def train(
@@ -68,19 +68,19 @@ def train(
     out: Path,
     base: PlannerNetwork | None = None,
 ) -> Iterator[TrainingStep]:
-    """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
+    """Train a planner, or resume the training in `out`; write checkpoint and state to `out`.
 
-    Begun anew, it goes on from `base` if there is one, whose normalisation is kept. When it ends,
-    the checkpoint is calibrated on rollouts kept out.
+    A new training starts from `base`, if given, and keeps its normalisation. At the end the
+    checkpoint is calibrated on rollouts kept out of training.
 
     Raises:
-        ValueError: there is nothing to learn from, or `out` holds the training of another
-            configuration or of other rollouts; nothing is changed.
+        ValueError: there is no rollout, or `out` holds the training of another configuration or
+            on other rollouts; nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator().manual_seed(config.seed)
-    learnt_from, kept_out = parted(rollouts)
-    data = Rollouts(learnt_from, config.planner.history)
+    training, kept_out = split_rollouts(rollouts)
+    data = Rollouts(training, config.planner.history)
     network = PlannerNetwork(config.planner)
     if base is None:
         some = torch.randint(len(data), (NORMALISE_BY,), generator=chance)
@@ -102,8 +102,8 @@ def train(
         save_checkpoint(out / CHECKPOINT_FILE, trained)
 
 
-def parted(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
-    """What is learnt from, and what is kept out to calibrate on: a part of those of the learned."""
+def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
+    """Split rollouts into training and calibration; the latter is a part of the learned ones."""
     kept_out = [r for r in rollouts if r.learned][KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY]
     return [r for r in rollouts if not any(r is k for k in kept_out)], kept_out
 
@@ -111,40 +111,43 @@ def parted(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
 def _loss(
     network: PlannerNetwork, data: Rollouts, chance: torch.Generator, config: PlannerTraining
 ) -> Tensor:
-    """Of random moments: what is rare oftener, words as old as they may be, some of them wrong."""
+    """Return the loss of random moments: rare ones more often, words delayed and partly wrong."""
     n, (least, most) = config.batch, ASKED_EVERY
-    at, weight = drawn_steps(data, n, chance)
+    at, weight = sample_steps(data, n, chance)
     every = torch.randint(least, most, (n,), generator=chance)
     lag = 1 + (torch.rand(n, generator=chance) * every).long()
-    moments = _misled(data.moments(at, every, lag), chance)
+    moments = _with_wrong_words(data.moments(at, every, lag), chance)
     frames = noised(moments.frames, chance)
     with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
-        opinion = network(moments._replace(frames=frames))
-    return loss_of(Opinion(*(part.float() for part in opinion)), data.labels(at), weight)
+        prediction = network(moments._replace(frames=frames))
+    return loss_of(Prediction(*(part.float() for part in prediction)), data.labels(at), weight)
 
 
-def drawn_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Steps (n,), what is rare oftener, and of each how much it counts as if all were drawn alike.
+def sample_steps(data: Rollouts, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Draw steps (n,), rare ones more often, and weights (n,) as if all were drawn uniformly.
 
-    Chances are learnt as large as they are, and what is rare is seen often: importance sampling.
+    This is importance sampling: probabilities stay unbiased, and rare steps are seen often.
     """
     shares = [(data.changes, CHANGES), (data.flagged, FLAGGED)]
     shares = [(pool, share) for pool, share in shares if len(pool)]
     alike = 1.0 - sum(share for _, share in shares)
-    parts = [pool[_drawn(len(pool), round(share * n), chance)] for pool, share in shares]
-    at = torch.cat([*parts, _drawn(len(data), n - sum(map(len, parts)), chance)])
-    times = torch.full((n,), alike)  # as often as if all were drawn alike
+    parts = [pool[_sample(len(pool), round(share * n), chance)] for pool, share in shares]
+    at = torch.cat([*parts, _sample(len(data), n - sum(map(len, parts)), chance)])
+    times = torch.full((n,), alike)  # how often a step is drawn, relative to uniform drawing
     for pool, share in shares:
         times += share * len(data) / len(pool) * torch.isin(at, pool)
     return at, 1.0 / times
 
 
-def _drawn(among: int, n: int, chance: torch.Generator) -> Tensor:
+def _sample(among: int, n: int, chance: torch.Generator) -> Tensor:
     return torch.randint(among, (n,), generator=chance)
 
 
-def _misled(moments: Moments, chance: torch.Generator) -> Moments:
-    """Some were told another task throughout, some nothing: what is seen must say more."""
+def _with_wrong_words(moments: Moments, chance: torch.Generator) -> Moments:
+    """Replace the task by a wrong one in some moments, and by none in others.
+
+    The network then relies more on what it sees.
+    """
     n = len(moments.task)
     draw = torch.rand(n, generator=chance)
     other = torch.randint(N_TASKS, (n, 1), generator=chance).expand_as(moments.task)
@@ -158,19 +161,19 @@ def _misled(moments: Moments, chance: torch.Generator) -> Moments:
     )
 
 
-def loss_of(opinion: Opinion, labels: Labels, weight: Tensor) -> Tensor:
-    """SRT-H's: a task weighs the more, the further off it is (arXiv 2505.10251).
+def loss_of(prediction: Prediction, labels: Labels, weight: Tensor) -> Tensor:
+    """Return SRT-H's loss: the further off a task is, the larger its weight (arXiv 2505.10251).
 
-    Weights (B,) make up for what was drawn oftener, where a chance is learnt.
+    Weights (B,) correct the probabilities for the steps that were drawn more often.
     """
-    off = (opinion.task.argmax(dim=-1) - labels.task).abs()
-    task = (F.cross_entropy(opinion.task, labels.task, reduction="none") * (1 + off)).mean()
-    flag = _chance_loss(opinion.flag, (labels.correction >= 0).float(), weight)
-    progress = F.smooth_l1_loss(opinion.progress, labels.progress, beta=0.1)
+    off = (prediction.task.argmax(dim=-1) - labels.task).abs()
+    task = (F.cross_entropy(prediction.task, labels.task, reduction="none") * (1 + off)).mean()
+    flag = _chance_loss(prediction.flag, (labels.correction >= 0).float(), weight)
+    progress = F.smooth_l1_loss(prediction.progress, labels.progress, beta=0.1)
     told = weight * ~labels.fails.isnan()
-    fails = _chance_loss(opinion.fails, labels.fails.nan_to_num(), told)
+    fails = _chance_loss(prediction.fails, labels.fails.nan_to_num(), told)
     wanted = labels.correction.clamp(min=0)
-    right = F.cross_entropy(opinion.correction, wanted, reduction="none")
+    right = F.cross_entropy(prediction.correction, wanted, reduction="none")
     flagged = labels.correction >= 0
     correction = (right * flagged).sum() / flagged.sum().clamp(min=1)
     rest = (

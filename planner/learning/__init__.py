@@ -1,1 +1,1 @@
-"""What all learners share: how weights are fitted, and files of them."""
+"""How are the weights of a network trained, and how are they kept in a file?"""

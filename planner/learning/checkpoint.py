@@ -1,4 +1,4 @@
-"""A learner in a file: weights and normalisation, with all that says whether it fits."""
+"""Checkpoints: weights and normalisation in a file, with what they require of their user."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from torch import Tensor, nn
 
 
 class CheckpointError(ValueError):
-    """A file is no checkpoint, or one for something else; says which in one line."""
+    """A file is not a checkpoint, or does not fit; the message says which in one line."""
 
 
 def chosen(path: str | Path | None, shipped: Path, learner: str) -> Path:
-    """The checkpoint to take; left out, it is the one that comes with Calot.
+    """Return the path of the checkpoint to use: the given one, or the one shipped with Calot.
 
     Raises:
-        CheckpointError: it is left out, and none comes with Calot.
+        CheckpointError: no path is given, and no checkpoint is shipped.
     """
     if path is None and not shipped.exists():
         raise CheckpointError(f"none comes with Calot: `calot train {learner}` makes one to name")
@@ -29,13 +29,13 @@ def chosen(path: str | Path | None, shipped: Path, learner: str) -> Path:
 
 
 def write(path: Path, model: nn.Module, config: Any, fits: Mapping[str, Any]) -> None:
-    """Write a model, whole or not at all; its weights to three digits, which halves the file.
+    """Write a model atomically; its weights in half precision, which halves the file.
 
     Args:
         path: of the file.
         model: its weights and buffers.
-        config: a dataclass, what the model is made of.
-        fits: what must be the same where it is read.
+        config: a dataclass that describes the model.
+        fits: what must be the same when the file is read.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".partial")
@@ -45,16 +45,16 @@ def write(path: Path, model: nn.Module, config: Any, fits: Mapping[str, Any]) ->
 
 
 def _kept(model: nn.Module) -> dict[str, Tensor]:
-    """Weights in half precision, whose finer bits are noise; buffers, of metres, as they are."""
+    """Return weights in half precision (finer bits are noise), and buffers unchanged (metres)."""
     weights = {name: weight.half() for name, weight in model.named_parameters()}
     return model.state_dict() | weights
 
 
 def read_config(path: Path, fits: Mapping[str, Any], learner: str) -> dict[str, Any]:
-    """What a file's model is made of, its weights left unread.
+    """Return the configuration of a file's model, without reading its weights.
 
     Raises:
-        CheckpointError: it is not one of a `learner` that fits.
+        CheckpointError: the file is not a checkpoint of a `learner` that fits.
     """
     try:
         with safe_open(path, "pt") as file:
@@ -71,10 +71,10 @@ def read_config(path: Path, fits: Mapping[str, Any], learner: str) -> dict[str, 
 
 
 def read_weights(path: Path, model: nn.Module) -> None:
-    """Give a model the weights of a file.
+    """Load the weights of a file into a model.
 
     Raises:
-        CheckpointError: they are damaged.
+        CheckpointError: the weights are damaged.
     """
     try:
         model.load_state_dict(load_file(path))

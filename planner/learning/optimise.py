@@ -1,4 +1,4 @@
-"""Gradient descent that resumes exactly: the loop that every learner's training runs through."""
+"""The training loop of every network: gradient descent that resumes exactly."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ ScheduleT = TypeVar("ScheduleT", bound="Schedule")
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """How weights are fitted.
+    """How weights are trained.
 
     Attributes:
         steps: of the optimiser.
-        batch: windows a step.
+        batch: samples in a step.
         learning_rate: highest; it rises over `warm_up` steps and falls to zero as a cosine.
-        average: decay of the weights' moving average, which is what is saved.
+        average: decay of the weights' moving average; the average is saved.
         save_every: steps.
-        bfloat16: the model multiplies matrices in it, which some processors do faster.
-        base: digest of the checkpoint that is gone on from; "" to begin anew.
+        bfloat16: multiply matrices in bfloat16, which is faster on some processors.
+        base: digest of the checkpoint that is fine-tuned; "" to start from random weights.
     """
 
     steps: int
@@ -45,8 +45,8 @@ class Schedule:
     base: str = ""
 
 
-def going_on_from(base: Path, schedule: ScheduleT) -> ScheduleT:
-    """Gentler, as what has been learnt is to be kept."""
+def fine_tuning_schedule(base: Path, schedule: ScheduleT) -> ScheduleT:
+    """Return the schedule for fine-tuning `base`, with a lower learning rate."""
     return replace(
         schedule,
         learning_rate=FINE_TUNING_SHARE * schedule.learning_rate,
@@ -56,7 +56,7 @@ def going_on_from(base: Path, schedule: ScheduleT) -> ScheduleT:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingStep:
-    """A step done, and the loss of its batch."""
+    """How many steps are done, and the loss of the last batch."""
 
     step: int
     loss: float
@@ -71,19 +71,19 @@ def optimise(
     digest: str,
     save: Callable[[Model], None],
 ) -> Iterator[TrainingStep]:
-    """Fit a model from where `out` has got to, or from where it is.
+    """Train a model, or resume the training that `out` holds.
 
     Args:
-        model: with weights to begin from.
-        loss_of_batch: of a batch that it draws by `chance`.
-        chance: all that is random in it.
-        config: its steps, and all else that a training resumed must have in common.
-        out: keeps TensorBoard's curves and what resuming needs.
-        digest: of what is learnt from.
-        save: keeps the averaged model, whenever resuming becomes possible from there.
+        model: with its initial weights.
+        loss_of_batch: draws a batch and returns its loss.
+        chance: the source of all randomness.
+        config: the schedule, and everything that must be the same to resume.
+        out: folder for TensorBoard's curves and the state to resume from.
+        digest: of the training data.
+        save: writes the averaged model, each time the state to resume from is written.
 
     Raises:
-        ValueError: `out` holds the training of another configuration or from other data; nothing
+        ValueError: `out` holds the training of another configuration or on other data; nothing
             is changed.
     """
     from torch.utils.tensorboard.writer import SummaryWriter
@@ -119,7 +119,7 @@ def optimise(
 
 
 def _share(step: int, config: Schedule) -> float:
-    """Of the highest learning rate."""
+    """Return the share of the highest learning rate at a step."""
     rising = min(1.0, (step + 1) / config.warm_up)
     return rising * 0.5 * (1.0 + math.cos(math.pi * step / config.steps))
 
@@ -136,7 +136,7 @@ def _save(
 
 
 def _resume(path: Path, parts: dict, chance: torch.Generator, config: Schedule, digest: str) -> int:
-    """Load what `_save` left, if it did; returns the steps done."""
+    """Load the state that `_save` wrote, if there is one; return the steps done."""
     if not path.exists():
         return 0
     state = torch.load(path, map_location="cpu", weights_only=True)

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.next_task import NotNowError, clips_on, due_task
+from planner.next_task import NotNowError, clips_on, next_task
 from tests.planner.seen import clipped
 
 
 @pytest.mark.parametrize("tube", ["left", "right"])
 def test_the_clips_follow_one_another_and_then_the_cut(tube):
-    said = [due_task("clip", tube, clipped(**{tube: n})).text for n in range(3)]
+    said = [next_task("clip", tube, clipped(**{tube: n})).text for n in range(3)]
     assert said == [f"clipping {nth} clip {tube} tube" for nth in ("first", "second", "third")]
     assert (
-        due_task("cut", tube, clipped(**{tube: 3})).text
+        next_task("cut", tube, clipped(**{tube: 3})).text
         == f"go to the cutting position {tube} tube"
     )
 
@@ -25,14 +25,14 @@ def test_the_clips_follow_one_another_and_then_the_cut(tube):
 )
 def test_what_is_not_due_is_refused(deed, n, why):
     with pytest.raises(NotNowError, match=f"the left tube {why}"):
-        due_task(deed, "left", clipped(left=n, right=3))
+        next_task(deed, "left", clipped(left=n, right=3))
 
 
 @pytest.mark.parametrize("deed", ["clip", "cut"])
 def test_nothing_is_due_on_a_tube_that_is_cut(deed):
     seen = replace(clipped(right=3), severed=np.array([False, True]))
     with pytest.raises(NotNowError, match="the right tube is cut already"):
-        due_task(deed, "right", seen)
+        next_task(deed, "right", seen)
 
 
 def test_a_clip_that_fell_is_on_no_tube():

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from planner.learned.calibration import calibrate, conformal_quantile, fitted
+from planner.learned.calibration import calibrate, conformal_quantile, fit_platt
 from planner.learned.config import PlannerConfig
 from planner.learned.network import PlannerNetwork
 from planner.learned.rollout import Rollouts
@@ -14,7 +14,7 @@ def test_logits_that_say_too_much_are_brought_back_to_the_chances_behind_them():
     chance = torch.Generator().manual_seed(0)
     true = torch.randn(100_000, generator=chance)
     outcomes = (torch.rand(len(true), generator=chance) < true.sigmoid()).float()
-    scale, shift = fitted(3.0 * true + 2.0, outcomes)
+    scale, shift = fit_platt(3.0 * true + 2.0, outcomes)
     np.testing.assert_allclose([scale, shift], [1.0 / 3.0, -2.0 / 3.0], atol=0.02)
 
 

@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.network import Opinion
+from planner.learned.network import Prediction
 from planner.learned.rollout import NOT_SAID, Labels, Rollouts
-from planner.learned.training import drawn_steps, loss_of
+from planner.learned.training import loss_of, sample_steps
 from tests.planner.learned.rolled_out import rollout
 
 WEIGHT = torch.tensor([1.0, 1.0, 0.0, 0.0])
@@ -17,7 +17,7 @@ WEIGHT = torch.tensor([1.0, 1.0, 0.0, 0.0])
 
 def loss(correction, fails, *, flag=0.3, sure=0.1):
     n = len(WEIGHT)
-    opinion = Opinion(
+    prediction = Prediction(
         task=torch.zeros(n, N_TASKS),
         flag=torch.full((n,), flag),
         correction=torch.zeros(n, N_CORRECTIONS),
@@ -30,7 +30,7 @@ def loss(correction, fails, *, flag=0.3, sure=0.1):
         progress=torch.full((n,), 0.5),
         fails=torch.tensor(fails),
     )
-    return loss_of(opinion, labels, WEIGHT).item()
+    return loss_of(prediction, labels, WEIGHT).item()
 
 
 WANTED = [3, NOT_SAID, 3, NOT_SAID]
@@ -52,7 +52,7 @@ def test_what_an_episode_does_not_tell_does_not_count():
 
 def test_what_is_drawn_oftener_weighs_so_much_less():
     data = Rollouts([rollout(seed) for seed in range(3)], 4)
-    at, weight = drawn_steps(data, 40_000, torch.Generator().manual_seed(0))
+    at, weight = sample_steps(data, 40_000, torch.Generator().manual_seed(0))
     flagged = (data.labels(at).correction != NOT_SAID).float()
     changed = torch.isin(at, data.changes).float()
     assert weight.mean() == pytest.approx(1.0, abs=0.02)
@@ -67,6 +67,6 @@ def test_what_is_drawn_oftener_weighs_so_much_less():
 def test_without_anything_rare_all_weigh_alike():
     calm = rollout(tasks=1)
     data = Rollouts([replace(calm, correction=np.full_like(calm.task, NOT_SAID))], 4)
-    at, weight = drawn_steps(data, 50, torch.Generator().manual_seed(0))
+    at, weight = sample_steps(data, 50, torch.Generator().manual_seed(0))
     assert len(at) == len(weight) == 50
     assert weight.unique().tolist() == [1.0]

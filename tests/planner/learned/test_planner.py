@@ -63,8 +63,8 @@ def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(netwo
     )
     data = Rollouts([as_run], CONFIG.history)
     at = torch.tensor(ROWS)
-    opinion = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
-    chances, preferred = opinion.task.softmax(dim=-1), opinion.task.argmax(dim=-1).tolist()
+    prediction = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
+    chances, preferred = prediction.task.softmax(dim=-1), prediction.task.argmax(dim=-1).tolist()
     held_back = 0
     for k in range(1, len(said)):
         sure = chances[k].max() >= SURE or preferred[k] == preferred[k - 1]
@@ -75,7 +75,7 @@ def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(netwo
         held_back += said[k].task != TASKS[preferred[k]]
     assert said[0].task == TASKS[preferred[0]]
     assert bool(held_back) == (sharpness == 1.0)
-    failure = network.failure_chance(opinion)
+    failure = network.failure_chance(prediction)
     np.testing.assert_allclose([s.assessment.failure_chance for s in said], failure, atol=1e-5)
 
 

@@ -8,7 +8,7 @@ import torch
 
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.network import Moments, Opinion
+from planner.learned.network import Moments, Prediction
 from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout
 from planner.learned.scoring import calibration_error, score
 from tests.planner.learned.rolled_out import rollout
@@ -29,12 +29,12 @@ class Knowing:
     def __init__(self, alarm_after_s: float = math.inf) -> None:
         self._alarm_after_s = alarm_after_s
 
-    def __call__(self, moments: Moments) -> Opinion:
+    def __call__(self, moments: Moments) -> Prediction:
         seen = fields(moments.frames[:, -1])
         task = (seen["sac_m"][:, 0, 0] / 0.01).round().long()
         wanted = seen["forces_n"][:, 0, 0] > 0.5
         late = moments.since_s[:, -1] >= self._alarm_after_s
-        return Opinion(
+        return Prediction(
             task=torch.nn.functional.one_hot(task, N_TASKS).float(),
             flag=wanted.float() - 0.5,
             correction=torch.nn.functional.one_hot(task % N_CORRECTIONS, N_CORRECTIONS).float(),
@@ -42,8 +42,8 @@ class Knowing:
             fails=late.float() * 20.0 - 10.0,
         )
 
-    def failure_chance(self, opinion: Opinion) -> torch.Tensor:
-        return opinion.fails.sigmoid()
+    def failure_chance(self, prediction: Prediction) -> torch.Tensor:
+        return prediction.fails.sigmoid()
 
 
 def test_who_knows_is_always_right():
