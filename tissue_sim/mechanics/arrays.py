@@ -112,11 +112,11 @@ class TissueArrays:
     part_middle: wp.array2d(dtype=wp.vec3)
     part_count: wp.array2d(dtype=float)
     arm: wp.array2d(dtype=wp.vec3)
-    factor: wp.array2d(dtype=float)
+    factor: wp.array2d(dtype=wp.spatial_vector)
     factor_first: wp.array2d(dtype=int)
     factor_start: wp.array2d(dtype=int)
     factor_pivot: wp.array2d(dtype=float)
-    motion: wp.array2d(dtype=float)
+    motion: wp.array2d(dtype=wp.spatial_vector)
 
 
 @wp.struct

@@ -22,8 +22,8 @@ def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[
         row, column: block-CSR pattern of A.
 
     Returns:
-        for each part the first part it couples to, and where its rows start in the storage: row
-        i of part p holds the columns of the parts first[p] to p.
+        for each part the first part it couples to, and where its columns start in the storage:
+        its six rows have those of the parts first[p] to p.
     """
     i = part[np.repeat(np.arange(len(row) - 1), np.diff(row))]
     j = part[column]
@@ -31,13 +31,13 @@ def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[
     first = np.arange(n_part)
     np.minimum.at(first, i[both], j[both])
     length = MODES * (np.arange(n_part) - first + 1)
-    start = np.concatenate([[0], np.cumsum(MODES * length)])
+    start = np.concatenate([[0], np.cumsum(length)])
     return first.astype(np.int32), start.astype(np.int32)
 
 
 def skyline_capacity(n_part: int) -> int:
-    """Numbers that the factor needs at most."""
-    return MODES * MODES * n_part * (n_part + 1) // 2
+    """Columns of a part's six rows that the factor needs at most."""
+    return MODES * n_part * (n_part + 1) // 2
 
 
 def parts_of(rings: list[Indices], n_vertex: int) -> NDArray[np.int32]:

@@ -27,26 +27,26 @@ FIRMER = wp.constant(1.0e-3)
 
 
 @wp.func
-def add_rows(
-    factor: wp.array(dtype=float),
+def add_columns(
+    factor: wp.array(dtype=wp.spatial_vector),
     at: int,
-    length: int,
     top: wp.mat33,
     right: wp.mat33,
     arm: wp.vec3,
 ):
-    """Add P_i^T [top, right] to six rows of the storage, from place `at`."""
+    """Add P_i^T [top, right] to the six columns of the storage from place `at`."""
     lever = wp.skew(arm)
     low = lever * top
     low_right = lever * right
-    for a in range(3):
-        for c in range(3):
-            upper = at + a * length + c
-            factor[upper] = factor[upper] + top[a, c]
-            factor[upper + 3] = factor[upper + 3] + right[a, c]
-            lower = upper + 3 * length
-            factor[lower] = factor[lower] + low[a, c]
-            factor[lower + 3] = factor[lower + 3] + low_right[a, c]
+    for c in range(3):
+        factor[at + c] = factor[at + c] + column_of(top, low, c)
+        factor[at + 3 + c] = factor[at + 3 + c] + column_of(right, low_right, c)
+
+
+@wp.func
+def column_of(top: wp.mat33, low: wp.mat33, c: int):
+    """Column c of one matrix above another."""
+    return wp.spatial_vector(top[0, c], top[1, c], top[2, c], low[0, c], low[1, c], low[2, c])
 
 
 @wp.func
@@ -61,11 +61,11 @@ def restrict_matrix(t: TissueArrays, b: int):
     first = t.factor_first[b]
     start = t.factor_start[b]
     for k in range(start[t.n_part[b]]):
-        factor[k] = 0.0
+        factor[k] = wp.spatial_vector()
     for i in range(t.n_vertex[b]):
         p = part[i]
         if p >= 0:
-            length = MODES * (p - first[p] + 1)
+            mine = start[p] - MODES * first[p]  # place of column 0, were it stored
             now = int(-1)
             top = wp.mat33()
             right = wp.mat33()
@@ -75,8 +75,7 @@ def restrict_matrix(t: TissueArrays, b: int):
                 if q >= 0 and q <= p:
                     if q != now:
                         if now >= 0:
-                            at = start[p] + MODES * (now - first[p])
-                            add_rows(factor, at, length, top, right, arm[i])
+                            add_columns(factor, mine + MODES * now, top, right, arm[i])
                         now = q
                         top = wp.mat33()
                         right = wp.mat33()
@@ -84,37 +83,40 @@ def restrict_matrix(t: TissueArrays, b: int):
                     top = top + K
                     right = right - K * wp.skew(arm[j])
             if now >= 0:
-                add_rows(factor, start[p] + MODES * (now - first[p]), length, top, right, arm[i])
+                add_columns(factor, mine + MODES * now, top, right, arm[i])
 
 
 @wp.func
 def factorise(t: TissueArrays, b: int):
-    """Cholesky in place; `factor_pivot` holds the inverse of the diagonal, 0 for a missing mode."""
+    """Cholesky in place; `factor_pivot` holds the inverse of the diagonal, 0 for a missing mode.
+
+    The six rows of a part go together, column by column: six sums at once instead of one that
+    waits for itself. What that leaves on and above the diagonal is never read.
+    """
     factor = t.factor[b]
     first = t.factor_first[b]
     start = t.factor_start[b]
     pivot = t.factor_pivot[b]
     for p in range(t.n_part[b]):
-        begin = MODES * first[p]
-        length = MODES * (p - first[p] + 1)
-        for a in range(MODES):
-            i = MODES * p + a
-            mine = start[p] + a * length - begin  # place of column 0, were it stored
-            whole = factor[mine + i]
-            rest = whole * (1.0 + FIRMER)
-            for j in range(begin, i):
-                q = j // MODES
-                other_begin = MODES * first[q]
-                theirs = start[q] + (j - MODES * q) * MODES * (q - first[q] + 1) - other_begin
+        mine = start[p] - MODES * first[p]  # place of column 0, were it stored
+        rest = wp.spatial_vector()
+        for a in range(6):
+            rest[a] = factor[mine + MODES * p + a][a] * (1.0 + FIRMER)
+        for q in range(first[p], p + 1):
+            theirs = start[q] - MODES * first[q]
+            begin = MODES * wp.max(first[p], first[q])
+            for a in range(6):
+                j = MODES * q + a
                 s = factor[mine + j]
-                for k in range(wp.max(begin, other_begin), j):
-                    s = s - factor[mine + k] * factor[theirs + k]
+                for k in range(begin, j):
+                    s = s - factor[mine + k] * factor[theirs + k][a]
+                if q == p:
+                    pivot[j] = 0.0
+                    if rest[a] > 0.0:
+                        pivot[j] = 1.0 / wp.sqrt(rest[a])
                 s = s * pivot[j]
                 factor[mine + j] = s
-                rest = rest - s * s
-            pivot[i] = 0.0
-            if rest > 0.0:
-                pivot[i] = 1.0 / wp.sqrt(rest)
+                rest = rest - wp.cw_mul(s, s)
 
 
 @wp.func
@@ -127,24 +129,33 @@ def back_substitute(t: TissueArrays, b: int):
     motion = t.motion[b]
     n = t.n_part[b]
     for p in range(n):
-        begin = MODES * first[p]
-        for a in range(MODES):
-            i = MODES * p + a
-            mine = start[p] + a * MODES * (p - first[p] + 1) - begin
-            s = motion[i]
-            for k in range(begin, i):
-                s = s - factor[mine + k] * motion[k]
-            motion[i] = s * pivot[i]
+        mine = start[p] - MODES * first[p]
+        s = motion[p]
+        for q in range(first[p], p):
+            x = motion[q]
+            for a in range(6):
+                s = s - factor[mine + MODES * q + a] * x[a]
+        x = wp.spatial_vector()
+        for a in range(6):
+            x[a] = s[a] * pivot[MODES * p + a]
+            s = s - factor[mine + MODES * p + a] * x[a]
+        motion[p] = x
     for back in range(n):
         p = n - 1 - back
-        begin = MODES * first[p]
-        for down in range(MODES):
-            i = MODES * p + MODES - 1 - down
-            mine = start[p] + (i - MODES * p) * MODES * (p - first[p] + 1) - begin
-            x = motion[i] * pivot[i]
-            motion[i] = x
-            for k in range(begin, i):
-                motion[k] = motion[k] - factor[mine + k] * x
+        mine = start[p] - MODES * first[p]
+        x = motion[p]
+        for up in range(6):
+            x[5 - up] = x[5 - up] * pivot[MODES * p + 5 - up]
+            for a in range(5 - up):
+                x[a] = x[a] - factor[mine + MODES * p + a][5 - up] * x[5 - up]
+        motion[p] = x
+        for q in range(first[p], p):
+            y = motion[q]
+            for a in range(6):
+                column = factor[mine + MODES * q + a]
+                for up in range(6):
+                    y[a] = y[a] - column[5 - up] * x[5 - up]
+            motion[q] = y
 
 
 @wp.func
@@ -182,24 +193,18 @@ def solve_coarse(t: TissueArrays, b: int):
     arm = t.arm[b]
     residual = t.residual[b]
     motion = t.motion[b]
-    for k in range(MODES * t.n_part[b]):
-        motion[k] = 0.0
+    for p in range(t.n_part[b]):
+        motion[p] = wp.spatial_vector()
     for i in range(t.n_vertex[b]):
         if part[i] >= 0:
             r = residual[i]
-            turn = wp.cross(arm[i], r)
-            k = MODES * part[i]
-            for a in range(3):
-                motion[k + a] = motion[k + a] + r[a]
-                motion[k + 3 + a] = motion[k + 3 + a] + turn[a]
+            motion[part[i]] = motion[part[i]] + wp.spatial_vector(r, wp.cross(arm[i], r))
     back_substitute(t, b)
 
 
 @wp.func
-def rigid_motion(part: int, arm: wp.vec3, motion: wp.array(dtype=float)):
+def rigid_motion(part: int, arm: wp.vec3, motion: wp.array(dtype=wp.spatial_vector)):
     """How a vertex moves with its part."""
     if part < 0:
         return wp.vec3()
-    k = MODES * part
-    shift = wp.vec3(motion[k], motion[k + 1], motion[k + 2])
-    return shift + wp.cross(wp.vec3(motion[k + 3], motion[k + 4], motion[k + 5]), arm)
+    return wp.spatial_top(motion[part]) + wp.cross(wp.spatial_bottom(motion[part]), arm)

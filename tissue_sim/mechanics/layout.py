@@ -145,5 +145,5 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "n_part": (), "part_middle": (n_part,), "part_count": (n_part,),
         "factor": (skyline_capacity(n_part),), "factor_first": (n_part,),
         "factor_start": (n_part + 1,), "factor_pivot": (MODES * n_part,),
-        "motion": (MODES * n_part,),
+        "motion": (n_part,),
     }  # fmt: skip

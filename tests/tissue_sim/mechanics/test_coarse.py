@@ -36,7 +36,7 @@ def dense_factor(tissue: Tissue) -> Array:
     first, start = tissue.host("factor_first")[0], tissue.host("factor_start")[0]
     L = np.zeros((MODES * n, MODES * n))
     for p in range(n):
-        rows = tissue.host("factor")[0, start[p] : start[p + 1]].reshape(MODES, -1)
+        rows = tissue.host("factor")[0, start[p] : start[p + 1]].T
         L[MODES * p : MODES * (p + 1), MODES * first[p] : MODES * (p + 1)] = rows
     pivot = tissue.host("factor_pivot")[0, : MODES * n].astype(float)
     L = np.tril(L, -1) + np.diag(1.0 / np.where(pivot > 0, pivot, 1.0))
@@ -95,7 +95,7 @@ def test_skyline_reaches_to_the_first_part_coupled() -> None:
     column = np.array([0, 1, 4, 1, 0, 2, 2, 1, 3, 3, 2, 4, 4, 3, 0])
     first, start = skyline(3, part, row, column)
     assert first.tolist() == [0, 0, 0]
-    assert np.diff(start).tolist() == [MODES * MODES * k for k in (1, 2, 3)]
+    assert np.diff(start).tolist() == [MODES * k for k in (1, 2, 3)]
     first, _ = skyline(3, np.where(part == 0, -1, part), row, column)
     assert first.tolist() == [0, 1, 1]
 
