@@ -1,0 +1,83 @@
+"""Laws of the event log: what is told once, what is told again, and how tasks add up."""
+
+from dataclasses import replace
+from itertools import islice
+
+import pytest
+
+from controller.safety.ledger import Entry
+from planner.instruction import CORRECTIONS, TASKS, Instruction
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.viewer.event_log import APART_S, EventLog
+
+STEP_S = 1 / 30
+
+
+@pytest.fixture(scope="module")
+def step():
+    """A real step in which nothing happens."""
+    episode = begin(EpisodeConfig(seed=10_003, controller="idle"))
+    (step,) = islice(episode.steps(), 1)
+    return step
+
+
+def interventions(step, *times_s, limits=("keep-out: right wrist to liver",)):
+    """Times at which the log tells of a filter that alters commands at these times."""
+    log = EventLog()
+    for time_s in times_s:
+        log.note(replace(step, time_s=time_s, altered=(Entry(time_s=time_s, limits=limits),)))
+    return [line.time_s for line in log.read().lines if line.kind == "filter"]
+
+
+def test_what_the_filter_alters_without_a_pause_is_told_once_however_long_it_takes(step):
+    times_s = [STEP_S * k for k in range(round(5 * APART_S / STEP_S))]
+    assert interventions(step, *times_s) == [0.0]
+
+
+def test_what_the_filter_alters_after_a_pause_is_told_anew(step):
+    assert interventions(step, 1.0, 1.0 + 0.9 * APART_S) == [1.0]
+    assert interventions(step, 1.0, 1.0 + 1.1 * APART_S) == [1.0, 1.0 + 1.1 * APART_S]
+
+
+def test_another_limit_is_told_for_itself_and_every_altered_command_is_counted(step):
+    log = EventLog()
+    for k, limit in enumerate(("tip speed", "remote centre", "tip speed")):
+        time_s = STEP_S * k
+        log.note(replace(step, time_s=time_s, altered=(Entry(time_s=time_s, limits=(limit,)),)))
+    told = [line.text for line in log.read().lines if line.kind == "filter"]
+    assert told == ["tip speed", "remote centre"]
+    assert log.read().altered == 3
+
+
+def test_each_steps_time_goes_to_its_task(step):
+    log = EventLog()
+    for k in range(1, 31):
+        task = TASKS[0] if k <= 10 else TASKS[1]
+        log.note(replace(step, time_s=STEP_S * k, instruction=Instruction(task=task)))
+    tasks = log.read().tasks
+    assert tasks[TASKS[0].index].time_s == pytest.approx(10 * STEP_S)
+    assert tasks[TASKS[1].index].time_s == pytest.approx(20 * STEP_S)
+
+
+@pytest.mark.parametrize(("source", "corrections"), [("planner", 1), ("human", 2)])
+def test_a_correction_counts_when_it_begins_and_a_persons_each_time_it_is_said(
+    step, source, corrections
+):
+    """The planner repeats its own for as long as it means it."""
+    log = EventLog()
+    for k in range(10):
+        said_s = 0.0 if k < 5 else 5 * STEP_S
+        said = Instruction(task=TASKS[0], correction=CORRECTIONS[0], source=source, time_s=said_s)
+        log.note(replace(step, time_s=STEP_S * k, instruction=said))
+    assert log.read().tasks[TASKS[0].index].corrections == corrections
+
+
+def test_a_story_that_was_read_changes_no_more(step):
+    log = EventLog()
+    log.note(step)
+    before = log.read()
+    kept = (dict(before.tasks), before.lines, dict(before.spent_s), before.time_s)
+    log.note(replace(step, time_s=step.time_s + 1.0, altered=(Entry(time_s=1.0, limits=("x",)),)))
+    assert (dict(before.tasks), before.lines, dict(before.spent_s), before.time_s) == kept
+    assert len(log.read().lines) > len(before.lines)

@@ -1,0 +1,80 @@
+"""Laws of the scrub nurse: the right arm is drawn back, gets its tool outside, and returns."""
+
+import numpy as np
+import pytest
+
+from tissue_sim.outcome import nurse
+from tissue_sim.outcome.nurse import EXCHANGE_S, OUT_INSERTION_M
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM
+from tissue_sim.world import World
+
+INSERTION = 2
+
+
+@pytest.fixture
+def world(one_world: World) -> World:
+    one_world.reset(anatomy_from_seed(5))
+    return one_world
+
+
+def joints_at(insertion_m: float) -> np.ndarray:
+    joints = np.tile(HOME_JOINTS, (2, 1))
+    joints[RIGHT_ARM, INSERTION] = insertion_m
+    joints[RIGHT_ARM, [0, 1, 3, 4, 5]] = 0.1, -0.05, 0.3, 0.2, -0.1
+    return joints
+
+
+def exchanged(world: World, tool: str, joints: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """The joints commanded (n, 2, 7), and which tool was on the arm as each was."""
+    path, tools = [], []
+    for command in nurse.exchange(world, tool, joints):
+        path.append(command.joints)
+        tools.append(world.arms.mounted[RIGHT_ARM].name)
+    return np.stack(path), tools
+
+
+@pytest.mark.parametrize("insertion_m", [0.03, 0.05, 0.09])
+def test_the_tool_goes_out_and_comes_back_and_never_deeper_than_it_was(
+    world: World, insertion_m: float
+) -> None:
+    """Also where it is farther out than it needs to be."""
+    start = joints_at(insertion_m)
+    path, tools = exchanged(world, "scissors", start)
+    assert len(path) == 2 * round(EXCHANGE_S / world.config.control_step_s)
+    depth_m = path[:, RIGHT_ARM, INSERTION]
+    assert depth_m.max() <= insertion_m + 1e-12
+    change = tools.index("scissors")
+    assert (np.diff(depth_m[:change]) <= 1e-12).all()
+    assert (np.diff(depth_m[change:]) >= -1e-12).all()
+    assert depth_m[change - 1] == pytest.approx(min(OUT_INSERTION_M, insertion_m))
+    np.testing.assert_allclose(path[-1], start, atol=1e-12)
+
+
+def test_only_the_insertion_of_the_right_arm_moves(world: World) -> None:
+    start = joints_at(0.09)
+    path, _ = exchanged(world, "scissors", start)
+    still = np.ones((2, 7), bool)
+    still[RIGHT_ARM, INSERTION] = False
+    np.testing.assert_allclose(path[:, still], np.tile(start[still], (len(path), 1)), atol=1e-12)
+
+
+def test_it_starts_and_stops_gently(world: World) -> None:
+    """The first and the last step of each way are far shorter than the longest one."""
+    path, tools = exchanged(world, "scissors", joints_at(0.09))
+    change = tools.index("scissors")
+    for way in (np.vstack([joints_at(0.09)[None], path[:change]]), path[change - 1 :]):
+        steps_m = np.abs(np.diff(way[:, RIGHT_ARM, INSERTION]))
+        assert max(steps_m[0], steps_m[-1]) < 0.2 * steps_m.max()
+
+
+def test_the_nurse_is_needed_for_another_tool_or_a_missing_clip_only(world: World) -> None:
+    assert not nurse.is_needed(world, "clip_applier", clip=True)
+    assert nurse.is_needed(world, "scissors", clip=False)
+    world.drop_clip()
+    assert nurse.is_needed(world, "clip_applier", clip=True)
+    assert not nurse.is_needed(world, "clip_applier", clip=False)
+    exchanged(world, "clip_applier", joints_at(0.09))
+    assert world.record.clip_loaded
+    assert not nurse.is_needed(world, "clip_applier", clip=True)
+    assert world.arms.mounted[LEFT_ARM].name == "grasper"
