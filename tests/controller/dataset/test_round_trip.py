@@ -51,6 +51,21 @@ def test_a_dataset_is_its_episodes_in_order_however_many_files_it_has(tmp_path, 
     np.testing.assert_array_equal(index, np.arange(frames))
 
 
+@pytest.mark.parametrize("file_most_mb", [1e-6, 100.0])
+def test_each_episodes_row_says_which_frames_are_its_own_and_in_which_file(tmp_path, file_most_mb):
+    """The first one, and the one after the last; what LeRobot goes by."""
+    merge(write_parts(tmp_path / "parts", SEEDS), tmp_path, file_most_mb)
+    rows = pq.read_table(tmp_path / layout.EPISODES_PATH).to_pylist()
+    for row, episode in zip(rows, read_episodes(tmp_path), strict=True):
+        index = episode.columns["index"]
+        assert row["episode_index"] == episode.columns["episode_index"][0]
+        assert (row["dataset_from_index"], row["dataset_to_index"]) == (index[0], index[-1] + 1)
+        assert row["length"] == len(index)
+        file = layout.FILES_A_CHUNK * row["data/chunk_index"] + row["data/file_index"]
+        inside = pq.read_table(tmp_path / layout.data_path(file)).to_pydict()["index"]
+        assert set(index.tolist()) <= set(inside)
+
+
 def test_more_parts_later_give_the_dataset_that_all_give_at_once(tmp_path):
     parts = write_parts(tmp_path / "parts", SEEDS)
     merge(parts, tmp_path / "at once")

@@ -66,6 +66,18 @@ def after_a_gap(seen: Observation) -> np.ndarray:
     return gone
 
 
+def test_after_a_gap_no_tool_goes_on_as_the_body_went_before():
+    """Nobody knows how it moves now until it has been seen to move."""
+    still, frame, speed_m = hold(np.zeros(2)).vector(), BodyFrame(), 0.001 * UP
+    for k in range(5):
+        place = shifted(SEEN, k * speed_m).vector()
+        _ = frame.see(place)
+    np.testing.assert_allclose(frame.along(still).reshape(2, 10)[:, :3], [speed_m] * 2, atol=1e-7)
+    frame.reset()
+    _ = frame.see(place)
+    np.testing.assert_array_equal(frame.along(still), still)
+
+
 def test_after_a_gap_tools_that_stood_still_catch_up_with_a_body_that_moved_on():
     moved_on = tips_moved(shifted(SEEN, 0.008 * UP), -0.008 * UP)
     np.testing.assert_allclose(after_a_gap(moved_on), 0.008 * UP, atol=1e-7)

@@ -11,9 +11,11 @@ from scipy.optimize import brentq
 
 from controller.kinematics import inverse_kinematics
 from controller.safety.arm_motion import arm_motion
+from controller.safety.bounds import N_MOTION, NO_BOUNDS, on_joints
 from controller.safety.exemption import worked_on
 from controller.safety.filter import FAR, SafetyFilter
 from controller.safety.geometry.collision import CollisionModel
+from controller.safety.limits import LIMITS
 from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
 from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
 from controller.safety.limits.outer_shafts import OuterShafts
@@ -125,6 +127,28 @@ def test_haste_is_gained_step_by_step_and_anew_after_a_restart(world):
         joints = allowed
     most = JOINT_SPEED[3] * world.config.control_step_s
     np.testing.assert_allclose(moved, np.array([2, 3, 3, 3, 2, 3]) / 3 * most, rtol=1e-6)
+
+
+class HoldsAtFirst:
+    """Holds every joint in the first step, and nothing afterwards."""
+
+    name = "holds at first"
+    held = False
+
+    def bounds(self, situation):
+        if self.held:
+            return NO_BOUNDS
+        self.held = True
+        return on_joints(np.zeros(N_MOTION), np.zeros(N_MOTION))
+
+
+def test_haste_that_was_asked_for_and_not_allowed_is_not_gained(world):
+    """An arm that another limit held starts from rest, however fast it was asked to go."""
+    safety = SafetyFilter(world, limits=(*LIMITS, HoldsAtFirst()))
+    asked = HOME + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    moved = [safety.allow(HOME, asked, GRAB, 0.0).joints[0, 3] - HOME[0, 3] for _ in range(2)]
+    most = JOINT_SPEED[3] * world.config.control_step_s
+    np.testing.assert_allclose(moved, [0.0, 2 / 3 * most], atol=1e-9)
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 2 * FAR, 1e300])

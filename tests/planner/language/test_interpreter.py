@@ -53,6 +53,12 @@ def test_how_it_is_said_does_not_matter(sentence, frame):
     assert command_text(frame.format(sentence).upper()) == command_text(sentence)
 
 
+@given(orders, st.sampled_from(["go on and {}", "carry on and {}", "again, {}", "{} again"]))
+def test_an_order_that_is_said_again_or_to_go_on_with_is_that_order(sentence, frame):
+    """It is neither to resume nor to repeat what was said last."""
+    assert command_text(frame.format(sentence)) == command_text(sentence)
+
+
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize(("one", "other"), OPPOSITES.items())
 def test_too_far_one_way_means_the_other_way(arm, one, other):
