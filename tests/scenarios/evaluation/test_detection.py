@@ -50,6 +50,16 @@ def test_the_conformal_alarm_raises_no_more_false_alarms_than_it_says():
     assert FALSE_ALARMS - 1 / 51 < 2 / 51 <= FALSE_ALARMS
 
 
+def test_an_alarm_is_not_calibrated_on_the_passes_by_which_it_is_judged():
+    """Those that are judged score higher than all that it was calibrated on, and change nothing."""
+    passed = np.arange(400) > 99  # 100 failures, then the passes: every other one is judged
+    chances = np.where(passed, np.where(np.arange(400) % 2, 0.9, 0.1), 0.5)
+    found = detection(told(chances, passed))
+    assert found is not None
+    assert found.conformal is not None
+    assert (found.conformal.caught.rate, found.conformal.false.rate) == (1.0, 1.0)
+
+
 def test_of_few_passes_no_threshold_is_made():
     found = detection(told(np.linspace(0.1, 0.9, 20), np.arange(20) % 2))
     assert found is not None

@@ -1,10 +1,15 @@
 """Laws of measured conduct: lengths and jerks of known motions, and where they are kept."""
 
+from dataclasses import replace
+from itertools import islice
+
 import numpy as np
 import pytest
 
-from scenarios.loop.motion_metrics import mean_jerk_m_s3, path_m
-from scenarios.loop.results import read_results, write_results
+from scenarios.episode import begin
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
+from scenarios.loop.results import TaskResult, read_results, write_results
 from scenarios.recording.recorder import load
 from tests.scenarios.example_results import PASSED
 
@@ -56,6 +61,29 @@ def test_a_procedures_path_is_that_of_its_recording(procedure):
         assert task.failure_chance is None  # the scripted planner gives none
 
 
+def test_what_the_nurse_does_in_the_midst_of_a_task_does_not_count():
+    """The way to where she has put the arm counts neither as path nor as jerk."""
+    episode = begin(EpisodeConfig(seed=10_004, controller="idle"))
+    (step,) = islice(episode.steps(), 1)
+    measures = MotionMetrics(episode.world)
+    task = step.instruction.task
+    for x_m, exchange in (
+        [(0.001 * k, False) for k in range(6)]
+        + [(0.5, True)] * 3
+        + [(0.3 + 0.001 * k, False) for k in range(6)]
+    ):
+        tips = np.tile(np.eye(4), (2, 1, 1))
+        tips[:, 0, 3] = x_m
+        seen = replace(step.observation, tips_endoscope=tips)
+        measures.on_step(replace(step, observation=seen, exchange=exchange))
+    result = TaskResult(
+        index=task.index, instruction=task.text, success=True, time_s=1.0, corrections=0
+    )
+    (measured,) = measures.measured([result])
+    assert measured.path_m == pytest.approx((0.010, 0.010))
+    assert measured.jerk_m_s3 == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
 def test_results_of_an_older_version_are_read(tmp_path):
     write_results(tmp_path / "results.json", [PASSED], config={})
     text = (tmp_path / "results.json").read_text()
@@ -65,7 +93,6 @@ def test_results_of_an_older_version_are_read(tmp_path):
 
 
 def test_a_recording_is_read_without_its_steps(procedure, tmp_path):
-    from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.recording.recorder import Recorder
 
     with Recorder(config=EpisodeConfig(seed=7), path=tmp_path / "7.npz") as recorder:

@@ -47,9 +47,10 @@ def die_at_seed_1(config: EpisodeConfig) -> EpisodeResult:
     return finish(config)
 
 
-def die_once_at_seed_1(config: EpisodeConfig, folder: Path) -> EpisodeResult:
-    if config.seed == 1 and not (folder / "died").exists():
-        (folder / "died").touch()
+def die_once_at_odd_seeds(config: EpisodeConfig, folder: Path) -> EpisodeResult:
+    died = folder / f"died-{config.seed}"
+    if config.seed % 2 and not died.exists():
+        died.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return finish(config)
 
@@ -94,10 +95,11 @@ def test_a_worker_that_dies_twice_costs_its_episode_only(address):
     assert all(result.error is None for seed, result in results.items() if seed != 1)
 
 
-def test_a_worker_that_dies_once_costs_nothing(address, tmp_path):
-    attempt = partial(die_once_at_seed_1, folder=tmp_path)
+def test_workers_that_die_once_in_an_episode_cost_nothing(address, tmp_path):
+    """Each episode has its own second attempt."""
+    attempt = partial(die_once_at_odd_seeds, folder=tmp_path)
     results = list(run_side_by_side(attempt, CONFIGS, 2, broken_off, address))
-    assert (tmp_path / "died").exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"died-1", "died-3"}
     assert sorted(result.seed for result in results) == [config.seed for config in CONFIGS]
     assert all(result.success for result in results)
 
