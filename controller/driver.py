@@ -12,6 +12,7 @@ from tissue_sim.frames import Array, inverse_pose, rotation_from_6d, rotation_to
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import forward_kinematics
+from tissue_sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +33,11 @@ def rig_of(T_world_rcm: Array, T_world_endoscope: Array, instruments: tuple) -> 
     return Rig(
         T_rcm_endoscope=inverse_pose(T_world_rcm) @ T_world_endoscope, instruments=instruments
     )
+
+
+def rig_in(world: World) -> Rig:
+    """Return the rig as it is calibrated in this world now."""
+    return rig_of(world.arms.T_world_rcm, world.T_world_endoscope, world.arms.mounted)
 
 
 class Driver:

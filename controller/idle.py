@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from controller.action import Chunk, hold
 from planner.instruction import Instruction
+from planner.policy_setup import PolicySetup
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.world import World
 
 
 class ControllerIdle:
     """Holds both arms where they are."""
 
-    def __init__(self, world: World) -> None:
-        del world
+    def __init__(self, setup: PolicySetup) -> None:
+        del setup
 
     def reset(self) -> None:
         """Nothing to forget."""

@@ -11,19 +11,22 @@ Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
 
 class Planner(Protocol[Observation_contra]):
-    """Gives the next instruction, once in each planning period of simulated time.
+    """Says what to do next, once each planning period.
 
-    Attributes:
-        hears_of_success: it is also asked as soon as a task succeeds; only if privileged.
+    A privileged planner may have a true attribute `hears_of_success`: then it is also asked as
+    soon as a task has succeeded.
     """
-
-    @property
-    def hears_of_success(self) -> bool: ...
 
     def reset(self) -> None:
         """Forget the episode so far."""
         ...
 
     def plan(self, observation: Observation_contra) -> Instruction:
-        """Return what should be done now, from the present and the past observations."""
+        """Return what to do now, given this observation and those before it."""
         ...
+
+
+def hears_of_success(planner: object) -> bool:
+    """Return whether a planner is also asked when a task succeeds; only a privileged one is."""
+    told = bool(getattr(planner, "hears_of_success", False))
+    return told and bool(getattr(planner, "privileged", False))

@@ -15,6 +15,7 @@ from planner.base import PATIENCE_S
 from planner.chat import Endpoint, NoAnswerError, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
+from planner.policy_setup import PolicySetup
 from planner.scene_in_words import scene_in_words
 from planner.task import TASKS, Task, task_from_text
 from tissue_sim.sensing.observation import Observation
@@ -60,8 +61,6 @@ Answer with JSON alone: "reason" (a short sentence), "task", "correction", "conf
 
 class PlannerLlm:
     """Asks an endpoint once for each instruction, and again after an invalid answer."""
-
-    hears_of_success = False
 
     def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
         """Take an endpoint, and `sleep` to wait between attempts."""
@@ -133,10 +132,11 @@ def parse_answer(answer: Any) -> tuple[Task, Correction | None, float, str]:
     return task, correction, float(confidence), str(answer["reason"])[:200]
 
 
-def planner_from_environment() -> PlannerLlm:
-    """Return a planner with the endpoint that the environment variables name.
+def make(setup: PolicySetup) -> PlannerLlm:
+    """Return the planner that asks the endpoint which the environment names.
 
     Raises:
-        ValueError: a variable is missing or wrong.
+        ValueError: the environment names no endpoint, or a wrong one.
     """
+    del setup
     return PlannerLlm(endpoint_from_environment())

@@ -7,18 +7,21 @@ from collections.abc import Sequence
 from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
+from planner.policy_setup import PolicySetup, privileged
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tube_severed
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
 
 class PlannerScripted:
-    """Reads the world's hidden state, so it serves as the reference and the test oracle.
+    """Reads the world's hidden state, so it serves as the witness and the test oracle.
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
     the same task again; when the gallbladder has slipped out of the grasper, to go back and to
     grab it again.
     """
+
+    privileged = True
 
     def __init__(
         self, world: World, order: Sequence[Task] = TASKS, *, hears_of_success: bool = True
@@ -67,3 +70,10 @@ class PlannerScripted:
     def _slipped(self) -> bool:
         """Return whether the grasper lost the gallbladder; after a cut it is not grasped again."""
         return not gallbladder_held(self._world) and not self._world.record.cuts
+
+
+@privileged
+def make(setup: PolicySetup, world: World) -> PlannerScripted:
+    """Return the scripted planner; nothing in its setup concerns it."""
+    del setup
+    return PlannerScripted(world)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.base import Planner
+from planner.base import Planner, hears_of_success
 from planner.instruction import Instruction
+from planner.policy_setup import is_privileged
 from tissue_sim.sensing.observation import Observation
 
 
@@ -16,9 +17,14 @@ class PlannerWithoutCorrections:
         self._planner = planner
 
     @property
+    def privileged(self) -> bool:
+        """Return whether the other planner is."""
+        return is_privileged(self._planner)
+
+    @property
     def hears_of_success(self) -> bool:
-        """Return the other planner's value."""
-        return self._planner.hears_of_success
+        """Return whether the other planner does."""
+        return hears_of_success(self._planner)
 
     def reset(self) -> None:
         """Forget the episode so far."""

@@ -1,9 +1,10 @@
 """What `calot run` can be asked for, by name; light to import, so that names are checked first.
 
-A planner or controller is named with the path of its factory: `pkgutil.resolve_name` finds it.
+A planner or controller stands with the path of its factory, which `scenarios.loop.policies` calls.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from scenarios.perturbation.perturbation import Perturbation
 from scenarios.perturbation.perturbations import PERTURBATIONS
@@ -50,25 +51,28 @@ SCENARIOS: dict[str, Scenario] = {
 }
 
 PLANNERS: dict[str, str] = {
-    "scripted": "planner.scripted:PlannerScripted",
-    "learned": "planner.learned.planner:load_planner",
-    "llm": "planner.llm:planner_from_environment",
+    "learned": "planner.learned.planner:make",
+    "llm": "planner.llm:make",
+    "scripted": "planner.scripted:make",
 }
 
 LEARNED_PLANNERS = ("learned",)
-"""Made from a checkpoint."""
+"""Calot's own that are made from a checkpoint."""
 
 ENDPOINT_PLANNERS = ("llm",)
-"""Made from the environment; the others but the learned from the world, which these never see."""
+"""Made from an endpoint that the environment names."""
 
 CONTROLLERS: dict[str, str] = {
-    "expert": "controller.expert.controller:ControllerExpert",
+    "diffusion": "controller.diffusion.controller:make",
     "idle": "controller.idle:ControllerIdle",
-    "diffusion": "controller.diffusion.controller:load_controller",
+    "expert": "controller.expert.controller:make",
 }
 
 LEARNED_CONTROLLERS = ("diffusion",)
-"""Made from a checkpoint and a seed; the others from the world, which these never get hold of."""
+"""Calot's own that are made from a checkpoint and a seed."""
+
+WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
+"""The stack that reads the hidden state of the world: it shows what can be done at all."""
 
 ABLATIONS: dict[str, str] = {
     "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"

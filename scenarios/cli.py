@@ -1,11 +1,13 @@
 """The command line `calot`; a new command is a new file and one line in COMMANDS."""
 
 import io
+import os
 import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
+from importlib.metadata import version
 from typing import Protocol
 
 from tyro.extras import subcommand_cli_from_dict
@@ -46,6 +48,11 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns its exit code, which is 2 for bad input, told in one line."""
+    if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder
+        sys.path.append(os.getcwd())
+    if (sys.argv[1:] if argv is None else list(argv)) == ["--version"]:
+        print(f"calot {version('calot')}")
+        return 0
     try:
         return parse(argv).execute()
     except BadInputError as error:
@@ -70,7 +77,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
             return subcommand_cli_from_dict(
                 COMMANDS,
                 prog="calot",
-                description="A simulated robot surgeon for gallbladder removal.",
+                description="A simulated robot surgeon for gallbladder removal..",
                 args=argv,
             )
     except SystemExit as stop:

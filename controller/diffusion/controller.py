@@ -18,6 +18,7 @@ from controller.diffusion.graph import Sampler
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
+from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields
 
@@ -134,3 +135,12 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     """
     policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
     return ControllerDiffusion(policy.config, Sampler(policy), seed)
+
+
+def make(setup: PolicySetup) -> ControllerDiffusion:
+    """Return the controller of the checkpoint in its setup.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+    """
+    return load_controller(setup.checkpoint, setup.seed)

@@ -12,6 +12,7 @@ from controller.expert.corrections import correcting
 from controller.expert.motion import Goal, chunk_towards
 from controller.expert.skills import Phase, lacks_clip, skill
 from planner.instruction import Instruction
+from planner.policy_setup import PolicySetup, privileged
 from planner.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
@@ -24,6 +25,8 @@ class ControllerExpert:
 
     A correction comes first; the skill begins anew after it.
     """
+
+    privileged = True
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -82,3 +85,10 @@ class ControllerExpert:
         self._at = at
         self._since_s = observation.time_s
         self._start: Array = self._world.arms.T_world_tool()[self._phases[at].arm]
+
+
+@privileged
+def make(setup: PolicySetup, world: World) -> ControllerExpert:
+    """Return the expert; nothing in its setup concerns it."""
+    del setup
+    return ControllerExpert(world)

@@ -19,6 +19,7 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
+from planner.policy_setup import PolicySetup
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
@@ -47,8 +48,6 @@ class PlannerLearned:
     that stops just short of the place where the task ends would otherwise wait until time is up.
     After the first cut it never grasps again: the tubes can no longer be spread.
     """
-
-    hears_of_success = False
 
     def __init__(self, network: PlannerNetwork) -> None:
         self._network = network
@@ -129,3 +128,12 @@ def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
     return PlannerLearned(load_checkpoint(chosen(checkpoint, SHIPPED, "planner")))
+
+
+def make(setup: PolicySetup) -> PlannerLearned:
+    """Return the planner of the checkpoint in its setup.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+    """
+    return load_planner(setup.checkpoint)

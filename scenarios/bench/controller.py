@@ -19,9 +19,9 @@ from controller.diffusion.policy import Policy
 from planner.instruction import Instruction
 from planner.learning.checkpoint import CheckpointError, chosen
 from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
-from scenarios.episode import begin
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
@@ -93,8 +93,7 @@ def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
         table.add_column(heading, justify="right")
     for delay in DELAYS:
         watched = _Watched(ControllerDiffusion(policy.config, sampler, seed, delay))
-        episode = begin(EpisodeConfig(seed=seed, controller="idle"))
-        episode.controller = watched
+        episode = begin(EpisodeConfig(seed=seed, planner="scripted"), controller=watched)
         for _ in islice(episode.steps(), steps):
             pass
         at, inside = watched.accelerations_m_s2()

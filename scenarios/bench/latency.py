@@ -16,10 +16,12 @@ from threading import Thread
 import numpy as np
 from rich.table import Table
 
-from scenarios.episode import Episode, Step, begin
+from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import interpreter
+from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
+from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 

@@ -27,8 +27,9 @@ from scenarios.bench.trials.attack_trial import (
     run_trial,
 )
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 
 ALLOWED_M = 1e-4
@@ -151,7 +152,7 @@ def _crowded(seed: int, pairs: range) -> Laps:
 
 def _in_episode(seed: int) -> Laps:
     """The expert's whole procedure."""
-    steps = begin(EpisodeConfig(seed=seed)).steps()
+    steps = begin(EpisodeConfig(**WITNESS, seed=seed)).steps()
     next(steps)
     with _watched() as (whole, seeing):
         for _ in steps:

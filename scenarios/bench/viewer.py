@@ -20,9 +20,11 @@ import numpy as np
 from rich.table import Table
 
 from scenarios.bench.latency import CHANGED
-from scenarios.episode import Episode, begin
+from scenarios.catalogue import WITNESS
+from scenarios.episode import Episode
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from scenarios.viewer.chromium import browser, enter, missing, open_tab, press, type_in
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.page import FRAME_S
@@ -55,7 +57,7 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     if missing():
         raise BadInputError(missing())
     with browser() as chromium, TemporaryDirectory() as out:
-        desk = _desk(EpisodeConfig(seed=seed), Path(out))
+        desk = _desk(EpisodeConfig(**WITNESS, seed=seed), Path(out))
         with PageProcess(desk, host=HOST, port=choose_port(HOST)) as page:
             address = f"http://{HOST}:{page.port}"
             _speed(desk)  # the first has libraries to load

@@ -12,9 +12,11 @@ from rich.table import Table
 
 from scenarios.bench.newton_solver import bench_newton
 from scenarios.bench.stopwatch import Stopwatch
-from scenarios.episode import Episode, begin
+from scenarios.catalogue import WITNESS
+from scenarios.episode import Episode
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim import world as world_module
 from tissue_sim.world import World
 
@@ -27,7 +29,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     Raises:
         BadInputError: This patient's gallbladder is not grasped, so there is nothing to measure.
     """
-    episode = begin(EpisodeConfig(seed=seed))
+    episode = begin(EpisodeConfig(**WITNESS, seed=seed))
     control_steps = episode.steps()
     if not any(step.outcome.task_done for step in control_steps):  # also the warm-up
         raise BadInputError(f"--seed {seed}: the expert does not grasp this gallbladder")

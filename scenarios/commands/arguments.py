@@ -1,11 +1,14 @@
 """Argument types that say what they allow."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
 from tyro.constructors import PrimitiveConstructorSpec
 
 from scenarios.evaluation.arm import FORM, StudyArm, arm_from_text
+
+_FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 
 
 def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
@@ -59,6 +62,24 @@ def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
         instance_from_str=parse,
         is_instance=lambda value: value is None or isinstance(value, str),
         str_from_instance=lambda value: [str(value)],
+    )
+
+
+def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
+    """Return the type of a policy's name: one of `names`, or an outside MODULE:FACTORY."""
+    allowed = (*names, "MODULE:FACTORY")
+
+    def parse(words: list[str]) -> str:
+        if words[0] not in allowed and not _FACTORY.fullmatch(words[0]):
+            raise ValueError(f"unknown {words[0]!r}; allowed: {', '.join(allowed)}")
+        return words[0]
+
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=f"{{{','.join(allowed)}}}",
+        instance_from_str=parse,
+        is_instance=lambda value: isinstance(value, str),
+        str_from_instance=lambda value: [value],
     )
 
 

@@ -189,7 +189,9 @@ class Obedience:
 
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
-        config = EpisodeConfig(controller=self.controller, checkpoint=checkpoint, seed=self.seed)
+        config = EpisodeConfig(
+            planner="scripted", controller=self.controller, checkpoint=checkpoint, seed=self.seed
+        )
         trials = run_trials(config, self.episodes, self.workers)
         errors = error_lines(trials)
         _show([obedience_table(trials), *errors])
@@ -239,6 +241,7 @@ class Corrections:
 
         require_checkpoint(self.controller, self.checkpoint)
         config = EpisodeConfig(
+            planner="scripted",
             scenario=self.scenario,
             controller=self.controller,
             checkpoint=str(self.checkpoint) if self.checkpoint else None,
@@ -270,7 +273,9 @@ class BenchLatency:
 
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
-        config = EpisodeConfig(controller=self.controller, checkpoint=checkpoint, seed=self.seed)
+        config = EpisodeConfig(
+            planner="scripted", controller=self.controller, checkpoint=checkpoint, seed=self.seed
+        )
         with Console(stderr=True).status("measuring: latency"):
             table = latency_table(config, self.texts)
         _show([table])

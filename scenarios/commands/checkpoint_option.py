@@ -27,7 +27,7 @@ def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
 def _is_needed(
     option: str, role: str, name: str, checkpoint: Path | None, learned: Sequence[str]
 ) -> bool:
-    if name not in learned and checkpoint is not None:
+    if name not in learned and checkpoint is not None and ":" not in name:
         raise BadInputError(f"{option}: {role} {name!r} takes none; these do: {', '.join(learned)}")
     return name in learned
 

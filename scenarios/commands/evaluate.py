@@ -13,16 +13,16 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.arguments import at_least, number, some_arms, some_of
-from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
-from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.policy_option import require_policies, say_who_acts
 from scenarios.commands.run import INTERRUPTED
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import dumps, plain
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.suites import SUITES
 from scenarios.workers.pool import run_side_by_side
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.results import EpisodeResult
 
 ERROR, BELOW = 3, 1
-REFERENCE = arm_from_text("scripted+expert")
+LEARNED = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class Evaluate:
     episodes ended in error, 130 interrupted.
     """
 
-    arms: Annotated[tuple[StudyArm, ...], some_arms()] = (REFERENCE,)
+    arms: Annotated[tuple[StudyArm, ...], some_arms()] = (LEARNED,)
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE and
     ,ablation=no-corrections where wanted; the others are compared with the first."""
     suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)
@@ -74,6 +74,8 @@ class Evaluate:
             suites=tuple(SUITES[name] for name in self.suite),
             seeds=range(self.seed, self.seed + self.episodes),
         )
+        for arm in self.arms:
+            say_who_acts(arm.planner, arm.controller)
         open_folder(self.out, self.arms)
         results = finished(self.out, plan)
         try:
@@ -86,9 +88,12 @@ class Evaluate:
     def _require_possible(self) -> None:
         require_distinct(self.arms)
         for arm in self.arms:
-            require_checkpoint(arm.controller, _path(arm.checkpoint))
-            require_planner_checkpoint(arm.planner, _path(arm.planner_checkpoint))
-            require_endpoint(arm.planner)
+            require_policies(
+                arm.planner,
+                arm.controller,
+                _path(arm.checkpoint),
+                _path(arm.planner_checkpoint),
+            )
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
         require_writable_folder(self.out, "--out")

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import CONTROLLERS, LEARNED_CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, number, one_of, text_of
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, WITNESS
+from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
-from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.policy_option import require_policies, say_who_acts
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import plain
@@ -54,10 +53,10 @@ class Run:
     Exit code: 0 all passed, 1 some failed, 2 bad input, 3 some ended in error, 130 interrupted.
     """
 
-    planner: Annotated[str, one_of(PLANNERS)] = "scripted"
-    """Who says what to do next."""
-    controller: Annotated[str, one_of(CONTROLLERS)] = "expert"
-    """Who moves the arms."""
+    planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
+    """Who says what to do next; scripted reads the hidden state."""
+    controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
+    """Who moves the arms; expert reads the hidden state."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of a learned controller; left out, the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -90,6 +89,7 @@ class Run:
     def execute(self) -> int:
         """Runs, keeps each finished episode in results.json, and reports; returns the exit code."""
         self._require_possible()
+        say_who_acts(self.planner, self.controller)
         finished: list[EpisodeResult] = []
         self._write(finished)
         try:
@@ -102,9 +102,7 @@ class Run:
 
     def _require_possible(self) -> None:
         self._require_magnitude()
-        require_checkpoint(self.controller, self.checkpoint)
-        require_planner_checkpoint(self.planner, self.planner_checkpoint)
-        require_endpoint(self.planner)
+        require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
         if self.view:
             self._require_alone("--view")
         if self.instruct is not None:
@@ -161,7 +159,7 @@ class Run:
             if self.save_interventions is not None:
                 from scenarios.demonstration.interventions import Interventions
 
-                expert = self.controller not in LEARNED_CONTROLLERS
+                expert = self.controller == WITNESS["controller"]
                 observers.append(
                     Interventions(self.save_interventions, self.scenario, expert=expert)
                 )

@@ -10,11 +10,10 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
-from scenarios.commands.arguments import at_least, number, one_of, text_of
+from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, desk_for, page_of
-from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.policy_option import require_policies, say_who_acts
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
@@ -23,10 +22,10 @@ from scenarios.loop.episode_config import EpisodeConfig
 class View:
     """Watch episodes in the browser, correct them by button or sentence; until Ctrl-C."""
 
-    planner: Annotated[str, one_of(PLANNERS)] = "scripted"
-    """Who says what to do next."""
-    controller: Annotated[str, one_of(CONTROLLERS)] = "expert"
-    """Who moves the arms."""
+    planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
+    """Who says what to do next; scripted reads the hidden state."""
+    controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
+    """Who moves the arms; expert reads the hidden state."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Of a learned controller; left out, the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -53,12 +52,11 @@ class View:
     def execute(self) -> int:
         """Serves the page until Ctrl-C; returns 0."""
         config = self._config()
-        require_checkpoint(self.controller, self.checkpoint)
-        require_planner_checkpoint(self.planner, self.planner_checkpoint)
-        require_endpoint(self.planner)
+        require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
         if self.camera:
             _require_renderer()
+        say_who_acts(self.planner, self.controller)
         from scenarios.viewer.session import watch_episodes
 
         desk = desk_for(config, self.out, paused=not self.start, restarts=True, camera=self.camera)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from scenarios.catalogue import WITNESS
 from scenarios.demonstration.mix import (
     CORRECTION,
     OF_THE_LEARNED,
@@ -20,10 +21,16 @@ from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
 
-if TYPE_CHECKING:  # both are heavy to import
+if TYPE_CHECKING:  # heavy to import
+    from numpy.random import Generator
+
+    from controller.base import Controller
     from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
+    from planner.base import Planner
     from scenarios.episode import Episode as Running
     from scenarios.loop.episode_config import EpisodeConfig
+    from tissue_sim.sensing.observation import Observation
+    from tissue_sim.world import World
 
 PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
@@ -89,9 +96,9 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.rollout_recorder import WitnessOfRollout
     from scenarios.demonstration.turns import expert_acts
-    from scenarios.episode import play
     from scenarios.files.strict_json import plain
     from scenarios.files.versions import versions
+    from scenarios.run_episode import play
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
@@ -111,49 +118,77 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
 
 
 def begun(demonstration: PlannedDemonstration) -> Running:
-    """Whoever demonstrates ready, and what will go wrong arranged."""
+    """Return the episode of a demonstration, with what goes wrong in it arranged."""
     import numpy as np
 
-    from planner.instruction import TASKS
-    from planner.scripted import PlannerScripted
     from scenarios.demonstration.failures import failures
-    from scenarios.demonstration.interjections import PlannerInterjecting
     from scenarios.demonstration.noise import NOISE
-    from scenarios.demonstration.order import shuffled_order
-    from scenarios.demonstration.turns import ControllerTakingTurns
-    from scenarios.episode import begin
+    from scenarios.episode import Episode
+    from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.perturbation.effects import Effects
+    from scenarios.run_episode import patient_on_table
 
     seed, scenario = demonstration.seed, demonstration.scenario
     rng = np.random.default_rng([0xDE30, seed])
-    episode = begin(_config(demonstration))
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
-    episode.effects = Effects((*failures(scenario, rng), *noise), seed)
-    if not demonstration.planner:  # no sooner does a learned controller hear of the next task
+    effects = Effects((*failures(scenario, rng), *noise), seed)
+    config = EpisodeConfig(seed=seed, scenario=scenario, **_policies(demonstration))
+    world, observation = patient_on_table(config, effects)
+    return Episode(
+        config=config,
+        world=world,
+        observation=observation,
+        effects=effects,
+        planner=_planner(demonstration, config, world, rng),
+        controller=_controller(demonstration, config, world, rng),
+    )
+
+
+def _policies(demonstration: PlannedDemonstration) -> dict[str, Any]:
+    """Return who plans and who moves, as `EpisodeConfig` takes them."""
+    if not demonstration.is_rollout:
+        return WITNESS
+    learned = {"controller": "diffusion", "checkpoint": demonstration.checkpoint}
+    if not demonstration.planner:
+        return WITNESS | learned
+    return learned | {"planner": "learned", "planner_checkpoint": demonstration.planner}
+
+
+def _planner(
+    demonstration: PlannedDemonstration, config: EpisodeConfig, world: World, rng: Generator
+) -> Planner[Observation]:
+    """Return the planner; a learned controller hears of the next task no sooner than in a run."""
+    from planner.instruction import TASKS
+    from planner.scripted import PlannerScripted
+    from scenarios.demonstration.interjections import PlannerInterjecting
+    from scenarios.demonstration.order import shuffled_order
+    from scenarios.loop.policies import make_planner
+
+    if demonstration.planner:
+        planner = make_planner(config, world)
+    else:
         prompt = demonstration.family not in OF_THE_LEARNED
         order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else TASKS
-        episode.planner = PlannerScripted(episode.world, order, hears_of_success=prompt)
-    corrected_by_turns = demonstration.family == TURNS and seed % 2 == 1
+        planner = PlannerScripted(world, order, hears_of_success=prompt)
+    corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
     if demonstration.family == CORRECTION or corrected_by_turns:
-        episode.planner = PlannerInterjecting(episode.planner, episode.world, rng)
-    if demonstration.family == TURNS:
-        from controller.diffusion.controller import load_controller
-
-        learner = load_controller(demonstration.checkpoint, seed)
-        episode.controller = ControllerTakingTurns(learner, episode.controller, rng)
-    return episode
+        return PlannerInterjecting(planner, world, rng)
+    return planner
 
 
-def _config(demonstration: PlannedDemonstration) -> EpisodeConfig:
-    from scenarios.loop.episode_config import EpisodeConfig
+def _controller(
+    demonstration: PlannedDemonstration, config: EpisodeConfig, world: World, rng: Generator
+) -> Controller:
+    from scenarios.demonstration.turns import ControllerTakingTurns
+    from scenarios.loop.policies import make_controller
 
-    expert = EpisodeConfig(seed=demonstration.seed, scenario=demonstration.scenario)
-    if not demonstration.is_rollout:
-        return expert
-    learned = replace(expert, controller="diffusion", checkpoint=demonstration.checkpoint)
-    if not demonstration.planner:
-        return learned
-    return replace(learned, planner="learned", planner_checkpoint=demonstration.planner)
+    controller = make_controller(config, world)
+    if demonstration.family != TURNS:
+        return controller
+    from controller.diffusion.controller import load_controller
+
+    learner = load_controller(demonstration.checkpoint, demonstration.seed)
+    return ControllerTakingTurns(learner, controller, rng)
 
 
 def failures_of(result: EpisodeResult) -> list[str]:

@@ -9,12 +9,12 @@ import numpy as np
 
 from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
-from controller.driver import motion_between
+from controller.driver import motion_between, rig_in
 from controller.expert.skills import JAW_TIME_S
 from scenarios.demonstration.failures import Failing
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
-from scenarios.episode import Step, rig_in
 from scenarios.loop.results import EpisodeResult
+from scenarios.loop.step import Step
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World

@@ -13,7 +13,7 @@ from controller.expert.targets import clip_pose
 from planner.criteria import structure_of
 from planner.task import Task
 from scenarios.catalogue import SCENARIOS
-from scenarios.episode import Step
+from scenarios.loop.step import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

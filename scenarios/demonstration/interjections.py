@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from controller.expert.skills import PULL_MAX_N
-from planner.base import Planner
+from planner.base import Planner, hears_of_success
 from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tubes_spread
@@ -38,11 +38,13 @@ WAITING_MAX_RAD = 0.2  # right jaws at work stand open wider; assumed
 class PlannerInterjecting:
     """Says what another planner says, with random corrections between."""
 
+    privileged = True
+
     def __init__(
         self, planner: Planner[Observation], world: World, rng: np.random.Generator
     ) -> None:
         self._planner, self._world, self._rng = planner, world, rng
-        self.hears_of_success = planner.hears_of_success
+        self.hears_of_success = hears_of_success(planner)
         self.reset()
 
     def reset(self) -> None:

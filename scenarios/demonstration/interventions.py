@@ -13,11 +13,11 @@ from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
-from scenarios.episode import Step
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
 from scenarios.loop.results import EpisodeResult
+from scenarios.loop.step import Step
 from tissue_sim.world import World
 
 KIND = "intervention"

@@ -25,6 +25,8 @@ class ControllerTakingTurns:
         expert_acts: the motions handed out last are the expert's.
     """
 
+    privileged = True
+
     def __init__(self, learner: Controller, expert: Controller, rng: np.random.Generator) -> None:
         self._learner, self._expert, self._rng = learner, expert, rng
         self.expert_acts, self._steps_left = False, 0

@@ -24,8 +24,8 @@ class EpisodeConfig:
         magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
             scenario's own.
         seed: Of the anatomy and of everything random; 0 or more.
-        planner: A key of `scenarios.catalogue.PLANNERS`.
-        controller: A key of `scenarios.catalogue.CONTROLLERS`.
+        planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
+        controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
         task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
             default that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
@@ -43,8 +43,8 @@ class EpisodeConfig:
     scenario: str = "nominal"
     magnitude: float | None = None
     seed: int = 20_000
-    planner: str = "scripted"
-    controller: str = "expert"
+    planner: str = "learned"
+    controller: str = "diffusion"
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
     task_cap_s: float = 90.0
@@ -54,8 +54,8 @@ class EpisodeConfig:
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
-        _require_known("planner", self.planner, PLANNERS)
-        _require_known("controller", self.controller, CONTROLLERS)
+        _require_policy("planner", self.planner, PLANNERS)
+        _require_policy("controller", self.controller, CONTROLLERS)
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         _ = self.perturbations
@@ -85,6 +85,11 @@ def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:
         raise ValueError(f"unknown {role} {name!r}; allowed: {', '.join(allowed)}")
 
 
+def _require_policy(role: str, name: str, allowed: Iterable[str]) -> None:
+    if ":" not in name:
+        _require_known(role, name, (*allowed, "MODULE:FACTORY"))
+
+
 def _require_learned(role: str, name: str, checkpoint: str | None, learned: Iterable[str]) -> None:
-    if checkpoint is not None and name not in learned:
+    if checkpoint is not None and name not in learned and ":" not in name:
         raise ValueError(f"{role} {name!r} takes no checkpoint; these do: {', '.join(learned)}")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenarios.loop.results import TaskResult
 
 if TYPE_CHECKING:  # both are heavy to import
-    from scenarios.episode import Step
+    from scenarios.loop.step import Step
     from tissue_sim.world import World
 
 

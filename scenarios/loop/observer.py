@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from scenarios.loop.results import EpisodeResult
 
 if TYPE_CHECKING:  # both are heavy to import
-    from scenarios.episode import Step
+    from scenarios.loop.step import Step
     from tissue_sim.world import World
 
 

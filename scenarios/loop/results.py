@@ -79,6 +79,8 @@ class EpisodeResult:
         corrections: Sum over the tasks.
         dropped_clips: Clips that closed on nothing or fell from the applier; no failure by itself.
         anatomy_hash: Names the anatomy; None where the episode broke off before there was one.
+        sense: What planner and controller were told: "exact" is the simulator's own state.
+        privileged: Those of "planner" and "controller" that also read the hidden state.
     """
 
     scenario: str
@@ -96,6 +98,8 @@ class EpisodeResult:
     injuries: tuple[InjuryResult, ...] = ()
     safety: SafetyResult = SafetyResult()
     anatomy_hash: str | None = None
+    sense: str = "exact"
+    privileged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,6 +149,7 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         tasks=tuple(map(_task, entry["tasks"])),
         injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
         safety=_safety(entry["safety"]),
+        privileged=tuple(entry.get("privileged", ())),
     )
 
 

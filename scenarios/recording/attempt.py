@@ -33,7 +33,7 @@ def attempt_episode(
     Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
-    from scenarios.episode import run_episode
+    from scenarios.run_episode import run_episode
 
     start_s = time.perf_counter()
     try:

@@ -1,4 +1,4 @@
-"""Which files the learned planner and controller of an episode are, to the bit."""
+"""Which checkpoints an episode's planner and controller were made from, to the bit."""
 
 from hashlib import sha256
 from pathlib import Path
@@ -8,18 +8,18 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 
 def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
-    """Returns the SHA-256 of the checkpoint of each that is learned, by `controller` and `planner`.
+    """Return the SHA-256 of each checkpoint that is used, by `controller` and `planner`.
 
     Raises:
-        OSError: One cannot be read.
+        OSError: a checkpoint cannot be read.
     """
-    files: dict[str, str | Path] = {}
+    files = {"controller": config.checkpoint, "planner": config.planner_checkpoint}
     if config.controller in LEARNED_CONTROLLERS:
         from controller.diffusion.checkpoint import SHIPPED as CONTROLLER
 
-        files["controller"] = config.checkpoint or CONTROLLER
+        files["controller"] = config.checkpoint or str(CONTROLLER)
     if config.planner in LEARNED_PLANNERS:
         from planner.learned.checkpoint import SHIPPED as PLANNER
 
-        files["planner"] = config.planner_checkpoint or PLANNER
-    return {role: sha256(Path(file).read_bytes()).hexdigest() for role, file in files.items()}
+        files["planner"] = config.planner_checkpoint or str(PLANNER)
+    return {role: sha256(Path(f).read_bytes()).hexdigest() for role, f in files.items() if f}

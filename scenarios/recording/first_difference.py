@@ -85,7 +85,9 @@ def _ends(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     n = len(recorded.arrays["time_s"])
     if recorded.error != again.error:
         yield FirstDifference(step=n, field="error")
+    if (recorded.result is None) != (again.result is None):
+        yield FirstDifference(step=n, field="result")
     before, now = recorded.result or {}, again.result or {}
-    for name in before | now:
+    for name in before:  # a recording of an earlier version may lack what results hold now
         if name not in BY_THE_CLOCK and before.get(name) != now.get(name):
             yield FirstDifference(step=n, field=f"result, {name}")

@@ -14,12 +14,12 @@ import numpy as np
 
 from planner.criteria import structure_of
 from planner.instruction import TASKS
-from scenarios.episode import anatomy_of
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.perturbation.effects import Effects
 from scenarios.recording.recorder import RIGHT_TOOLS, Recording
+from scenarios.run_episode import anatomy_of
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 

@@ -16,6 +16,7 @@ from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
+from scenarios.loop.policies import require_factory
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.recording.attempt import attempt_episode
@@ -54,6 +55,8 @@ def _repeatable(recording: Recording) -> EpisodeConfig:
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
         )
     config = replace(config_of(recording), instruct=None)
+    for name in (config.planner, config.controller):
+        require_factory(name)
     if config.planner in ENDPOINT_PLANNERS:
         endpoint_from_environment()
     if recording.checkpoints:

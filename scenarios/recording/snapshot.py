@@ -16,7 +16,7 @@ class Snapshot:
 
     def __init__(self, episode: Episode) -> None:
         self._state = episode.world.state()
-        self._rate = None if episode.filter is None else episode.filter.rate
+        self._rate = None if (f := episode.guarded_driver.filter) is None else f.rate
         self._episode = _copied(episode)
 
     def again(self) -> Episode:
@@ -26,12 +26,12 @@ class Snapshot:
         """
         episode = _copied(self._episode)
         episode.world.restore(self._state)
-        if episode.filter is not None and self._rate is not None:
-            episode.filter.rate = self._rate
+        if (safety := episode.guarded_driver.filter) is not None and self._rate is not None:
+            safety.rate = self._rate
         episode.inbox = Inbox()
         return episode
 
 
 def _copied(episode: Episode) -> Episode:
-    shared = (episode.world, episode.filter, episode.inbox)
+    shared = (episode.world, episode.guarded_driver.filter, episode.inbox)
     return deepcopy(episode, {id(part): part for part in shared})

@@ -13,8 +13,8 @@ from scenarios.loop.results import EpisodeResult
 from tissue_sim.tools.arms import LEFT_ARM
 
 if TYPE_CHECKING:  # heavy to import
-    from scenarios.episode import Step
     from scenarios.loop.inbox import Heard
+    from scenarios.loop.step import Step
 
 Kind = Literal["planner", "human", "said", "asked back", "injury", "filter", "disturbance", "end"]
 KEPT = 200  # lines; the recording keeps them all

@@ -10,7 +10,7 @@ from scenarios.demonstration.interventions import Interventions
 from scenarios.loop.results import EpisodeResult
 
 if TYPE_CHECKING:
-    from scenarios.episode import Step
+    from scenarios.loop.step import Step
 
 
 class InterventionsOnRequest(Interventions):

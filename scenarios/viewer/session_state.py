@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.command import COMMANDS
 from planner.language.interpreter import Reading
-from scenarios.catalogue import LEARNED_CONTROLLERS
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
@@ -81,7 +81,7 @@ class SessionState:
         self.interventions = InterventionsOnRequest(
             self.out / "interventions",
             config.scenario,
-            expert=config.controller not in LEARNED_CONTROLLERS,
+            expert=config.controller == WITNESS["controller"],
         )
         self.inbox.take(float("inf"))
         self.inbox.disturbances()

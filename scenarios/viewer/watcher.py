@@ -15,7 +15,7 @@ from scenarios.viewer.pace import Pace
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 if TYPE_CHECKING:
-    from scenarios.episode import Step
+    from scenarios.loop.step import Step
     from tissue_sim.world import World
 
 

@@ -8,11 +8,11 @@ from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS
 from planner.scripted import PlannerScripted
-from scenarios.catalogue import SCENARIOS
-from scenarios.episode import begin
+from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
+from scenarios.run_episode import begin
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
@@ -25,7 +25,7 @@ OUT_INSERTION_M = 0.05
 @pytest.fixture(scope="module")
 def approach():
     """A world at two moments: before anything, and grasped with the right arm at the tubes."""
-    episode = begin(EpisodeConfig(seed=10_004))
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
     begun = episode.world.state()
     for step in episode.steps():
         if step.instruction.task == FIRST_CLIP and not right_arm_back(episode.world):
@@ -109,10 +109,10 @@ def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
 
 
 def test_after_a_slip_nothing_is_said_that_is_done_still():
-    episode = begin(EpisodeConfig(seed=10_004))
     (slip,) = SCENARIOS["grasp-slip"].perturbations
-    episode.effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
-    episode.planner = PlannerScripted(episode.world, hears_of_success=False)
+    effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_004), effects=effects)
+    episode = replace(episode, planner=PlannerScripted(episode.world, hears_of_success=False))
     said = []
     for step in episode.steps():
         if not said or step.instruction.task != said[-1]:

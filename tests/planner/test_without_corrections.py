@@ -5,8 +5,9 @@ from itertools import islice
 
 from planner.instruction import CORRECTIONS
 from planner.without_corrections import PlannerWithoutCorrections
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 
 
 @dataclass
@@ -27,8 +28,9 @@ class Correcting:
 
 
 def test_its_tasks_are_heard_and_its_corrections_are_not():
-    episode = begin(EpisodeConfig(seed=10_004, ablation="no-corrections"))
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_004, ablation="no-corrections"))
     assert isinstance(episode.planner, PlannerWithoutCorrections)
-    episode.planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))
+    planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))
+    episode = replace(episode, planner=planner)
     said = {step.instruction.text for step in islice(episode.steps(), 45)}
     assert said == {"grabbing gallbladder"}

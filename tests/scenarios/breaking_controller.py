@@ -8,9 +8,9 @@ BREAKS_AT_S = 0.2
 class ControllerBreaks(ControllerIdle):
     """Breaks off the episodes of even seeds after a while; holds still in the others."""
 
-    def __init__(self, world):
-        super().__init__(world)
-        self._even = world.anatomy.seed % 2 == 0
+    def __init__(self, setup):
+        super().__init__(setup)
+        self._even = setup.seed % 2 == 0
 
     def act(self, observation, instruction):
         if self._even and observation.time_s > BREAKS_AT_S:

@@ -4,13 +4,14 @@ import resource
 
 import pytest
 
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.procedures import Procedure, run_once
 
 
 @pytest.fixture(scope="session")
 def procedure(made_once) -> Procedure:
-    return run_once(EpisodeConfig(seed=10_004), "procedure", made_once)
+    return run_once(EpisodeConfig(**WITNESS, seed=10_004), "procedure", made_once)
 
 
 @pytest.fixture(scope="session")

@@ -3,11 +3,11 @@
 import numpy as np
 
 from planner.command import COMMANDS
-from scenarios.episode import begin
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.recording.recorder import Recorder, load
+from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM
 
 STEPS = 900

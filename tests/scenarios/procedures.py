@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scenarios.episode import Step
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
+from scenarios.loop.step import Step
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
 from tests.made_once import MadeOnce

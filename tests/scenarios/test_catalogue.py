@@ -1,8 +1,8 @@
 """Laws of the scenarios' names: each variant is one, and each is another patient of the seed."""
 
-from scenarios.catalogue import SCENARIOS
-from scenarios.episode import anatomy_of, begin
+from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import anatomy_of, begin
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.variants import VARIANTS
 
@@ -16,7 +16,9 @@ def test_every_variant_is_a_scenario_of_its_name() -> None:
 
 
 def test_scenarios_of_one_seed_are_different_patients() -> None:
-    anatomies = {name: anatomy_of(EpisodeConfig(scenario=name, seed=SEED)) for name in SCENARIOS}
+    anatomies = {
+        name: anatomy_of(EpisodeConfig(**WITNESS, scenario=name, seed=SEED)) for name in SCENARIOS
+    }
     assert anatomies["nominal"] == anatomy_from_seed(SEED)
     patients = {a.hash for name, a in anatomies.items() if SCENARIOS[name].variant}
     assert len(patients) == len(VARIANTS)
@@ -24,6 +26,6 @@ def test_scenarios_of_one_seed_are_different_patients() -> None:
 
 
 def test_an_episode_begins_with_its_scenarios_patient() -> None:
-    episode = begin(EpisodeConfig(scenario="two-arteries", seed=SEED))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="two-arteries", seed=SEED))
     assert "second artery" in episode.world.organ.tubes
     assert episode.world.anatomy == anatomy_of(episode.config)

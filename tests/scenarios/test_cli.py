@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from scenarios.catalogue import SCENARIOS
+from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.cli import main, parse
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
@@ -125,13 +125,16 @@ def test_words_become_the_command_they_name():
 def test_every_scenario_is_reached_from_the_command_line(name):
     command = parse(["run", "--scenario", name])
     assert isinstance(command, Run)
-    assert EpisodeConfig(scenario=command.scenario).perturbations == SCENARIOS[name].perturbations
+    assert (
+        EpisodeConfig(**WITNESS, scenario=command.scenario).perturbations
+        == SCENARIOS[name].perturbations
+    )
 
 
 def test_a_magnitude_replaces_the_scenarios_own():
     words = ["run", "--scenario", "breathing", "--magnitude", "0.004"]
     assert parse(words) == Run(scenario="breathing", magnitude=0.004)
-    (breathing,) = EpisodeConfig(scenario="breathing", magnitude=0.004).perturbations
+    (breathing,) = EpisodeConfig(**WITNESS, scenario="breathing", magnitude=0.004).perturbations
     assert breathing.magnitude == 0.004
 
 
@@ -147,15 +150,21 @@ def test_help_is_no_error(capsys, words):
     ("wrong", "said"),
     [
         ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
-        ({"planner": "oracle"}, "unknown planner 'oracle'; allowed: scripted"),
-        ({"controller": "hand"}, "unknown controller 'hand'; allowed: expert, idle, diffusion"),
+        (
+            {"planner": "oracle"},
+            "unknown planner 'oracle'; allowed: learned, llm, scripted",
+        ),
+        (
+            {"controller": "hand"},
+            "unknown controller 'hand'; allowed: diffusion, idle, expert",
+        ),
         ({"seed": -1}, "seed must be a whole number of at least 0, got -1"),
         ({"seed": 1.0}, "seed must be a whole number of at least 0, got 1.0"),
     ],
 )
 def test_the_library_refuses_the_same(wrong, said):
     with pytest.raises(ValueError, match=said):
-        EpisodeConfig(**wrong)
+        EpisodeConfig(**WITNESS | wrong)
 
 
 @pytest.mark.parametrize(

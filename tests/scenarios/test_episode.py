@@ -13,16 +13,19 @@ import numpy as np
 import pytest
 
 from controller.action import hold
+from controller.driver import rig_in
 from controller.idle import ControllerIdle
 from planner.base import PLANNING_PERIOD_S
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
+from planner.policy_setup import PolicySetup
 from planner.scripted import PlannerScripted
-from scenarios.catalogue import CONTROLLERS
-from scenarios.episode import Episode, begin, result_of, rig_in, run_episode
+from scenarios.catalogue import CONTROLLERS, WITNESS
+from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
+from scenarios.run_episode import begin, result_of, run_episode
 from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
@@ -98,7 +101,7 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
             first, *others = world.record.clips
             world.record = replace(world.record, clips=(lose(world.tubes, first), *others))
         elif harm == "undone task":
-            episode.tasks[5] = replace(episode.tasks[5], success=False)
+            episode.tasks.results[5] = replace(episode.tasks.results[5], success=False)
         assert result_of(episode, 0.0).success == (harm is None)
     finally:
         world.restore(before)
@@ -111,7 +114,7 @@ def test_what_is_done_counts_whether_it_was_said_or_not(procedure, said):
     before = procedure.world.state()
     try:
         assert len(list(islice(episode.steps(), 10))) == 1
-        assert episode.is_done
+        assert episode.tasks.is_complete
     finally:
         procedure.world.restore(before)
 
@@ -125,7 +128,7 @@ def test_an_episode_ends_when_nothing_is_left_to_cut_well_or_badly(procedure):
         world.record = replace(world.record, clips=world.record.clips[1:])
         episode = saying_the_last(world, tasks)
         assert len(list(islice(episode.steps(), 10))) == 1
-        assert not episode.is_done
+        assert not episode.tasks.is_complete
     finally:
         procedure.world.restore(before)
 
@@ -135,29 +138,32 @@ def test_the_last_task_alone_is_not_the_end():
     untouched.reset(anatomy_from_seed(SEED))
     episode = saying_the_last(untouched, {})
     assert len(list(islice(episode.steps(), 10))) == 10
-    assert not episode.is_done
+    assert not episode.tasks.is_complete
 
 
 def saying_the_last(world, tasks):
-    return replace(begin_judging(world, tasks), planner=PlannerSays(Instruction(task=TASKS[-1])))
+    return begin_judging(world, tasks, PlannerSays(Instruction(task=TASKS[-1])))
 
 
-def begin_judging(world, tasks):
-    return Episode(
-        config=EpisodeConfig(seed=SEED),
+def begin_judging(world, tasks, planner=None):
+    episode = Episode(
+        config=EpisodeConfig(**WITNESS, seed=SEED),
         world=world,
-        planner=PlannerScripted(world),
-        controller=ControllerIdle(world),
+        planner=planner or PlannerScripted(world),
+        controller=ControllerIdle(PolicySetup(seed=SEED)),
         observation=world.observe(),
-        tasks=tasks,
     )
+    episode.tasks.results.update(tasks)
+    return episode
 
 
 # --- who fails, and what is an error ---
 
 
 def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
-    result = run_episode(EpisodeConfig(seed=SEED, controller="idle", task_cap_s=2.0))
+    result = run_episode(
+        EpisodeConfig(planner="scripted", seed=SEED, controller="idle", task_cap_s=2.0)
+    )
     assert not result.success
     assert result.error is None
     assert [(task.index, task.success) for task in result.tasks] == [(1, False)]
@@ -167,12 +173,14 @@ def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
 @pytest.mark.parametrize("cap_s", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_cap_that_is_no_time_is_refused(cap_s):
     with pytest.raises(ValueError, match="task_cap_s must be a number above 0"):
-        EpisodeConfig(task_cap_s=cap_s)
+        EpisodeConfig(**WITNESS, task_cap_s=cap_s)
 
 
 def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
-    result = attempt_episode(EpisodeConfig(seed=SEED, controller="breaks"), tmp_path)
+    result = attempt_episode(
+        EpisodeConfig(planner="scripted", seed=SEED, controller="breaks"), tmp_path
+    )
     assert result.error == "RuntimeError: a string snapped"
     assert not result.success
     assert "breaking_controller.py" in (tmp_path / "errors" / f"{SEED}.txt").read_text()
@@ -269,9 +277,7 @@ def chunks(steps):
 
 
 def episode_of(planner, controller):
-    episode = begin(EpisodeConfig(seed=SEED))
-    episode.planner, episode.controller = planner, controller
-    return episode
+    return begin(EpisodeConfig(seed=SEED), planner=planner, controller=controller)
 
 
 def test_the_same_instruction_lets_the_chunk_run_to_its_end():
@@ -302,16 +308,16 @@ def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked
 
 def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word():
     clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, 2, 4))
-    episode = begin(EpisodeConfig(seed=SEED))
-    episode.planner = PlannerSays(*3 * [clip], back, back_again)
+    planner = PlannerSays(*3 * [clip], back, back_again)
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
     left_undone = False
     for step in islice(episode.steps(), round(10.0 / CONTROL_PERIOD_S)):
         if step.instruction.task == back_again.task:
-            left_undone |= not episode.tasks[back.task.index].success
+            left_undone |= not episode.tasks.results[back.task.index].success
             if step.outcome.task_done:
                 break
     assert left_undone
-    assert episode.tasks[back.task.index].success
+    assert episode.tasks.results[back.task.index].success
 
 
 def test_an_exchange_drops_the_chunk_and_resets_the_controller():
@@ -326,8 +332,8 @@ def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     assert chunks(steps) == [(1, period), (0, exchange), (2, 5)]
     assert controller.resets == 1
     assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
-    assert 1 not in episode.tasks  # and a cut's time is without the exchange
-    assert episode.tasks[8].time_s == pytest.approx(5 * CONTROL_PERIOD_S)
+    assert 1 not in episode.tasks.results  # and a cut's time is without the exchange
+    assert episode.tasks.results[8].time_s == pytest.approx(5 * CONTROL_PERIOD_S)
 
 
 def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
@@ -351,7 +357,7 @@ def test_from_scissors_the_applier_comes_with_its_wrist_as_far_as_that_turns():
     joints[RIGHT_ARM, 2], joints[RIGHT_ARM, 5] = 0.06, 1.39  # clear of the tubes
     for _ in range(20):
         world.step(JointCommand(joints=joints), intended=None)
-    episode.driver.attach(rig_in(world), joints)
+    episode.guarded_driver.driver.attach(rig_in(world), joints)
     exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     steps = list(islice(episode.steps(), exchange + 5))
     assert [step.exchange for step in steps] == [True] * exchange + [False] * 5
@@ -370,8 +376,8 @@ def test_a_controller_without_an_action_is_told_so():
 
 
 def test_a_clip_closed_in_the_air_is_reloaded_and_the_task_done():
-    episode = begin(EpisodeConfig(seed=SEED))
-    joints = episode.driver.joints
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED))
+    joints = episode.guarded_driver.driver.joints
     for jaw_rad in (0.35, -0.1):
         joints[RIGHT_ARM, 6] = jaw_rad
         for _ in range(10):
@@ -385,12 +391,12 @@ def test_a_clip_closed_in_the_air_is_reloaded_and_the_task_done():
 
 
 def done(episode):
-    return {task.index for task in episode.tasks.values() if task.success}
+    return {task.index for task in episode.tasks.results.values() if task.success}
 
 
 def test_the_same_seed_gives_the_same_recording_bit_for_bit(tmp_path):
     once, again, other = (
-        run(EpisodeConfig(seed=seed, task_cap_s=3.0), tmp_path / name).recording
+        run(EpisodeConfig(**WITNESS, seed=seed, task_cap_s=3.0), tmp_path / name).recording
         for name, seed in (("once", SEED), ("again", SEED), ("other", SEED + 1))
     )
     assert once.arrays["forces_n"].any()

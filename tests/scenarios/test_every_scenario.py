@@ -8,10 +8,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import SCENARIOS
-from scenarios.episode import anatomy_of, begin, run_episode
+from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.snapshot import Snapshot
+from scenarios.run_episode import anatomy_of, begin, run_episode
 from tests.scenarios.procedures import run
 from tissue_sim.sensing.observation import MAX_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
 
@@ -22,7 +22,7 @@ LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}
 
 
 def config(scenario, **changes):
-    return EpisodeConfig(**{"scenario": scenario, "seed": SEED} | changes)
+    return EpisodeConfig(**WITNESS | {"scenario": scenario, "seed": SEED} | changes)
 
 
 def seen(steps, n):

@@ -7,8 +7,9 @@ import pytest
 
 from planner.instruction import TASKS
 from planner.llm import ATTEMPTS
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tests.planner.chat_server import says, sends, serving
 
 SEED = 10_004
@@ -18,13 +19,13 @@ def steps_of(answers, monkeypatch, n):
     with serving(*answers) as server:
         monkeypatch.setenv("CALOT_LLM_URL", server.url)
         monkeypatch.setenv("CALOT_LLM_MODEL", "small")
-        episode = begin(EpisodeConfig(seed=SEED, planner="llm"))
+        episode = begin(EpisodeConfig(controller="expert", seed=SEED, planner="llm"))
         return list(islice(episode.steps(), n))
 
 
 def test_what_it_says_is_done_as_if_the_oracle_had_said_it(monkeypatch):
     spoken = steps_of([says(TASKS[0].text)], monkeypatch, n=70)
-    oracle = list(islice(begin(EpisodeConfig(seed=SEED)).steps(), 70))
+    oracle = list(islice(begin(EpisodeConfig(**WITNESS, seed=SEED)).steps(), 70))
     for mine, its in zip(spoken, oracle, strict=True):
         np.testing.assert_array_equal(mine.command.joints, its.command.joints)
 

@@ -14,8 +14,8 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import demonstrations
 from controller.diffusion.windows import Windows
 from scenarios.cli import main
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tests.controller.dataset.episodes import write_parts
 from tests.scenarios.test_cli import complaint
 
@@ -42,7 +42,9 @@ def checkpoint(data, tmp_path_factory):
 
 def commands(checkpoint):
     """Joints (n, 2, 7) commanded in an episode's first half second."""
-    config = EpisodeConfig(seed=SEED, controller="diffusion", checkpoint=str(checkpoint))
+    config = EpisodeConfig(
+        planner="scripted", seed=SEED, controller="diffusion", checkpoint=str(checkpoint)
+    )
     return np.array([step.command.joints for step in islice(begin(config).steps(), 15)])
 
 

@@ -17,10 +17,12 @@ from planner.command import COMMANDS
 from planner.criteria import structure_of, task_done
 from planner.task import Task
 from scenarios.demonstration.labels import correction_of
-from scenarios.episode import Episode, Step, begin
+from scenarios.episode import Episode
 from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
+from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -17,9 +17,10 @@ from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.demonstration.labels import THRESHOLD_RAD
-from scenarios.episode import Episode, begin
+from scenarios.episode import Episode
 from scenarios.files.errors import describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.outcome.jaws import between_jaws
 from tissue_sim.sensing.observation import Observation
@@ -176,7 +177,7 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
         controller=episode.controller,
         observation=world.observe(),
     )
-    fork.driver.follow(world.target)
+    fork.guarded_driver.driver.follow(world.target)
     try:
         yield fork
     finally:

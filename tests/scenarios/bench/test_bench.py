@@ -20,9 +20,10 @@ from scenarios.bench.trials.newton_retraction import (
     in_newton,
 )
 from scenarios.bench.world import watch_step
+from scenarios.catalogue import WITNESS
 from scenarios.cli import main
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import UP
@@ -86,7 +87,7 @@ def test_the_functions_are_put_back(kitchen, stopwatch):
 
 def test_timing_the_world_changes_nothing_in_it():
     def run(*, timed):
-        episode = begin(EpisodeConfig(seed=10_004))
+        episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
         steps = islice(episode.steps(), 90)
         with watch_step(episode.world) if timed else nullcontext() as stopwatch:
             for _ in steps:

@@ -18,13 +18,14 @@ from scenarios.bench.trials.correction_trial import (
     lost_trial,
     wanted_motion,
 )
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from tissue_sim.frames import inverse_pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_004
-ASTRAY = EpisodeConfig(scenario="overshoot")
+ASTRAY = EpisodeConfig(**WITNESS, scenario="overshoot")
 IDLE = replace(ASTRAY, controller="idle")
 
 
@@ -42,7 +43,7 @@ def test_a_correction_is_said_where_an_arm_was_led_astray_and_it_leads_nearer(tr
 
 @pytest.mark.parametrize(("task", "arm"), [(TASKS[0], LEFT_ARM), (TASKS[1], RIGHT_ARM)])
 def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task, arm):
-    world = begin(EpisodeConfig(seed=SEED)).world
+    world = begin(EpisodeConfig(**WITNESS, seed=SEED)).world
     if arm == LEFT_ARM:
         T_world_goal = grasp_pose(world)
     else:
@@ -95,6 +96,6 @@ def test_the_table_counts_what_was_done_with_and_without_and_lost_trials_are_tol
 
 
 def test_a_text_is_followed_by_a_changed_command_soon():
-    wait = next(measured(EpisodeConfig(seed=SEED)))
+    wait = next(measured(EpisodeConfig(**WITNESS, seed=SEED)))
     assert wait.changed_s is not None
     assert 0.0 < wait.read_s <= wait.changed_s < 1.0  # the figure is 0.1 on an idle machine

@@ -42,7 +42,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 @pytest.fixture(scope="module")
 def trials():
     return {
-        name: Examination(config=EpisodeConfig(controller=name))(SEED)
+        name: Examination(config=EpisodeConfig(planner="scripted", controller=name))(SEED)
         for name in ("expert", "idle")
     }
 
@@ -57,14 +57,19 @@ def test_the_expert_does_what_it_is_told_and_who_does_nothing_does_not(trials):
 
 
 def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done():
-    trial = Examination(config=EpisodeConfig(seed=10_022, controller="expert"))(10_022)
+    trial = Examination(config=EpisodeConfig(planner="scripted", seed=10_022, controller="expert"))(
+        10_022
+    )
     held = [told for told in trial.told if not told.obeyed]
     assert held
     assert all(told.withheld for told in held)
 
 
 def test_asking_again_gives_the_same(trials):
-    assert Examination(config=EpisodeConfig(controller="expert"))(SEED) == trials["expert"]
+    assert (
+        Examination(config=EpisodeConfig(planner="scripted", controller="expert"))(SEED)
+        == trials["expert"]
+    )
 
 
 def test_the_table_counts_what_was_said_and_obeyed():

@@ -10,12 +10,13 @@ from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.task import TASKS
 from scenarios.bench.trials.obedience_trial import PlannerSaying
-from scenarios.catalogue import CONTROLLERS
+from scenarios.catalogue import CONTROLLERS, WITNESS
 from scenarios.demonstration.interjections import is_harmless
-from scenarios.episode import Episode, begin
+from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 
-CONFIG = EpisodeConfig(seed=10_001)
+CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
 WITHIN_STEPS = 60  # 2 s
 MIN_M, MIN_RAD = 3e-3, 0.2
 ASIDE = 0.5  # of the motion: tissue gives way, and the filter slides along what is in the way
@@ -55,7 +56,7 @@ def begun_again(scene, correction):
         controller=resolve_name(CONTROLLERS["expert"])(world),
         observation=world.observe(),
     )
-    episode.driver.follow(world.target)
+    episode.guarded_driver.driver.follow(world.target)
     return episode
 
 

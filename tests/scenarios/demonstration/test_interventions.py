@@ -7,14 +7,15 @@ import pytest
 
 from controller.dataset.reader import read_episodes
 from planner.override import HOLD_S
+from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
 from scenarios.loop.script import Timed
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
+from scenarios.run_episode import begin
 
 SEED = 10_004
 HIGHER = "move right arm higher"
@@ -26,7 +27,7 @@ def spoken(tmp_path_factory):
     """A whole procedure in which somebody speaks: its result, its record, the dataset."""
     out = tmp_path_factory.mktemp("spoken")
     (out / "said.tsv").write_text(SAID)
-    config = EpisodeConfig(seed=SEED, instruct=str(out / "said.tsv"))
+    config = EpisodeConfig(**WITNESS, seed=SEED, instruct=str(out / "said.tsv"))
     result = attempt_episode(config, out, [Interventions(out / "set", "nominal", expert=True)])
     (episode,) = read_episodes(out / "set")
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
@@ -69,7 +70,7 @@ def watched(out, *said, expert=True, n=60):
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
     interventions = Interventions(out, "nominal", expert=expert)
-    episode = begin(EpisodeConfig(seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), inbox=inbox)
     interventions.on_reset(episode.world)
     for step in islice(episode.steps(), n):
         interventions.on_step(step)

@@ -1,5 +1,6 @@
 """Laws of a rollout's labels: they say what should have been said, whatever was."""
 
+from dataclasses import replace
 from itertools import islice, takewhile
 
 import numpy as np
@@ -28,7 +29,7 @@ def rolled_out(frames, planner=None):
     """The expert in the place of a learned controller, led astray as it grasps."""
     kind = "recovery:grasp-missed-below"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
-    episode.planner = planner or episode.planner
+    episode = replace(episode, planner=planner or episode.planner)
     witness = WitnessOfRollout(lambda: True)
     witness.on_reset(episode.world)
     led = []

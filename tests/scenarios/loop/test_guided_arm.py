@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 
 from controller.action import ToolAction
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
+from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 
 def led(arm, config=None, n=90):
     """An episode in which a hand leads an arm 8 mm to the endoscope's left, 6 mm nearer."""
     inbox = Inbox()
-    episode = begin(config or EpisodeConfig(seed=10_005, controller="idle"), inbox=inbox)
+    episode = begin(
+        config or EpisodeConfig(planner="scripted", seed=10_005, controller="idle"), inbox=inbox
+    )
     goal = episode.world.arms.T_world_tool()[arm]
     goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.008, 0.0, -0.006]
     inbox.hand = GuidedArm(arm=arm, T_world_goal=goal, jaw_rad=0.6)
@@ -57,7 +59,7 @@ def test_each_step_says_who_led():
 
 def test_a_goal_in_the_liver_is_not_reached():
     inbox = Inbox()
-    episode = begin(EpisodeConfig(seed=10_005, controller="idle"), inbox=inbox)
+    episode = begin(EpisodeConfig(planner="scripted", seed=10_005, controller="idle"), inbox=inbox)
     goal = episode.world.arms.T_world_tool()[RIGHT_ARM]
     bed = episode.world.organ.bed
     goal[:3, 3] = bed.point_m - 0.01 * bed.normal + 0.05 * bed.along

@@ -9,10 +9,11 @@ import pytest
 from planner.command import COMMANDS
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.override import HOLD_S
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
 from scenarios.loop.script import Timed
+from scenarios.run_episode import begin
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -25,7 +26,7 @@ def steps_of(*said, n=180, **config):
     """The first steps of an episode in which these (time, text) are said."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
-    episode = begin(EpisodeConfig(seed=SEED, **config), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS | {"seed": SEED} | config), inbox=inbox)
     return list(islice(episode.steps(), n)), episode
 
 
@@ -48,14 +49,14 @@ def test_a_persons_correction_is_heard_at_once_for_5_seconds_and_obeyed(unspoken
     assert not np.array_equal(steps[first].command.joints, unspoken[first].command.joints)
     tips = [steps[k].observation.tips_endoscope[RIGHT_ARM, :3, 3] for k in (first, first + 60)]
     assert tips[1][1] - tips[0][1] > 0.003
-    assert episode.tasks[1].corrections == 1
+    assert episode.tasks.results[1].corrections == 1
     assert [(k, h.text) for k, s in enumerate(steps) for h in s.heard] == [(first, HIGHER)]
 
 
 @pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])
 def test_what_is_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
     inbox = Inbox()
-    episode = begin(EpisodeConfig(seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 40))
     inbox.say(text)
@@ -76,8 +77,8 @@ def test_a_stop_changes_no_joint_command_from_then_on(word):
 
 
 def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():
-    episode = begin(EpisodeConfig(seed=SEED))
-    episode.planner = Saying(Instruction(task=TASKS[7]))
+    planner = Saying(Instruction(task=TASKS[7]))
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
     running = episode.steps()
     exchanging = list(islice(running, 10))
     assert all(step.exchange for step in exchanging)
@@ -96,31 +97,31 @@ def test_of_two_within_a_second_the_later_is_obeyed_and_both_are_told():
     steps, episode = steps_of((0.5, LEFT), (0.7, HIGHER), n=60)
     assert [h.text for s in steps for h in s.heard] == [LEFT, HIGHER]
     assert steps[-1].instruction.text == HIGHER
-    assert episode.tasks[1].corrections == 2
+    assert episode.tasks.results[1].corrections == 2
 
 
 def test_the_same_correction_given_twice_counts_twice_and_a_planner_repeating_its_own_once():
-    assert steps_of((0.5, HIGHER), (1.0, HIGHER), n=60)[1].tasks[1].corrections == 2
-    episode = begin(EpisodeConfig(seed=SEED))
+    assert steps_of((0.5, HIGHER), (1.0, HIGHER), n=60)[1].tasks.results[1].corrections == 2
     said = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
-    episode.planner = Saying(said)
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=Saying(said))
     list(islice(episode.steps(), 100))
-    assert episode.tasks[1].corrections == 1
+    assert episode.tasks.results[1].corrections == 1
 
 
 def test_an_episode_held_for_ever_ends_at_the_tasks_cap():
     steps, episode = steps_of((0.2, "stop"), n=1000, task_cap_s=3.0)
     assert steps[-1].time_s == pytest.approx(3.0, abs=1.01 * STEP_S)
-    assert not episode.is_done
+    assert not episode.tasks.is_complete
 
 
 def test_what_the_planner_is_at_may_come_to_be_done_under_other_words():
-    episode = begin(EpisodeConfig(seed=SEED))
-    episode.planner = Saying(Instruction(task=TASKS[2]))  # going back: the arm is
+    planner = Saying(Instruction(task=TASKS[2]))  # going back: the arm is
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
     episode.inbox.press(COMMANDS[TASKS[0].text])
     list(islice(episode.steps(), 10))
-    assert {k: task.success for k, task in episode.tasks.items()} == {1: False, 3: True}
-    assert (episode.tasks[1].time_s, episode.tasks[3].time_s) == (pytest.approx(10 * STEP_S), 0.0)
+    assert {k: task.success for k, task in episode.tasks.results.items()} == {1: False, 3: True}
+    results = episode.tasks.results
+    assert (results[1].time_s, results[3].time_s) == (pytest.approx(10 * STEP_S), 0.0)
 
 
 class Saying:

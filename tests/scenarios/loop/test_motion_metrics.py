@@ -6,11 +6,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
 from scenarios.loop.results import TaskResult, read_results, write_results
 from scenarios.recording.recorder import load
+from scenarios.run_episode import begin
 from tests.scenarios.example_results import PASSED
 
 DT_S = 1 / 30
@@ -95,7 +96,7 @@ def test_results_of_an_older_version_are_read(tmp_path):
 def test_a_recording_is_read_without_its_steps(procedure, tmp_path):
     from scenarios.recording.recorder import Recorder
 
-    with Recorder(config=EpisodeConfig(seed=7), path=tmp_path / "7.npz") as recorder:
+    with Recorder(config=EpisodeConfig(**WITNESS, seed=7), path=tmp_path / "7.npz") as recorder:
         recorder.on_end(procedure.result)
     whole, brief = load(tmp_path / "7.npz"), load(tmp_path / "7.npz", steps=False)
     assert brief.arrays == {}

@@ -57,6 +57,8 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "injuries",
         "safety",
         "anatomy_hash",
+        "sense",
+        "privileged",
     ]
     assert list(document["summary"]) == ["episodes", "passed", "errors", "pass_rate", "wilson_95"]
     assert list(document["episodes"][0]["injuries"][0]) == ["event", "time_s", "value", "limit"]

@@ -6,9 +6,9 @@ from itertools import islice
 import numpy as np
 
 from scenarios.catalogue import SCENARIOS, Scenario
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.perturbations import PERTURBATIONS
+from scenarios.run_episode import begin
 
 SEED = 10_001
 BY_NAME = {p.name: p for p in PERTURBATIONS}
@@ -18,7 +18,9 @@ def disturbed(monkeypatch, *perturbations, seed=SEED, controller="expert"):
     """An episode that has not begun, under perturbations in their order."""
     scenario = Scenario(name="of the test", description="", perturbations=perturbations)
     monkeypatch.setitem(SCENARIOS, scenario.name, scenario)
-    return begin(EpisodeConfig(scenario=scenario.name, seed=seed, controller=controller))
+    return begin(
+        EpisodeConfig(planner="scripted", scenario=scenario.name, seed=seed, controller=controller)
+    )
 
 
 def perturbation(name, **changes):

@@ -5,10 +5,11 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND, NUDGE_S
+from scenarios.run_episode import begin
 
 STEP_S = 1 / 30
 
@@ -16,7 +17,7 @@ STEP_S = 1 / 30
 def disturbed(name, n=70):
     """The steps of an episode that is disturbed before its 11th, and what the world was then."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(seed=10_006), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_006), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 10))
     before = episode.world.T_world_endoscope.copy(), episode.world.record.clip_loaded

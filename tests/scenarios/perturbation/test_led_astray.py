@@ -45,7 +45,7 @@ class Led:
         self.speeds_m_s = []
         while action is not None:
             before_m = commanded_pose(self.world, self.arm)[:3, 3]
-            self.world.step(self.episode.driver.drive(action))
+            self.world.step(self.episode.guarded_driver.driver.drive(action))
             moved_m = commanded_pose(self.world, self.arm)[:3, 3] - before_m
             self.speeds_m_s.append(np.linalg.norm(moved_m) / CONTROL_PERIOD_S)
             action = self.effect.lead(self.world, self.task)

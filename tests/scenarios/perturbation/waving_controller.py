@@ -8,7 +8,9 @@ from controller.action import ToolAction, hold
 class ControllerWaves:
     """Moves both tools to and fro."""
 
-    def __init__(self, world):
+    privileged = True
+
+    def __init__(self, setup, world):
         self._jaw_rad = world.target[:, 6]
         self._asked = 0
 

@@ -8,6 +8,7 @@ import pytest
 
 from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
+from scenarios.catalogue import WITNESS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
@@ -16,7 +17,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
 
-CONFIG = EpisodeConfig(seed=20_007)
+CONFIG = EpisodeConfig(**WITNESS, seed=20_007)
 RESULT = EpisodeResult(
     scenario="nominal", seed=20_007, planner="scripted", controller="expert", success=True
 )

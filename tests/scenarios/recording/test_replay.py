@@ -7,16 +7,17 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from scenarios.catalogue import WITNESS
 from scenarios.cli import main
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import Recorder
+from scenarios.run_episode import begin
 from tests.scenarios.test_cli import complaint
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    config = EpisodeConfig(seed=10_008)
+    config = EpisodeConfig(**WITNESS, seed=10_008)
     episode, path = begin(config), tmp_path_factory.mktemp("replay") / "10008.npz"
     with Recorder(config=config, path=path) as recorder:
         recorder.on_reset(episode.world)

@@ -7,6 +7,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import load
 from scenarios.recording.rerun_commands import CommandRerun
@@ -18,7 +19,7 @@ SEED = 10_000
 @pytest.fixture(scope="module", params=["nominal", "breathing", "wrong-tube"])
 def recorded(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "episode.npz"
-    return *record(path, EpisodeConfig(seed=SEED, scenario=request.param)), path
+    return *record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario=request.param)), path
 
 
 def test_it_comes_out_the_same_to_the_bit_the_tissue_too(recorded):

@@ -11,7 +11,7 @@ import pytest
 from controller.diffusion.checkpoint import save_checkpoint
 from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
-from scenarios.catalogue import CONTROLLERS
+from scenarios.catalogue import CONTROLLERS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import FirstDifference, first_difference
@@ -20,7 +20,7 @@ from scenarios.recording.rerun_decisions import repeat
 from tests.scenarios.interfered import record
 
 SEED = 10_000
-IDLE = EpisodeConfig(seed=SEED, controller="idle", task_cap_s=1.0)
+IDLE = EpisodeConfig(planner="scripted", seed=SEED, controller="idle", task_cap_s=1.0)
 
 
 def attempted(config, out):
@@ -42,7 +42,7 @@ def test_a_whole_procedure_comes_out_the_same(procedure, tmp_path):
 @pytest.fixture(scope="module")
 def interfered(tmp_path_factory):
     path = tmp_path_factory.mktemp("interfered") / "live.npz"
-    return record(path, EpisodeConfig(seed=SEED, scenario="breathing"))[0]
+    return record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario="breathing"))[0]
 
 
 def test_what_people_said_pressed_disturbed_and_led_is_done_again(interfered, tmp_path):

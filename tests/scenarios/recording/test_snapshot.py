@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from planner.command import COMMANDS
+from scenarios.catalogue import WITNESS
 from scenarios.demonstration.noise import NOISE
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.recording.snapshot import Snapshot
+from scenarios.run_episode import begin
 
 SEED = 10_004
 
@@ -31,19 +32,18 @@ def assert_same(one, other):
 
 @pytest.mark.parametrize("at_s", [1.3, 5.15, 9.0])  # in mid-chunk, tissue in the jaws, at the tubes
 def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
-    episode = begin(EpisodeConfig(seed=SEED))
-    episode.effects = Effects((NOISE,), SEED)
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), effects=Effects((NOISE,), SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= at_s and not step.exchange)
-    moment, rate = Snapshot(episode), episode.filter.rate
+    moment, rate = Snapshot(episode), episode.guarded_driver.filter.rate
     after = seen(islice(running, 60))
     for _ in range(2):
-        np.testing.assert_array_equal(moment.again().filter.rate, rate)
+        np.testing.assert_array_equal(moment.again().guarded_driver.filter.rate, rate)
         assert_same(seen(islice(moment.again().steps(), 60)), after)
 
 
 def test_what_is_said_in_one_is_not_heard_in_the_other():
-    episode = begin(EpisodeConfig(seed=SEED))
+    episode = begin(EpisodeConfig(**WITNESS, seed=SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= 1.0)
     moment = Snapshot(episode)

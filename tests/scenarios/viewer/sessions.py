@@ -4,6 +4,7 @@ import time
 from contextlib import contextmanager, suppress
 from threading import Thread
 
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.session import watch_episodes
@@ -31,7 +32,7 @@ def session(out, *, paused=True, speed=1.0, **config):
     """A desk, with its loop at work until the block is left."""
     pace = Pace(paused=paused, speed=speed)
     desk = SessionState(
-        config=EpisodeConfig(**{"seed": SEED} | config),
+        config=EpisodeConfig(**WITNESS | {"seed": SEED} | config),
         out=out,
         pace=pace,
         watcher=_Rest(pace),

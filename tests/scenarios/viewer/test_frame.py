@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from controller.action import ToolAction, hold
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from scenarios.viewer.frame import frame_of, patient_of
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
@@ -15,7 +16,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 @pytest.fixture(scope="module")
 def episode():
-    episode = begin(EpisodeConfig(seed=10_003))
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_003))
     for _ in islice(episode.steps(), 30):
         pass
     return episode

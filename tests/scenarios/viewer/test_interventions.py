@@ -7,10 +7,11 @@ import pytest
 
 from controller.dataset.part import read_part
 from planner.command import COMMANDS
-from scenarios.episode import begin
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
+from scenarios.run_episode import begin
 from scenarios.viewer.interventions import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -19,7 +20,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 def test_only_the_expert_and_a_hand_are_to_be_imitated(tmp_path, expert):
     """Of 60 steps: the arms hold from the 20th to the 30th, a hand leads from the 40th on."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(seed=10_002), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, seed=10_002), inbox=inbox)
     seen = InterventionsOnRequest(tmp_path, "nominal", expert=expert)
     seen.on_reset(episode.world)
     for k, step in enumerate(islice(episode.steps(), 60), start=1):

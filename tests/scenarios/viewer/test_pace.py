@@ -7,12 +7,13 @@ from threading import Thread
 
 import pytest
 
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
 
 STEP_S = 1 / 30
-CONFIG = EpisodeConfig(seed=10_001)
+CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
 
 
 def nothing():

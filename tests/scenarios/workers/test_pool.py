@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.attempt import attempt_episode, broken_off
@@ -18,7 +19,7 @@ from scenarios.recording.first_difference import first_difference
 from scenarios.recording.recorder import load
 from scenarios.workers.pool import run_side_by_side
 
-CONFIGS = [EpisodeConfig(seed=seed) for seed in range(5)]
+CONFIGS = [EpisodeConfig(**WITNESS, seed=seed) for seed in range(5)]
 PATIENCE_S = 120.0
 
 
@@ -139,7 +140,10 @@ def test_a_node_that_is_lost_costs_nothing(two_nodes, tmp_path):
 
 
 def test_episodes_come_out_the_same_wherever_they_run(address, tmp_path):
-    configs = [EpisodeConfig(seed=10_000 + k, controller="idle", task_cap_s=1.0) for k in range(2)]
+    configs = [
+        EpisodeConfig(planner="scripted", seed=10_000 + k, controller="idle", task_cap_s=1.0)
+        for k in range(2)
+    ]
     attempt = partial(attempt_episode, out=tmp_path / "there")
     assert len(list(run_side_by_side(attempt, configs, 2, broken_off, address))) == 2
     for config in configs:

@@ -1,0 +1,43 @@
+"""What the factory of a planner or controller is told, and how one declares itself privileged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from planner.base import PLANNING_PERIOD_S
+from tissue_sim.periods import CONTROL_PERIOD_S
+
+Factory = TypeVar("Factory", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicySetup:
+    """All that a policy may know before an episode begins; nothing of the patient is in it.
+
+    Attributes:
+        seed: of the episode; the policy draws its own random numbers from it.
+        checkpoint: file that the user named; None for the policy's own choice.
+        control_period_s: from one action to the next.
+        planning_period_s: from one call of the planner to the next.
+    """
+
+    seed: int = 0
+    checkpoint: str | None = None
+    control_period_s: float = CONTROL_PERIOD_S
+    planning_period_s: float = PLANNING_PERIOD_S
+
+
+def privileged(factory: Factory) -> Factory:
+    """Declare that a factory's policy reads the hidden state of the world.
+
+    A privileged factory is called with the setup and the world, and results name it privileged.
+    """
+    factory.privileged = True  # pyright: ignore[reportFunctionMemberAccess]
+    return factory
+
+
+def is_privileged(policy: object) -> bool:
+    """Return whether a policy, or its factory, declares that it reads the hidden state."""
+    return bool(getattr(policy, "privileged", False))

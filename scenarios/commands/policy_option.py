@@ -1,0 +1,61 @@
+"""`--planner` and `--controller`: checked before anything starts, and named on the screen."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from scenarios.catalogue import ENDPOINT_PLANNERS, WITNESS
+from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.endpoint_option import require_endpoint
+from scenarios.files.errors import BadInputError
+
+
+def require_policies(
+    planner: str, controller: str, checkpoint: Path | None, planner_checkpoint: Path | None
+) -> None:
+    """Check that both policies can be made.
+
+    Raises:
+        BadInputError: a factory cannot be imported, a checkpoint does not fit, or the endpoint
+            that the planner asks is not named.
+    """
+    for option, name in (("--planner", planner), ("--controller", controller)):
+        if ":" in name:
+            _require_factory(option, name)
+    require_checkpoint(controller, checkpoint)
+    require_planner_checkpoint(planner, planner_checkpoint)
+    if planner in ENDPOINT_PLANNERS:
+        require_endpoint(planner)
+
+
+def say_who_acts(planner: str, controller: str) -> None:
+    """Print who plans, who moves, and what both are told."""
+    line = f"planner: {_described(planner)}; controller: {_described(controller)}"
+    Console(stderr=True).print(
+        f"{line}\nBoth are told exact simulator state, which no robot has.",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _described(name: str) -> str:
+    return f"{name} (privileged: it reads the hidden state)" if _is_privileged(name) else name
+
+
+def _is_privileged(name: str) -> bool:
+    """Return whether the policy reads the hidden state; of Calot's own only the witness does."""
+    if ":" not in name:
+        return name in WITNESS.values()
+    from scenarios.loop.policies import reads_hidden_state
+
+    return reads_hidden_state(name)
+
+
+def _require_factory(option: str, name: str) -> None:
+    from scenarios.loop.policies import require_factory
+
+    try:
+        require_factory(name)
+    except ValueError as error:
+        raise BadInputError(f"{option} {error}") from None

@@ -1,0 +1,70 @@
+"""From a tool action to a joint command: inverse kinematics, then the safety filter."""
+
+from __future__ import annotations
+
+import math
+
+from controller.action import ToolAction
+from controller.driver import Driver, rig_in
+from controller.safety.filter import SafetyFilter
+from controller.safety.ledger import Entry
+from planner.instruction import Instruction
+from scenarios.loop.stage_clock import StageClock
+from tissue_sim.frames import Array
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
+
+
+class GuardedDriver:
+    """Drives both arms through the safety filter, and keeps the ledger of altered commands.
+
+    Attributes:
+        filter: None where the episode goes without.
+        ledger: each command that was altered so far, with the reason.
+        clearance_m: smallest distance so far of an instrument to what it must not hit.
+    """
+
+    def __init__(
+        self, world: World, joints: Array, clock: StageClock, *, safety_filter: bool
+    ) -> None:
+        self._world, self._clock = world, clock
+        self.driver = Driver(rig_in(world), joints)
+        self.filter = SafetyFilter(world) if safety_filter else None
+        self.ledger: list[Entry] = []
+        self.clearance_m = math.inf
+        self._n_told = 0  # entries of the ledger that observers know
+
+    @property
+    def joints(self) -> Array:
+        """(2, 7) commanded last, rad and m."""
+        return self.driver.joints
+
+    def command(self, action: ToolAction, instruction: Instruction, time_s: float) -> JointCommand:
+        """Return the joint command for an action, which is meant in the endoscope's frame now."""
+        self.driver.calibrate(rig_in(self._world))
+        start, refused = self.driver.joints, self.driver.refused
+        with self._clock.stage("driver"):
+            asked = self.driver.drive(action)
+        if self.driver.refused > refused:
+            self.ledger.append(Entry(time_s=time_s, limits=("reach: an arm holds",)))
+        if self.filter is None:
+            return asked
+        with self._clock.stage("safety filter"):
+            allowed = self.filter.allow(start, asked.joints, instruction, time_s)
+        self.clearance_m = min(self.clearance_m, allowed.clearance_m)
+        if allowed.entry is not None:
+            self.ledger.append(allowed.entry)
+            self.driver.follow(allowed.joints)
+        return JointCommand(joints=allowed.joints)
+
+    def restart(self, joints: Array) -> None:
+        """Start from joints (2, 7) at rest, with the instruments that are mounted now."""
+        self.driver.attach(rig_in(self._world), self._world.arms.limited(joints))
+        if self.filter is not None:
+            self.filter.restart()
+
+    def news(self) -> tuple[Entry, ...]:
+        """Return the entries of the ledger since the last call."""
+        altered = tuple(self.ledger[self._n_told :])
+        self._n_told = len(self.ledger)
+        return altered

@@ -1,0 +1,95 @@
+"""From the name of a planner or controller to the policy: Calot's own, or an outside one.
+
+An outside policy is named MODULE:FACTORY. Its factory is called with a `PolicySetup`; one that is
+declared privileged is called with the setup and the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pkgutil import resolve_name
+from typing import Any
+
+from controller.base import Controller
+from planner.base import Planner
+from planner.policy_setup import PolicySetup, is_privileged
+from scenarios.catalogue import ABLATIONS, CONTROLLERS, PLANNERS
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.world import World
+
+
+def make_planner(config: EpisodeConfig, world: World) -> Planner[Observation]:
+    """Return the planner that a configuration names, without what its ablation takes away.
+
+    Raises:
+        ValueError: there is no such factory, or what it makes is no planner.
+    """
+    setup = PolicySetup(seed=config.seed, checkpoint=config.planner_checkpoint)
+    planner = _made(_factory(config.planner, PLANNERS), setup, world)
+    _require_methods(config.planner, planner, "reset", "plan")
+    return planner if config.ablation is None else resolve_name(ABLATIONS[config.ablation])(planner)
+
+
+def make_controller(config: EpisodeConfig, world: World) -> Controller:
+    """Return the controller that a configuration names.
+
+    Raises:
+        ValueError: there is no such factory, or what it makes is no controller.
+    """
+    setup = PolicySetup(seed=config.seed, checkpoint=config.checkpoint)
+    controller = _made(_factory(config.controller, CONTROLLERS), setup, world)
+    _require_methods(config.controller, controller, "reset", "act")
+    return controller
+
+
+def name_of(policy: object) -> str:
+    """Return the name MODULE:CLASS of a policy that was handed over as an object."""
+    kind = type(policy)
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def require_factory(name: str) -> None:
+    """Check that an outside policy's factory can be imported and called.
+
+    Raises:
+        ValueError: it cannot; the message says why.
+    """
+    if ":" in name:
+        _factory(name, {})
+
+
+def reads_hidden_state(name: str) -> bool:
+    """Return whether the policy of that name is declared privileged.
+
+    Raises:
+        ValueError: there is no such factory.
+    """
+    return is_privileged(_factory(name, PLANNERS | CONTROLLERS))
+
+
+def _factory(name: str, known: dict[str, str]) -> Callable[..., Any]:
+    try:
+        factory = resolve_name(known.get(name, name))
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from None
+    if not callable(factory):
+        raise ValueError(f"{name}: it is a {type(factory).__name__}, not a factory")
+    return factory
+
+
+def _made(factory: Callable[..., Any], setup: PolicySetup, world: World) -> Any:
+    """Call the factory; what a privileged one makes is privileged."""
+    if not is_privileged(factory):
+        return factory(setup)
+    policy = factory(setup, world)
+    policy.privileged = True
+    return policy
+
+
+def _require_methods(name: str, policy: object, *methods: str) -> None:
+    missing = [method for method in methods if not callable(getattr(policy, method, None))]
+    if missing:
+        raise ValueError(
+            f"{name}: the {type(policy).__name__} that it makes has no {' and no '.join(missing)}"
+        )

@@ -1,0 +1,79 @@
+"""The record of an episode's tasks: which succeeded, how long each took, who corrected it."""
+
+from __future__ import annotations
+
+from planner.criteria import task_done
+from planner.instruction import TASKS, Instruction, Source
+from planner.task import Task
+from scenarios.loop.results import TaskResult
+from scenarios.loop.step import Step
+from tissue_sim.world import World
+
+
+class TaskRecord:
+    """Books each step to the task that was instructed, and sees which tasks have succeeded.
+
+    Attributes:
+        results: of each task begun so far, by its index.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.results: dict[int, TaskResult] = {}
+        self._world = world
+        self._control_step_s = world.config.control_step_s
+        self._correction: tuple[str, Source, float] | None = None  # in force at the last step
+
+    def note(self, step: Step, planned: Task) -> None:
+        """Book one step; `planned` is the task that the planner is at.
+
+        A task that has succeeded keeps that result unless it is instructed again. A task that was
+        left undone or skipped may succeed while another one is instructed.
+        """
+        self._credit(
+            step.instruction.task,
+            success=step.outcome.task_done,
+            time_s=self._control_step_s,
+            corrections=int(self._begins_correction(step.instruction)),
+        )
+        done = {TASKS[k - 1] for k, task in self.results.items() if task.success}
+        due = {*TASKS[: planned.index], *(TASKS[k - 1] for k in self.results)}
+        for task in (due - done) | {planned}:
+            if task != step.instruction.task and task_done(task, self._world):
+                self._credit(task, success=True)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all 17 tasks have succeeded, in whatever order."""
+        return len(self.results) == len(TASKS) and all(t.success for t in self.results.values())
+
+    def in_order(self) -> tuple[TaskResult, ...]:
+        """Return the results by index."""
+        return tuple(self.results[k] for k in sorted(self.results))
+
+    def _credit(
+        self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0
+    ) -> None:
+        before = self.results.get(task.index)
+        self.results[task.index] = TaskResult(
+            index=task.index,
+            instruction=task.text,
+            success=success,
+            time_s=(before.time_s if before else 0.0) + time_s,
+            corrections=(before.corrections if before else 0) + corrections,
+        )
+
+    def _begins_correction(self, instruction: Instruction) -> bool:
+        """Return whether a correction is in force that was not at the step before."""
+        before, self._correction = self._correction, _correction_in(instruction)
+        return self._correction not in (None, before)
+
+
+def _correction_in(instruction: Instruction) -> tuple[str, Source, float] | None:
+    """Return what tells one correction from the next.
+
+    A planner repeats its correction as long as it means it; a person's is told by its time.
+    """
+    if instruction.correction is None:
+        return None
+    given_s = instruction.time_s if instruction.source == "human" else 0.0
+    return instruction.text, instruction.source, given_s

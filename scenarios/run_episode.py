@@ -1,0 +1,154 @@
+"""Set an episode up, play it to its end, and judge it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from controller.base import Controller
+from planner.base import Planner
+from planner.policy_setup import is_privileged
+from scenarios.catalogue import SCENARIOS
+from scenarios.episode import Episode
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import Inbox
+from scenarios.loop.motion_metrics import MotionMetrics
+from scenarios.loop.observer import Observer
+from scenarios.loop.policies import make_controller, make_planner, name_of
+from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult
+from scenarios.loop.script import read_script
+from scenarios.perturbation.effects import Effects
+from tissue_sim.outcome.predicates import stumps_hold
+from tissue_sim.outcome.retention import pull_all_clips
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.variants import variant
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.world import World
+
+
+def run_episode(
+    config: EpisodeConfig,
+    observers: Sequence[Observer] = (),
+    inbox: Inbox | None = None,
+    *,
+    planner: Planner[Observation] | None = None,
+    controller: Controller | None = None,
+) -> EpisodeResult:
+    """Run one episode to its end and judge it.
+
+    Args:
+        config: names the patient, the conditions and the policies.
+        observers: see each step.
+        inbox: where people speak to the episode.
+        planner: an object to use in place of the configured planner; likewise `controller`.
+
+    An exception ends the episode and is the caller's to record: it is no failed episode.
+    """
+    start_s = time.perf_counter()
+    render = any(getattr(o, "needs_images", False) for o in observers)
+    episode = begin(config, render=render, inbox=inbox, planner=planner, controller=controller)
+    return play(episode, observers, start_s)
+
+
+def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> EpisodeResult:
+    """Play an episode to its end and judge it; it began at `start_s` of `perf_counter`."""
+    for observer in observers:
+        observer.on_reset(episode.world)
+    metrics = MotionMetrics(episode.world)
+    for step in episode.steps():
+        metrics.on_step(step)
+        for observer in observers:
+            observer.on_step(step)
+    result = result_of(episode, start_s)
+    result = replace(result, tasks=metrics.measured(result.tasks))
+    for observer in observers:
+        observer.on_end(result)
+    return result
+
+
+def begin(
+    config: EpisodeConfig,
+    *,
+    render: bool = False,
+    inbox: Inbox | None = None,
+    planner: Planner[Observation] | None = None,
+    controller: Controller | None = None,
+    effects: Effects | None = None,
+) -> Episode:
+    """Put the patient on the table and make planner and controller ready; nothing moves yet."""
+    inbox = inbox or Inbox()
+    effects = effects or Effects(config.perturbations, config.seed)
+    if config.instruct is not None:
+        inbox.arrange(read_script(Path(config.instruct)))
+    world, observation = patient_on_table(config, effects, render=render)
+    return Episode(
+        world=world,
+        planner=planner or make_planner(config, world),
+        controller=controller or make_controller(config, world),
+        inbox=inbox,
+        effects=effects,
+        observation=observation,
+        config=replace(
+            config,
+            planner=name_of(planner) if planner else config.planner,
+            controller=name_of(controller) if controller else config.controller,
+        ),
+    )
+
+
+def patient_on_table(
+    config: EpisodeConfig, effects: Effects, *, render: bool = False
+) -> tuple[World, Observation]:
+    """Make the world of an episode, with its patient, and observe it for the first time."""
+    world = World(render=render)
+    return world, world.reset(effects.on_anatomy(anatomy_of(config)))
+
+
+def anatomy_of(config: EpisodeConfig) -> Anatomy:
+    """Return the seed's patient, with the scenario's anatomical variant."""
+    anatomy, name = anatomy_from_seed(config.seed), SCENARIOS[config.scenario].variant
+    return variant(name, anatomy) if name else anatomy
+
+
+def result_of(episode: Episode, start_s: float) -> EpisodeResult:
+    """Pull at the clips and judge the episode, which began at `start_s` of `perf_counter`."""
+    config, world, record = episode.config, episode.world, episode.tasks
+    tasks = record.in_order()
+    procedure_s = world.record.time_s - episode.exchange_s
+    pull_all_clips(world)
+    injuries = world.record.injuries
+    policies = {"planner": episode.planner, "controller": episode.controller}
+    return EpisodeResult(
+        scenario=config.scenario,
+        seed=config.seed,
+        planner=config.planner,
+        controller=config.controller,
+        privileged=tuple(role for role, policy in policies.items() if is_privileged(policy)),
+        success=record.is_complete and stumps_hold(world) and not injuries,
+        tasks=tasks,
+        procedure_time_s=procedure_s,
+        exchange_time_s=episode.exchange_s,
+        wall_s=time.perf_counter() - start_s,
+        corrections=sum(task.corrections for task in tasks),
+        dropped_clips=world.record.dropped_clips,
+        injuries=tuple(
+            InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
+            for i in injuries
+        ),
+        safety=_safety(episode),
+        anatomy_hash=world.anatomy.hash,
+    )
+
+
+def _safety(episode: Episode) -> SafetyResult:
+    guarded = episode.guarded_driver
+    ledger = tuple(guarded.ledger)
+    return SafetyResult(
+        filter=guarded.filter is not None,
+        interventions=len(ledger),
+        min_clearance_m=guarded.clearance_m if math.isfinite(guarded.clearance_m) else None,
+        ledger=ledger,
+    )
