@@ -1,1 +1,1 @@
-"""What exists in the operating field and how it moves."""
+"""Which objects exist in the operating field, and how do they move?"""

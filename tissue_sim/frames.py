@@ -9,19 +9,19 @@ Array = NDArray[np.float64]
 
 
 def unit(vector: Array) -> Array:
-    """The vector over its length, along the last axis."""
+    """Divide a vector by its length, along the last axis."""
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
 def pose(rotation: Array, position: Array) -> Array:
-    """(4, 4) pose from a (3, 3) rotation and a (3,) position."""
+    """Return the (4, 4) pose of a (3, 3) rotation and a (3,) position."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, position
     return T
 
 
 def inverse_pose(T: Array) -> Array:
-    """Inverse of rigid poses (..., 4, 4)."""
+    """Invert rigid poses (..., 4, 4)."""
     R_t = np.swapaxes(T[..., :3, :3], -1, -2)
     out = np.zeros_like(T)
     out[..., :3, :3] = R_t
@@ -31,31 +31,31 @@ def inverse_pose(T: Array) -> Array:
 
 
 def transform(T: Array, points: Array) -> Array:
-    """Points (n, 3) of the child frame, in the parent frame."""
+    """Transform points (n, 3) from the child frame to the parent frame."""
     return points @ T[:3, :3].T + T[:3, 3]
 
 
 def rigid_fit(points: Array, moved: Array) -> Array:
-    """(4, 4) pose that takes points (n, 3) nearest, in least squares, to where they moved.
+    """Return the (4, 4) pose that maps points (n, 3) to `moved`, in least squares.
 
     Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
     """
     middle, moved_middle = points.mean(axis=0), moved.mean(axis=0)
     U, _, Vt = np.linalg.svd((moved - moved_middle).T @ (points - middle))
-    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))  # a rotation, no reflection
+    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))  # a rotation, not a reflection
     R = U @ Vt
     return pose(R, moved_middle - R @ middle)
 
 
 def axis_angle(axis: Array, angle_rad: float) -> Array:
-    """(3, 3) rotation about an axis (Rodrigues)."""
+    """Return the (3, 3) rotation about an axis (Rodrigues)."""
     x, y, z = unit(np.asarray(axis, float))
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle_rad) * K + (1 - np.cos(angle_rad)) * (K @ K)
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Axis times angle (rad) of a (3, 3) rotation; exact up to half a turn."""
+    """Return axis times angle (rad) of a (3, 3) rotation; exact up to half a turn."""
     skew = np.array(
         [
             rotation[2, 1] - rotation[1, 2],
@@ -74,13 +74,13 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def exponential(vector: Array) -> Array:
-    """(3, 3) rotation of a rotation vector (rad)."""
+    """Return the (3, 3) rotation of a rotation vector (rad)."""
     angle = float(np.linalg.norm(vector))
     return np.eye(3) if angle < 1e-12 else axis_angle(vector, angle)
 
 
 def rotation_from_6d(six: Array) -> Array:
-    """(3, 3) rotation from its first two columns (6,), made orthonormal.
+    """Return the (3, 3) rotation of its first two columns (6,), made orthonormal.
 
     Zhou et al., "On the continuity of rotation representations in neural networks", 2019.
     """
@@ -90,5 +90,5 @@ def rotation_from_6d(six: Array) -> Array:
 
 
 def rotation_to_6d(rotation: Array) -> Array:
-    """First two columns of a (3, 3) rotation, as (6,)."""
+    """Return the first two columns of a (3, 3) rotation, as (6,)."""
     return rotation[:, :2].T.reshape(6)

@@ -31,7 +31,7 @@ from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.surgery.clip import lose
+from tissue_sim.surgery.clip import detach
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -99,7 +99,7 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
             world.record = replace(world.record, injuries=(bruise,))
         elif harm == "lost clip":  # the second still closes the stump, so nothing leaks
             first, *others = world.record.clips
-            world.record = replace(world.record, clips=(lose(world.tubes, first), *others))
+            world.record = replace(world.record, clips=(detach(world.tubes, first), *others))
         elif harm == "undone task":
             episode.tasks.results[5] = replace(episode.tasks.results[5], success=False)
         assert result_of(episode, 0.0).success == (harm is None)

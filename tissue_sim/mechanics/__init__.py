@@ -1,1 +1,1 @@
-"""How tissue moves: finite elements, springs and contact, one implicit step at a time."""
+"""How does tissue move? Finite elements, springs and contact, one implicit step at a time."""

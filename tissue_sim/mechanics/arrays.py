@@ -1,7 +1,7 @@
-"""The tissue's state on the device: structure of arrays, `[environment, capacity]`.
+"""The tissue's state on the device: a structure of arrays, `[environment, capacity]`.
 
-Topology lives in arrays too, so a cut, a clip or a tear rewrites integers and nothing is
-recompiled. SI units, world frame.
+Topology lives in arrays too, so a cut, a clip or a tear rewrites integers and needs no new
+compilation. SI units, world frame.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ wp.config.log_level = wp.LOG_ERROR  # no banner: results go to the same terminal
 
 @wp.struct
 class TissueArrays:
-    """Everything a tissue kernel reads and writes.
+    """The arrays that tissue kernels read and write.
 
     Vertices beyond `n_vertex` are spare, for cuts. The stiffness matrix is block-CSR: row i is
-    `block[row[i] : row[i + 1]]`, its diagonal first, each block stored transposed. `*_slot` say
-    where an element's blocks go.
+    `block[row[i] : row[i + 1]]`, its diagonal first, each block stored transposed. `*_slot` hold
+    the places of an element's blocks.
     """
 
     # vertices
@@ -42,11 +42,11 @@ class TissueArrays:
     mu: wp.array2d(dtype=float)
     bulk: wp.array2d(dtype=float)  # lambda of the material
     folded: wp.array2d(dtype=int)
-    lam: wp.array2d(dtype=float)  # what of it an element feels now
+    lam: wp.array2d(dtype=float)  # the part of it that acts on the element now
     tet_slot: wp.array3d(dtype=int)
     # the elements' stiffness, kept from step to step (see `assembly`)
     elastic: wp.array2d(dtype=wp.mat33)  # blocks, as `block` has them
-    stiffness_at: wp.array2d(dtype=wp.vec3)  # where each vertex was then
+    stiffness_at: wp.array2d(dtype=wp.vec3)  # position of each vertex then
     stiffness_holds: wp.array(dtype=int)
     # ties: a tube's vertex (corner 0, weight 1) held to a point inside a sac's tetrahedron
     tie_corner: wp.array3d(dtype=int)
@@ -65,7 +65,7 @@ class TissueArrays:
     anchor_point: wp.array2d(dtype=wp.vec3)
     anchor_stiffness: wp.array2d(dtype=float)
     anchor_strength: wp.array2d(dtype=float)
-    # tool contact: which shape touches a vertex, where it sticks, what it feels
+    # tool contact: the shape that touches a vertex, its sticking point, force and stiffness
     contact_shape: wp.array2d(dtype=int)
     contact_side: wp.array2d(dtype=float)
     stick_point: wp.array2d(dtype=wp.vec3)
@@ -77,18 +77,18 @@ class TissueArrays:
     bed_along: wp.array(dtype=wp.vec3)
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
-    # tubes: rings of outer vertices, and the same as the side above a cut has them; n_ring is 0
-    # where one is absent
+    # tubes: rings of outer vertices, and the rings of the side above a cut; n_ring is 0 for an
+    # absent tube
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
     ring_above: wp.array4d(dtype=int)
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
-    # walls: each element's tube or sac and segment or patch (see `walls`), and their loads
+    # walls: tube or sac of each element, its segment or patch (see `walls`), and their loads
     wall: wp.array2d(dtype=wp.vec2i)
     segment_gradient: wp.array3d(dtype=wp.vec3)
-    segment_lie: wp.array3d(dtype=wp.vec3)
+    segment_direction: wp.array3d(dtype=wp.vec3)
     segment_volume: wp.array3d(dtype=float)
     segment_pull: wp.array3d(dtype=float)
     patch_shape: wp.array2d(dtype=wp.mat33)
@@ -132,6 +132,6 @@ class ToolShapes:
     radius: wp.array2d(dtype=float)
     friction: wp.array2d(dtype=float)
     T_world_link: wp.array2d(dtype=wp.mat44)
-    T_world_link_before: wp.array2d(dtype=wp.mat44)  # a tissue step ago
+    T_world_link_before: wp.array2d(dtype=wp.mat44)  # one tissue step ago
     force: wp.array2d(dtype=wp.vec3)
     torque: wp.array2d(dtype=wp.vec3)

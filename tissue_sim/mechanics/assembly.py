@@ -1,11 +1,12 @@
-"""Assembly of the elements' forces and stiffness over the mesh, one thread an environment.
+"""Assemble the elements' forces and stiffness over the mesh, one thread per environment.
 
-Most of an element's cost is its stiffness. It is kept while no vertex has moved far since it was
-worked out: the forces are always those of where the tissue is, so tissue comes to rest where it
-would otherwise. It is worked out anew after a change of topology or of an element's bulk.
+Most of an element's cost is its stiffness. The stiffness is kept while no vertex has moved far
+since it was computed. The forces always belong to the current positions, so the kept stiffness does
+not change where tissue comes to rest. A change of topology or of an element's bulk modulus also
+leads to a new stiffness.
 
-The tissue is a Kelvin-Voigt solid: its stress is that of the energy plus a viscous time, here over
-the step's length, times the stiffness times the strain of the step.
+The tissue is a Kelvin-Voigt solid: its stress is that of the energy, plus a viscous time over the
+step's length, times the stiffness, times the strain of the step.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from tissue_sim.mechanics.elasticity import (
 
 wp.set_module_options({"enable_backward": False})
 
-FAR = wp.constant(2.0e-5)  # m; turns an element of 1.5 mm by less than a degree
+MAX_DRIFT = wp.constant(2.0e-5)  # m; turns an element of 1.5 mm by less than a degree
 
 
 @wp.func
 def add_block(
     block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
 ):
-    """Add the block of corners i, j to its place; the matrix stores each block transposed."""
+    """Add the block of corners i, j at its place; the matrix stores each block transposed."""
     wp.atomic_add(block, slot[4 * i + j], wp.transpose(K))
 
 
@@ -37,7 +38,7 @@ def add_block(
 def add_pair(
     block: wp.array(dtype=wp.mat33), slot: wp.array(dtype=int), i: int, j: int, K: wp.mat33
 ):
-    """Add a block off the diagonal, and its transpose across it."""
+    """Add an off-diagonal block and its transpose."""
     add_block(block, slot, i, j, K)
     add_block(block, slot, j, i, wp.transpose(K))
 
@@ -51,7 +52,7 @@ def add_stiffness(
     block: wp.array(dtype=wp.mat33),
     viscosity: float,
 ):
-    """Add an element's stiffness, elastic and viscous, with its corners at their places in x.
+    """Add an element's stiffness, elastic and viscous, for corners at positions x.
 
     Corner 0 balances the others: its blocks are minus their sums.
     """
@@ -111,16 +112,16 @@ def add_viscous_force(
 
 @wp.func
 def has_moved_far(t: TissueArrays, b: int):
-    """Whether a vertex has left the place where the stiffness was worked out."""
+    """Tell whether a vertex is far from its position when the stiffness was computed."""
     farthest = float(0.0)
     for i in range(t.n_vertex[b]):
         farthest = wp.max(farthest, wp.length_sq(t.position[b, i] - t.stiffness_at[b, i]))
-    return farthest > FAR * FAR
+    return farthest > MAX_DRIFT * MAX_DRIFT
 
 
 @wp.func
 def renew_stiffness(t: TissueArrays, b: int, viscosity: float):
-    """Work the elements' stiffness out where `stiffness_at` says."""
+    """Compute the elements' stiffness at the positions `stiffness_at`."""
     elastic = t.elastic[b]
     for k in range(t.row[b, t.n_vertex[b]]):
         elastic[k] = wp.mat33()
@@ -131,7 +132,7 @@ def renew_stiffness(t: TissueArrays, b: int, viscosity: float):
 
 @wp.kernel
 def restore_stiffness(t: TissueArrays, viscosity: float):
-    """Bring back the stiffness that was kept, of every environment."""
+    """Compute the kept stiffness of every environment again."""
     renew_stiffness(t, wp.tid(), viscosity)
 
 

@@ -1,6 +1,6 @@
-"""The shape of the preconditioner's second level: parts, and the skyline of their matrix.
+"""Define the preconditioner's second level: parts, and the skyline of their matrix.
 
-See `coarse_motion`. Parts are numbered along the tubes, so that the skyline is narrow.
+See `coarse_motion`. Parts are numbered along the tubes, so the skyline is narrow.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ MODES = 6  # three translations and three rotations of a part
 
 
 def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[Indices, Indices]:
-    """Shape of the factor of the parts' matrix P^T A P.
+    """Return the shape of the factor of the parts' matrix P^T A P.
 
     Args:
-        n_part: parts.
+        n_part: number of parts.
         part: (n_vertex,) part of each vertex, -1 for none.
         row, column: block-CSR pattern of A.
 
     Returns:
-        for each part the first part it couples to, and where its columns start in the storage:
-        its six rows have those of the parts first[p] to p.
+        for each part, the first part it couples to, and the start of its columns in the storage:
+        its six rows hold the columns of the parts first[p] to p.
     """
     i = part[np.repeat(np.arange(len(row) - 1), np.diff(row))]
     j = part[column]
@@ -36,12 +36,12 @@ def skyline(n_part: int, part: Indices, row: Indices, column: Indices) -> tuple[
 
 
 def skyline_capacity(n_part: int) -> int:
-    """Columns of a part's six rows that the factor needs at most."""
+    """Return the largest number of stored columns (of a part's six rows) of the factor."""
     return MODES * n_part * (n_part + 1) // 2
 
 
 def parts_of(rings: list[Indices], n_vertex: int) -> NDArray[np.int32]:
-    """(n_vertex,) number of the ring a vertex belongs to, -1 where it is in none."""
+    """Return the (n_vertex,) number of each vertex's ring, -1 if it is in none."""
     part = np.full(n_vertex, -1, np.int32)
     for k, ring in enumerate(rings):
         part[ring] = k

@@ -1,14 +1,14 @@
-"""The preconditioner's second level: each section of the tissue moves as a rigid body.
+"""Second level of the preconditioner: each section of the tissue moves as a rigid body.
 
-A tube is stiff across and soft along; conjugate gradients with the blocks of the diagonal alone
-would carry a motion from section to section, one an iteration. So the mesh is cut into parts (the
-rings of the sweep), and the matrix, restricted to the rigid motions P of the parts, is factored:
+A tube is stiff across and soft along. With the diagonal blocks alone, conjugate gradients would
+carry a motion only one section further per iteration. So the mesh is divided into parts (the rings
+of the sweep), and the matrix, restricted to the rigid motions P of the parts, is factored:
 
     z = D^-1 r + P (P^T A P)^-1 P^T r
 
 Additive two-level Schwarz with rigid-body modes: Nicolaides, "Deflation of conjugate gradients",
 1987; Vanek, Mandel and Brezina, "Algebraic multigrid by smoothed aggregation", 1996. P^T A P has a
-narrow skyline, in which its Cholesky factor fits.
+narrow skyline, which its Cholesky factor shares.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from tissue_sim.mechanics.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 MODES = wp.constant(coarse.MODES)
-# Share of a diagonal entry that is added to it: a piece that hangs by a strand is far lighter than
-# it is stiff, and rounding must not make it look lighter still.
-FIRMER = wp.constant(1.0e-3)
+# Share of a diagonal entry that is added to it: for a piece that hangs by a strand, inertia is far
+# below stiffness, and rounding must not make it smaller still.
+DIAGONAL_SHIFT = wp.constant(1.0e-3)
 
 
 @wp.func
@@ -34,7 +34,7 @@ def add_columns(
     right: wp.mat33,
     arm: wp.vec3,
 ):
-    """Add P_i^T [top, right] to the six columns of the storage from place `at`."""
+    """Add P_i^T [top, right] to six columns of the storage, from place `at`."""
     lever = wp.skew(arm)
     low = lever * top
     low_right = lever * right
@@ -45,13 +45,13 @@ def add_columns(
 
 @wp.func
 def column_of(top: wp.mat33, low: wp.mat33, c: int):
-    """Column c of one matrix above another."""
+    """Return column c of one matrix above another."""
     return wp.spatial_vector(top[0, c], top[1, c], top[2, c], low[0, c], low[1, c], low[2, c])
 
 
 @wp.func
 def restrict_matrix(t: TissueArrays, b: int):
-    """P^T A P into the skyline."""
+    """Compute P^T A P in the skyline."""
     part = t.part[b]
     arm = t.arm[b]
     row = t.row[b]
@@ -65,7 +65,7 @@ def restrict_matrix(t: TissueArrays, b: int):
     for i in range(t.n_vertex[b]):
         p = part[i]
         if p >= 0:
-            mine = start[p] - MODES * first[p]  # place of column 0, were it stored
+            mine = start[p] - MODES * first[p]  # place of column 0, if it were stored
             now = int(-1)
             top = wp.mat33()
             right = wp.mat33()
@@ -88,20 +88,20 @@ def restrict_matrix(t: TissueArrays, b: int):
 
 @wp.func
 def factorise(t: TissueArrays, b: int):
-    """Cholesky in place; `factor_pivot` holds the inverse of the diagonal, 0 for a missing mode.
+    """Factor by Cholesky in place; `factor_pivot` holds the inverse diagonal, 0 for no mode.
 
-    The six rows of a part go together, column by column: six sums at once instead of one that
-    waits for itself. What that leaves on and above the diagonal is never read.
+    The six rows of a part are computed together, column by column: six independent sums instead of
+    one chain. The values left on and above the diagonal are never read.
     """
     factor = t.factor[b]
     first = t.factor_first[b]
     start = t.factor_start[b]
     pivot = t.factor_pivot[b]
     for p in range(t.n_part[b]):
-        mine = start[p] - MODES * first[p]  # place of column 0, were it stored
+        mine = start[p] - MODES * first[p]  # place of column 0, if it were stored
         rest = wp.spatial_vector()
         for a in range(6):
-            rest[a] = factor[mine + MODES * p + a][a] * (1.0 + FIRMER)
+            rest[a] = factor[mine + MODES * p + a][a] * (1.0 + DIAGONAL_SHIFT)
         for q in range(first[p], p + 1):
             theirs = start[q] - MODES * first[q]
             begin = MODES * wp.max(first[p], first[q])
@@ -160,7 +160,7 @@ def back_substitute(t: TissueArrays, b: int):
 
 @wp.func
 def measure_parts(t: TissueArrays, b: int):
-    """Each vertex's arm: where it is from the middle of its part. What is held fast is in none."""
+    """Compute each vertex's arm from the middle of its part; fixed vertices are in no part."""
     part = t.part[b]
     middle = t.part_middle[b]
     count = t.part_count[b]
@@ -180,7 +180,7 @@ def measure_parts(t: TissueArrays, b: int):
 
 @wp.func
 def prepare_coarse(t: TissueArrays, b: int):
-    """Factor P^T A P, with the parts as they lie now."""
+    """Factor P^T A P, with the parts at their current places."""
     measure_parts(t, b)
     restrict_matrix(t, b)
     factorise(t, b)
@@ -188,7 +188,7 @@ def prepare_coarse(t: TissueArrays, b: int):
 
 @wp.func
 def solve_coarse(t: TissueArrays, b: int):
-    """Rigid motions (P^T A P)^-1 P^T r of the parts, into `motion`."""
+    """Compute the rigid motions (P^T A P)^-1 P^T r of the parts, into `motion`."""
     part = t.part[b]
     arm = t.arm[b]
     residual = t.residual[b]
@@ -204,7 +204,7 @@ def solve_coarse(t: TissueArrays, b: int):
 
 @wp.func
 def rigid_motion(part: int, arm: wp.vec3, motion: wp.array(dtype=wp.spatial_vector)):
-    """How a vertex moves with its part."""
+    """Return the motion of a vertex with its part."""
     if part < 0:
         return wp.vec3()
     return wp.spatial_top(motion[part]) + wp.cross(wp.spatial_bottom(motion[part]), arm)

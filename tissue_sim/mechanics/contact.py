@@ -1,9 +1,9 @@
 """Contact of tissue with instruments, of tube with tube, and of tissue with the liver bed.
 
-Instruments are rounded patches (see `ToolShapes`). Normal force is a linear penalty; friction
-is Coulomb's with elastic sticking: a touched vertex remembers where on the shape it sticks, is
-pulled back by a tangential spring, and slides when the pull exceeds friction times the normal
-force. A grasp is nothing but this contact on both jaws.
+Instruments are rounded patches (see `ToolShapes`). The normal force is a linear penalty. Friction
+is Coulomb friction with elastic sticking: a touched vertex stores its sticking point on the shape,
+a tangential spring pulls it back, and it slides when the spring force exceeds friction times the
+normal force. A grasp is this same contact on both jaws.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 
 wp.set_module_options({"enable_backward": False})
 
-# assumed: stiff against tissue (a node of a 300 kPa tube carries about 450 N/m), soft
-# enough for one linearisation a step
-NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m a vertex
-STICK_STIFFNESS = wp.constant(500.0)  # N/m a vertex
-TUBE_STIFFNESS = wp.constant(300.0)  # N/m a vertex, tube against tube
-BED_STIFFNESS = wp.constant(200.0)  # N/m a vertex
-BED_THICKNESS = wp.constant(0.006)  # m; deeper is beside the liver, not in it
-REACH = wp.constant(0.006)  # m; farther than this from a patch there is no contact
+# assumed: stiff compared with tissue (a node of a 300 kPa tube carries about 450 N/m), but soft
+# enough for one linearisation per step
+NORMAL_STIFFNESS = wp.constant(1500.0)  # N/m per vertex
+STICK_STIFFNESS = wp.constant(500.0)  # N/m per vertex
+TUBE_STIFFNESS = wp.constant(300.0)  # N/m per vertex, tube against tube
+BED_STIFFNESS = wp.constant(200.0)  # N/m per vertex
+BED_THICKNESS = wp.constant(0.006)  # m; a deeper vertex is beside the liver, not in it
+REACH = wp.constant(0.006)  # m; the largest distance of a contact from a patch
 
 
 @wp.struct
 class Touch:
-    """Where a vertex touches a patch: outward normal, depth (m, > 0 inside), side memory."""
+    """Contact of a vertex with a patch: outward normal, depth (m, > 0 inside), remembered side."""
 
     normal: wp.vec3
     depth: float
@@ -35,10 +35,10 @@ class Touch:
 
 @wp.func
 def remembered_side(t: TissueArrays, b: int, i: int, c: int):
-    """Side of finger c on which vertex i is known to be, 0 when it is not.
+    """Return the known side of finger c on which vertex i lies, 0 if it is not known.
 
-    What was between the jaws is so for both fingers (rows 2 and 3 of an instrument's four); what
-    was outside of one is not outside of the other.
+    A vertex between the jaws is so for both fingers (rows 2 and 3 of an instrument's four). A
+    vertex outside one finger need not be outside the other.
     """
     old = t.contact_shape[b, i]
     side = t.contact_side[b, i]
@@ -51,8 +51,8 @@ def remembered_side(t: TissueArrays, b: int, i: int, c: int):
 
 
 @wp.func
-def in_link(T_world_link: wp.mat44, x: wp.vec3):
-    """A world point in the link's frame."""
+def to_link_frame(T_world_link: wp.mat44, x: wp.vec3):
+    """Transform a world point to the link's frame."""
     R = wp.mat33(
         T_world_link[0, 0], T_world_link[0, 1], T_world_link[0, 2],
         T_world_link[1, 0], T_world_link[1, 1], T_world_link[1, 2],
@@ -68,15 +68,17 @@ def link_origin(T_world_link: wp.mat44):
 
 @wp.func
 def side_before(s: ToolShapes, b: int, c: int, before: wp.vec3, x: wp.vec3, inward: wp.vec3):
-    """Side of finger c on which a point now at x was at `before`, when the finger was elsewhere.
+    """Return the side of finger c on which a point now at x was at `before`.
 
-    It is the other side if the finger swept over the point, and 0 if not; one that came round the
-    finger's rim has not been swept over.
+    It is the other side if the finger swept over the point, and 0 if not. The finger did not sweep
+    over a point that moved around its rim.
     """
     a = s.a[b, c]
     u = s.b[b, c] - a
     w = s.half_width[b, c]
-    carried = wp.transform_point(s.T_world_link[b, c], in_link(s.T_world_link_before[b, c], before))
+    carried = wp.transform_point(
+        s.T_world_link[b, c], to_link_frame(s.T_world_link_before[b, c], before)
+    )
     start = wp.dot(carried - a, inward)
     end = wp.dot(x - a, inward)
     if start * end >= 0.0:
@@ -91,11 +93,11 @@ def side_before(s: ToolShapes, b: int, c: int, before: wp.vec3, x: wp.vec3, inwa
 
 @wp.func
 def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, before: wp.vec3, remembered: float):
-    """Contact of point x with patch c.
+    """Return the contact of point x with patch c.
 
-    Within a flat patch (a finger) the side a vertex came from is remembered, +1 for between
-    the jaws and -1 for outside, so that a vertex pressed through a finger's middle plane, or
-    swept over by it in one step, is still pushed back where it came from.
+    For a flat patch (a finger) the vertex's side is stored: +1 between the jaws, -1 outside. A
+    vertex that is pressed through a finger's middle plane, or swept over in one step, is therefore
+    pushed back to the side it came from.
     """
     r = Touch()
     a = s.a[b, c]
@@ -129,7 +131,7 @@ def touch(s: ToolShapes, b: int, c: int, x: wp.vec3, before: wp.vec3, remembered
 
 @wp.func
 def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
-    """The deepest contact of vertex i with the instruments."""
+    """Add the deepest contact of vertex i with the instruments."""
     x = t.position[b, i]
     best = int(-1)
     hit = Touch()
@@ -153,7 +155,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
         K = N * NORMAL_STIFFNESS
         T_world_link = s.T_world_link[b, best]
         if best != old:
-            t.stick_point[b, i] = in_link(T_world_link, x)
+            t.stick_point[b, i] = to_link_frame(T_world_link, x)
         slip = x - wp.transform_point(T_world_link, t.stick_point[b, i])
         slip = slip - hit.normal * wp.dot(slip, hit.normal)
         distance = wp.length(slip)
@@ -162,7 +164,7 @@ def add_tool_contact(t: TissueArrays, s: ToolShapes, b: int, i: int):
         if distance * k > limit:
             k = limit / distance
             anchor = x - slip * (limit / (distance * STICK_STIFFNESS))
-            t.stick_point[b, i] = in_link(T_world_link, anchor)
+            t.stick_point[b, i] = to_link_frame(T_world_link, anchor)
         f = f - slip * k
         K = K + (I - N) * k
     t.contact_shape[b, i] = best
@@ -180,10 +182,10 @@ def add_vertex_term(t: TissueArrays, b: int, i: int, f: wp.vec3, K: wp.mat33):
 
 @wp.func
 def add_bed_contact(t: TissueArrays, b: int, i: int):
-    """Vertex i against the liver bed's plane.
+    """Add the contact of vertex i with the liver bed's plane.
 
-    A contact that stands at the start of the step holds to its end, even where the inertia alone
-    would lift the vertex off: else a resting body is caught and let go every other step.
+    A contact that exists at the start of the step lasts to its end, even if the inertia alone would
+    lift the vertex off the bed. Otherwise a resting body would alternate between contact and none.
     """
     p = t.position[b, i] - t.bed_point[b]
     height = wp.dot(p, t.bed_normal[b])
@@ -199,7 +201,7 @@ def add_bed_contact(t: TissueArrays, b: int, i: int):
 
 @wp.func
 def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
-    """Vertex k of a tube's section: 2 r is ring r seen from below, 2 r + 1 the same from above."""
+    """Return vertex k of a tube's section: 2 r is ring r seen from below, 2 r + 1 from above."""
     r = section / 2
     if section % 2 == 0:
         return t.ring[b, tube, r, k]
@@ -207,8 +209,8 @@ def corner(t: TissueArrays, b: int, tube: int, section: int, k: int):
 
 
 @wp.func
-def parted(t: TissueArrays, b: int, tube: int, r: int):
-    """Whether the two sides of a ring share no corner."""
+def is_severed(t: TissueArrays, b: int, tube: int, r: int):
+    """Tell whether the two sides of a ring share no corner."""
     shared = int(0)
     for k in range(t.ring.shape[3]):
         if t.ring_above[b, tube, r, k] == t.ring[b, tube, r, k]:
@@ -217,8 +219,8 @@ def parted(t: TissueArrays, b: int, tube: int, r: int):
 
 
 @wp.func
-def votes_for_inside(t: TissueArrays, b: int, tube: int, section: int, c: int):
-    """Of a section's corners on finger c: how many, and their sides' sum."""
+def side_votes(t: TissueArrays, b: int, tube: int, section: int, c: int):
+    """Count a section's corners on finger c, and sum their sides."""
     count = int(0)
     votes = float(0.0)
     for k in range(t.ring.shape[3]):
@@ -239,10 +241,10 @@ def put_on_side(t: TissueArrays, b: int, tube: int, section: int, c: int, side: 
 
 @wp.func
 def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
-    """Have neighbouring rings of a tube that touch finger c lie on the side where most of them do.
+    """Put neighbouring rings of a tube that touch finger c on the side where most of them lie.
 
-    A tube is on one side of a finger. Corners that the finger ran past in a fast motion would
-    else hold to the other side, and the tube would stay skewered. Each stump is a tube of its own.
+    A tube is on one side of a finger. Otherwise, corners that the finger passed in a fast motion
+    would stay on the other side, and the finger would pierce the tube. Each stump is its own tube.
     """
     first = int(0)
     total = float(0.0)
@@ -251,8 +253,8 @@ def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
         count = int(0)
         votes = float(0.0)
         if section < n:
-            count, votes = votes_for_inside(t, b, tube, section, c)
-        stump_begins = section % 2 == 1 and parted(t, b, tube, section / 2)
+            count, votes = side_votes(t, b, tube, section, c)
+        stump_begins = section % 2 == 1 and is_severed(t, b, tube, section / 2)
         if count == 0 or stump_begins:
             for s in range(first, section):
                 put_on_side(t, b, tube, s, c, wp.where(total > 0.0, 1.0, -1.0))
@@ -263,7 +265,7 @@ def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
 
 @wp.func
 def agree_on_sides(t: TissueArrays, b: int, tube: int):
-    """About every finger."""
+    """Agree on the side of every finger."""
     for arm in range(2):
         agree_on_side(t, b, tube, 4 * arm + 2)
         agree_on_side(t, b, tube, 4 * arm + 3)
@@ -271,7 +273,7 @@ def agree_on_sides(t: TissueArrays, b: int, tube: int):
 
 @wp.func
 def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
-    """Every surface vertex against instruments and liver bed."""
+    """Add the contact of every surface vertex with instruments and liver bed."""
     t.bed_force[b] = wp.vec3()
     for tube in range(t.ring.shape[1]):
         agree_on_sides(t, b, tube)
@@ -285,7 +287,7 @@ def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
 def ring_centre(
     ring: wp.array4d(dtype=int), x: wp.array2d(dtype=wp.vec3), b: int, tube: int, r: int
 ):
-    """Mean of a ring's corners, which are at x."""
+    """Return the mean of a ring's corners at positions x."""
     c = wp.vec3()
     n = ring.shape[3]
     for k in range(n):
@@ -301,13 +303,13 @@ def find_ring_centres(t: TissueArrays, b: int, tube: int, r: int):
 
 @wp.func
 def along_segment(p: wp.vec3, u: wp.vec3):
-    """Share of a segment u from the origin at which it is nearest to p."""
+    """Return the share of a segment u from the origin at which it is nearest to p."""
     return wp.clamp(wp.dot(p, u) / (wp.dot(u, u) + 1.0e-12), 0.0, 1.0)
 
 
 @wp.func
 def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
-    """Whether vertex i was in the tube's segment r as the step began."""
+    """Tell whether vertex i was in the tube's segment r when the step began."""
     c = ring_centre(t.ring_above, t.previous, b, tube, r)
     u = ring_centre(t.ring, t.previous, b, tube, r + 1) - c
     p = t.previous[b, i] - c
@@ -316,9 +318,9 @@ def touched_before(t: TissueArrays, b: int, i: int, tube: int, r: int):
 
 @wp.func
 def push_apart(t: TissueArrays, b: int, i: int, tube: int):
-    """Vertex i of another tube against a tube's capsules; the reaction goes to two rings.
+    """Push vertex i of another tube out of a tube's capsules; two rings carry the reaction.
 
-    A contact that stands at the start of the step holds to its end, as on the bed.
+    A contact that exists at the start of the step lasts to its end, as on the bed.
     """
     radius = t.tube_radius[b, tube]
     x = t.position[b, i]
@@ -344,7 +346,7 @@ def push_apart(t: TissueArrays, b: int, i: int, tube: int):
         n = offset / (nearest + 1.0e-9)
         f = n * (TUBE_STIFFNESS * (radius - nearest))
         # The pattern has no place for the coupling [[K, -K], [-K, K]] of the two tubes. Twice its
-        # diagonal is more than it: each side takes half of the way, and they do not overshoot.
+        # diagonal exceeds it: each side moves half of the way, and they do not overshoot.
         K = wp.outer(n, n) * (2.0 * TUBE_STIFFNESS)
         add_vertex_term(t, b, i, f, K)
         count = t.ring.shape[3]
@@ -357,40 +359,40 @@ def push_apart(t: TissueArrays, b: int, i: int, tube: int):
 
 
 @wp.func
-def push_from_earlier(t: TissueArrays, b: int, i: int, tube: int):
+def push_vertex_from_earlier(t: TissueArrays, b: int, i: int, tube: int):
     if t.fixed[b, i] == 0:
         for earlier in range(tube):
             push_apart(t, b, i, earlier)
 
 
 @wp.func
-def part_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
-    """Corner k of a tube's ring r, on both sides of a cut, against the tubes before it."""
+def push_corner_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int):
+    """Push corner k of a tube's ring r, on both sides of a cut, out of the earlier tubes."""
     below = t.ring[b, tube, r, k]
     above = t.ring_above[b, tube, r, k]
-    push_from_earlier(t, b, below, tube)
+    push_vertex_from_earlier(t, b, below, tube)
     if above != below:
-        push_from_earlier(t, b, above, tube)
+        push_vertex_from_earlier(t, b, above, tube)
 
 
 @wp.func
 def add_tube_contact(t: TissueArrays, b: int):
-    """Each tube's surface against the tubes before it."""
+    """Add the contact of each tube's surface with the earlier tubes."""
     for tube in range(t.ring.shape[1] - 1):
         for r in range(t.n_ring[b, tube]):
             find_ring_centres(t, b, tube, r)
     for later in range(1, t.ring.shape[1]):
         for r in range(t.n_ring[b, later]):
             for k in range(t.ring.shape[3]):
-                part_from_earlier(t, b, later, r, k)
+                push_corner_from_earlier(t, b, later, r, k)
 
 
 @wp.func
 def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
-    """What vertex i does to the shape it touches.
+    """Add the reaction of vertex i to the shape it touches.
 
-    The contact force at the end of the step is its linearisation at the solution, so that
-    tissue and instrument feel exactly opposite forces.
+    The contact force at the end of the step is its linearisation at the solution, so tissue and
+    instrument carry exactly opposite forces.
     """
     c = t.contact_shape[b, i]
     if c >= 0:
@@ -403,7 +405,7 @@ def react(t: TissueArrays, s: ToolShapes, b: int, i: int):
 
 @wp.func
 def react_on_tools(t: TissueArrays, s: ToolShapes, b: int):
-    """Force (N) and torque about the link's origin (N m) on each shape."""
+    """Sum the force (N) and the torque about the link's origin (N m) on each shape."""
     for c in range(s.radius.shape[1]):
         s.force[b, c] = wp.vec3()
         s.torque[b, c] = wp.vec3()

@@ -1,8 +1,8 @@
-"""The same step with a thread for every element, spring and vertex: the path for a GPU.
+"""Take the same step with one thread per element, spring and vertex, for a GPU.
 
-Forces and stiffness come from the functions that the CPU's kernels use. The linear system is
-solved by conjugate gradients with the diagonal's blocks and a fixed number of iterations, so that
-a step is one graph of launches. Sums are atomic: on a GPU a step does not repeat to the bit.
+Forces and stiffness come from the functions that the CPU's kernels use. Conjugate gradients with
+the diagonal blocks and a fixed number of iterations solve the linear system, so a step is one graph
+of launches. Sums are atomic: on a GPU a step does not repeat to the bit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tissue_sim.mechanics.contact import (
     add_tool_contact,
     agree_on_sides,
     find_ring_centres,
-    part_from_earlier,
+    push_corner_from_earlier,
     react,
 )
 from tissue_sim.mechanics.implicit import add_inertia, finish, predict
@@ -62,14 +62,14 @@ def clear(t: TissueArrays, s: ToolShapes, c: Scalars):
 
 
 @wp.kernel
-def begin(t: TissueArrays, h: float):
+def predict_all(t: TissueArrays, h: float):
     b, i = wp.tid()
     if i < t.n_vertex[b]:
         predict(t, b, i, h)
 
 
 @wp.kernel
-def tangles(t: TissueArrays):
+def mark_tangles(t: TissueArrays):
     b, e = wp.tid()
     if e < t.n_tet[b]:
         mark_tangled(t, b, e)
@@ -126,7 +126,7 @@ def ring_centres(t: TissueArrays):
 def tube_contact(t: TissueArrays):
     b, tube, r, k = wp.tid()
     if r < t.n_ring[b, tube]:
-        part_from_earlier(t, b, tube, r, k)
+        push_corner_from_earlier(t, b, tube, r, k)
 
 
 @wp.kernel
@@ -165,7 +165,7 @@ def multiply_rows(t: TissueArrays, c: Scalars, count: int):
 
 
 @wp.kernel
-def advance(t: TissueArrays, c: Scalars, count: int):
+def update_solution(t: TissueArrays, c: Scalars, count: int):
     b, i = wp.tid()
     if i < t.n_vertex[b] and c.curvature[count, b] > 0.0:
         alpha = c.rz[count, b] / c.curvature[count, b]
@@ -178,7 +178,7 @@ def advance(t: TissueArrays, c: Scalars, count: int):
 
 
 @wp.kernel
-def turn(t: TissueArrays, c: Scalars, count: int):
+def update_direction(t: TissueArrays, c: Scalars, count: int):
     b, i = wp.tid()
     if i < t.n_vertex[b] and c.rz[count, b] > 0.0:
         beta = c.rz[count + 1, b] / c.rz[count, b]
@@ -186,7 +186,7 @@ def turn(t: TissueArrays, c: Scalars, count: int):
 
 
 @wp.kernel
-def end(t: TissueArrays, s: ToolShapes, h: float):
+def finish_all(t: TissueArrays, s: ToolShapes, h: float):
     b, i = wp.tid()
     if i < t.n_vertex[b]:
         finish(t, b, i, h)
@@ -234,16 +234,16 @@ class DataParallelTissue:
         for name in Scalars.vars:
             shape = (iterations + 1, len(tissue.organs))
             setattr(scalars, name, wp.zeros(shape, dtype=float, device=device))
-        self._launches = self._record(scalars)
-        self._graph = self._captured() if self.arrays.position.device.is_cuda else None
+        self._launches = self._prepare_launches(scalars)
+        self._graph = self._capture() if self.arrays.position.device.is_cuda else None
 
     def push(self) -> None:
-        """Host to device: after the tissue was changed."""
+        """Copy from host to device, after the tissue has changed."""
         for own, theirs, name in self._fields:
             wp.copy(getattr(own, name), getattr(theirs, name))
 
     def pull(self) -> None:
-        """Device to host: the state, and what the tools feel."""
+        """Copy from device to host: the state and the loads on the tools."""
         for name in STATE:
             wp.copy(getattr(self.tissue.arrays, name), getattr(self.arrays, name))
         for name in ToolShapes.vars:
@@ -261,20 +261,20 @@ class DataParallelTissue:
         for launch in self._launches:
             launch.launch()
 
-    def _captured(self) -> Any:
+    def _capture(self) -> Any:
         with wp.ScopedCapture(device=self.device) as capture:
             self._launch()
         return capture.graph
 
-    def _record(self, c: Scalars) -> list[Any]:
-        """The launches of a step, in order."""
+    def _prepare_launches(self, c: Scalars) -> list[Any]:
+        """Return the launches of a step, in order."""
         t, s, config = self.arrays, self.shapes, self.tissue.config
         h, gravity = config.step_s, wp.vec3(*config.gravity_m_s2)
         vertices, blocks = t.position.shape, (t.block.shape[0], max(t.block.shape[1], 512))
         plan = [
             (clear, blocks, [t, s, c]),
-            (begin, vertices, [t, h]),
-            (tangles, t.tet.shape, [t]),
+            (predict_all, vertices, [t, h]),
+            (mark_tangles, t.tet.shape, [t]),
             (ease_tangles, t.tet.shape, [t]),
             (elements, t.tet.shape, [t, config.viscosity_s / h]),
             (viscous, vertices, [t, config.viscosity_s / h]),
@@ -288,9 +288,12 @@ class DataParallelTissue:
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]
         for count in range(self.iterations):
-            plan += [(kernel, vertices, [t, c, count]) for kernel in (multiply_rows, advance, turn)]
+            plan += [
+                (kernel, vertices, [t, c, count])
+                for kernel in (multiply_rows, update_solution, update_direction)
+            ]
         plan += [
-            (end, vertices, [t, s, h]),
+            (finish_all, vertices, [t, s, h]),
             (break_ties, t.tie_stiffness.shape, [t]),
             (break_links, t.link_stiffness.shape, [t]),
             (break_anchors, t.anchor_stiffness.shape, [t]),

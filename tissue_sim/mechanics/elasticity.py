@@ -2,11 +2,11 @@
 
     psi(F) = mu |F - R|^2 + lambda / 2 (J - 1)^2,    F = R S,  J = det F
 
-Energy and gradient: Stomakhin et al., "Energetically consistent invertible elasticity", 2012.
-R and the stiffness come from the invariants of F, without a singular value decomposition: Lin
-et al., "Isotropic ARAP energy using Cauchy-Green invariants", 2022. The stiffness is kept
-positive semi-definite by bounds on its eigenvalues, which are those of Smith et al., "Analytic
-eigensystems for isotropic distortion energies", 2019.
+Energy and gradient: Stomakhin et al., "Energetically consistent invertible elasticity", 2012. R and
+the stiffness come from the invariants of F, without a singular value decomposition: Lin et al.,
+"Isotropic ARAP energy using Cauchy-Green invariants", 2022. Bounds on the eigenvalues, which are
+those of Smith et al., "Analytic eigensystems for isotropic distortion energies", 2019, keep the
+stiffness positive semi-definite.
 """
 
 from __future__ import annotations
@@ -17,15 +17,17 @@ from tissue_sim.mechanics.arrays import TissueArrays
 
 wp.set_module_options({"enable_backward": False})
 
-COLLAPSED = wp.constant(0.05)  # of the invariants' scale: below it R comes from the SVD
-POINT = wp.constant(1.0e-12)  # |F|^2: below it powers of the invariants leave float32's range
+COLLAPSED = wp.constant(0.05)  # share of the invariants' scale: below it R comes from the SVD
+POINT = wp.constant(
+    1.0e-12
+)  # |F|^2 below which powers of the invariants leave the range of float32
 MAX_NEWTON = wp.constant(20)
-ROUNDING = wp.constant(3.0e-5)  # of the stretches: what keeps it from making an axis unstable
+ROUNDING = wp.constant(3.0e-5)  # of the stretches: a margin that keeps every axis stable
 
 
 @wp.struct
 class Element:
-    """One element's state and stiffness; Pa.
+    """State and stiffness of one element; Pa.
 
     Attributes:
         F, cofactor: deformation gradient, and its cofactor matrix dJ/dF.
@@ -45,7 +47,7 @@ class Element:
 
 @wp.func
 def cofactor_of(F: wp.mat33):
-    """dJ/dF: columns are the cross products of the other two."""
+    """Return dJ/dF: each column is the cross product of the other two columns of F."""
     a = wp.vec3(F[0, 0], F[1, 0], F[2, 0])
     b = wp.vec3(F[0, 1], F[1, 1], F[2, 1])
     c = wp.vec3(F[0, 2], F[1, 2], F[2, 2])
@@ -54,9 +56,9 @@ def cofactor_of(F: wp.mat33):
 
 @wp.func
 def stretch_sum(first: float, second: float, J: float):
-    """tr S: the largest root of x^4 - 2 first x^2 - 8 J x + first^2 - 4 second.
+    """Return tr S, the largest root of x^4 - 2 first x^2 - 8 J x + first^2 - 4 second.
 
-    `first` is |F|^2 and `second` |cof F|^2. Newton's method from above, which is monotone.
+    `first` is |F|^2 and `second` |cof F|^2. Newton's method starts above the root and is monotone.
     """
     x = wp.sqrt(3.0 * first)
     for _ in range(MAX_NEWTON):
@@ -70,13 +72,13 @@ def stretch_sum(first: float, second: float, J: float):
 
 @wp.func
 def determinant(F: wp.mat33, cofactor: wp.mat33):
-    """J, from a column of the cofactor matrix."""
+    """Return J from a column of the cofactor matrix."""
     return F[0, 0] * cofactor[0, 0] + F[1, 0] * cofactor[1, 0] + F[2, 0] * cofactor[2, 0]
 
 
 @wp.func
 def polar(F: wp.mat33, cofactor: wp.mat33, J: float):
-    """R and tr S of F: R = d(tr S)/dF; where F is collapsed by the SVD."""
+    """Return R and tr S of F: R = d(tr S)/dF, or from the SVD if F is collapsed."""
     first = wp.ddot(F, F)
     total = stretch_sum(first, wp.ddot(cofactor, cofactor), J)
     gaps = total * (total * total - first) - 2.0 * J  # (s0 + s1) (s1 + s2) (s2 + s0)
@@ -94,9 +96,9 @@ def polar(F: wp.mat33, cofactor: wp.mat33, J: float):
 
 @wp.func
 def eigenvalues(V: wp.mat33, mean: float):
-    """Of a symmetric matrix with that mean eigenvalue, from the largest down.
+    """Return the eigenvalues of a symmetric matrix with that mean eigenvalue, largest first.
 
-    By the trigonometric solution of the cubic, on the deviator scaled to unit size: Smith,
+    The trigonometric solution of the cubic, on the deviator scaled to unit size: Smith,
     "Eigenvalues of a symmetric 3 x 3 matrix", 1961.
     """
     A = V - wp.diag(wp.vec3(mean, mean, mean))
@@ -109,7 +111,7 @@ def eigenvalues(V: wp.mat33, mean: float):
 
 @wp.func
 def secant(a: float, b: float, least: float):
-    """Divided difference of m -> 1 / max(m, least) between a <= b."""
+    """Return the divided difference of m -> 1 / max(m, least) between a <= b."""
     if b <= least or b - a < 1.0e-5:
         return 0.0
     if a >= least:
@@ -119,9 +121,9 @@ def secant(a: float, b: float, least: float):
 
 @wp.func
 def spin_of(V: wp.mat33, s: wp.vec3, least: float):
-    """(tr V I - V)^-1 with eigenvalues below `least` lifted to it; s: eigenvalues of V.
+    """Return (tr V I - V)^-1 with eigenvalues below `least` raised to it; s: eigenvalues of V.
 
-    A function of a matrix by Newton interpolation at its eigenvalues m, in ascending order.
+    A function of a matrix, by Newton interpolation at its eigenvalues m in ascending order.
     """
     total = s[0] + s[1] + s[2]
     a = total - s[0]
@@ -139,7 +141,7 @@ def spin_of(V: wp.mat33, s: wp.vec3, least: float):
 
 @wp.func
 def first_piola(F: wp.mat33, mu: float, lam: float):
-    """First Piola-Kirchhoff stress P = dpsi/dF, in Pa as mu and lambda are."""
+    """Return the first Piola-Kirchhoff stress P = dpsi/dF, in Pa as mu and lambda are."""
     cofactor = cofactor_of(F)
     J = determinant(F, cofactor)
     rotation, _ = polar(F, cofactor, J)
@@ -148,10 +150,10 @@ def first_piola(F: wp.mat33, mu: float, lam: float):
 
 @wp.func
 def element(F: wp.mat33, mu: float, lam: float):
-    """Stiffness at deformation gradient F; mu, lambda in Pa.
+    """Return the stiffness at deformation gradient F; mu, lambda in Pa.
 
-    The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k turns negative under compression: s_i +
-    s_j is lifted to where it does not. p is bounded by mu over the largest stretch, which keeps
+    The spins' stiffness 2 mu - 4 mu / (s_i + s_j) + p s_k becomes negative under compression, so
+    s_i + s_j is raised to where it is not. p is bounded by mu over the largest stretch, which keeps
     the stiffness of shears and stretches positive.
     """
     e = Element()
@@ -175,7 +177,7 @@ def element(F: wp.mat33, mu: float, lam: float):
 
 @wp.func
 def stiffness_block(e: Element, g: wp.vec3, h: wp.vec3):
-    """d2 psi / dx_a dx_b for corners whose rest gradients (1/m) are g and h."""
+    """Return d2 psi / dx_a dx_b for corners whose rest gradients (1/m) are g and h."""
     shear = 2.0 * e.mu * wp.dot(g, h)
     turn = wp.skew(e.rotation * g) * (e.spin * wp.skew(e.rotation * h)) * (2.0 * e.mu)
     volume = wp.outer(e.cofactor * g * e.lam, e.cofactor * h)
@@ -185,7 +187,7 @@ def stiffness_block(e: Element, g: wp.vec3, h: wp.vec3):
 
 @wp.func
 def deformation_gradient(t: TissueArrays, b: int, e: int, x: wp.array(dtype=wp.vec3)):
-    """F of element e with its corners at their places in x, dimensionless."""
+    """Return F of element e with its corners at positions x, dimensionless."""
     c = t.tet[b, e]
     origin = x[c[0]]
     edges = wp.matrix_from_cols(x[c[1]] - origin, x[c[2]] - origin, x[c[3]] - origin)
@@ -194,7 +196,7 @@ def deformation_gradient(t: TissueArrays, b: int, e: int, x: wp.array(dtype=wp.v
 
 @wp.kernel
 def elastic_energy(t: TissueArrays, energy_j: wp.array(dtype=wp.float64)):
-    """Elastic energy of each environment, J."""
+    """Compute the elastic energy of each environment, J."""
     b = wp.tid()
     total = wp.float64(0.0)
     for e in range(t.n_tet[b]):

@@ -1,7 +1,7 @@
-"""One linearly implicit Euler step: (M / h^2 + K) dx = f + M / h^2 (x* - x).
+"""Take one linearly implicit Euler step: (M / h^2 + K) dx = f + M / h^2 (x* - x).
 
-Baraff and Witkin, "Large steps in cloth simulation", 1998; the linear system by conjugate
-gradients with a two-level preconditioner (see `coarse_motion`), one thread an environment.
+Baraff and Witkin, "Large steps in cloth simulation", 1998. Conjugate gradients with a two-level
+preconditioner (see `coarse_motion`) solve the linear system, one thread per environment.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from tissue_sim.mechanics.coarse_motion import prepare_coarse, rigid_motion, sol
 
 wp.set_module_options({"enable_backward": False})
 
-PREDICT = wp.constant(0.9)  # share of the inertial motion taken before linearising
+PREDICT = wp.constant(0.9)  # share of the inertial motion before the linearisation
 
 
 @wp.struct
 class StepParameters:
-    """How a step is taken.
+    """Parameters of a step.
 
     Attributes:
-        step_s: s.
-        viscosity: Kelvin-Voigt time over the step.
-        damping_per_s: mass-proportional, 1/s.
+        step_s: length of the step, s.
+        viscosity: Kelvin-Voigt time over the step's length.
+        damping_per_s: mass-proportional damping, 1/s.
         gravity: m/s^2, world frame.
-        iterations: of the solver at most.
+        iterations: largest number of solver iterations.
         tolerance: of the preconditioned residual, relative to its start.
-        settled_j: preconditioned residual, as an energy, that is small enough in any case.
+        settled_j: preconditioned residual, as an energy, that always ends the iteration.
     """
 
     step_s: float
@@ -41,7 +41,7 @@ class StepParameters:
 
 @wp.func
 def predict(t: TissueArrays, b: int, i: int, h: float):
-    """Remember where the vertex starts, and move it with its inertia."""
+    """Store the vertex's position, and move it with its inertia."""
     x = t.position[b, i]
     t.previous[b, i] = x
     t.force[b, i] = t.load[b, i]
@@ -61,7 +61,7 @@ def begin_step(t: TissueArrays, b: int, h: float):
 
 @wp.func
 def add_inertia(t: TissueArrays, b: int, i: int, h: float, damping: float, gravity: wp.vec3):
-    """Complete a vertex's row and right-hand side; a fixed one gets no residual, no correction."""
+    """Complete a vertex's row and right-hand side; a fixed one has zero residual and correction."""
     t.step[b, i] = wp.vec3()
     t.residual[b, i] = wp.vec3()
     t.direction[b, i] = wp.vec3()
@@ -87,7 +87,7 @@ def finish(t: TissueArrays, b: int, i: int, h: float):
 
 
 @wp.func_native("""
-    // four lanes a block: rows of the stored (transposed) block are columns of A's; lane 3 is idle
+    // four lanes per block: rows of the stored (transposed) block are A's columns; lane 3 is idle
     typedef float lanes __attribute__((vector_size(16)));
     float sum = 0.0f;
     for (int i = 0; i < n; ++i) {
@@ -115,13 +115,13 @@ def multiply(
     product: wp.array(dtype=wp.vec3),
     n: int,
 ) -> float:
-    """product = A x; returns x . A x. Reads one number beyond the last block."""
+    """Compute product = A x; return x . A x. Reads one number beyond the last block."""
     ...
 
 
 @wp.func
 def precondition(t: TissueArrays, b: int):
-    """preconditioned = M^-1 residual; returns residual . preconditioned."""
+    """Compute preconditioned = M^-1 residual; return residual . preconditioned."""
     residual = t.residual[b]
     inverse_diagonal = t.inverse_diagonal[b]
     part = t.part[b]

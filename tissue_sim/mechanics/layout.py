@@ -1,4 +1,4 @@
-"""How an organ is laid out in the device's arrays: sizes, and the values it starts with."""
+"""Lay out an organ in the device's arrays: sizes and initial values."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ
 from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
 
-SPARE_PARTS = 8  # a transection makes one
-SPARE_VERTICES = 96  # room for cuts: a transection takes 13
-LINK_CAPACITY = 512  # room for remnants and clips: a clip takes about 12
+SPARE_PARTS = 8  # a transection adds one
+SPARE_VERTICES = 96  # for cuts: a transection uses 13
+LINK_CAPACITY = 512  # for remnants and clips: a clip uses about 12
 N_SHAPES = 8  # shaft, wrist and two jaws of two arms
-BLOCKS_A_ROW = 18  # of the stiffness matrix, more than any mesh of ours has on average
+BLOCKS_A_ROW = 18  # of the stiffness matrix: above the average of all meshes
 
 
 def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
-    """Zeroed arrays with room for the largest of the organs; the tools far away."""
+    """Return zeroed arrays with room for the largest organ, and the tools far away."""
     sizes, n_env = _sizes(organs), len(organs)
     arrays = TissueArrays()
     for name, var in TissueArrays.vars.items():
@@ -46,7 +46,7 @@ def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolSh
 
 
 def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
-    """What an organ's arrays start with, by name; the rest stays zero or follows from these."""
+    """Return an organ's initial arrays, by name; the other arrays are zero or follow from these."""
     n_tie, n_bed = len(organ.tie_vertex), len(organ.bed_vertices)
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
     rings = _all_rings(organ)
@@ -83,7 +83,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
 
 
 def _tube_values(organ: Organ) -> dict[str, NDArray]:
-    """Outer vertices of the tubes' rings, padded to the longest one."""
+    """Return the outer vertices of the tubes' rings, padded to the longest tube."""
     n_tube, n_ring = len(organ.tubes), max(len(rings) for rings in organ.rings.values())
     n_around = _around(organ)
     ring = np.zeros((n_tube, n_ring, n_around), np.int32)
@@ -97,17 +97,17 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
-    """The sections that the preconditioner moves as rigid bodies, along each tube in turn."""
+    """Return the sections that the preconditioner moves as rigid bodies, tube by tube."""
     return [*(ring for rings in organ.rings.values() for ring in rings), *organ.sac_rings]
 
 
 def _around(organ: Organ) -> int:
-    """Corners of a tube's ring."""
+    """Return the number of corners of a tube's ring."""
     return (next(iter(organ.rings.values())).shape[1] - 1) // 2
 
 
 def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
-    """Shape of each array beside its first, per-environment axis; others are per vertex."""
+    """Return the shape of each array after its environment axis; other arrays are per vertex."""
     n_vertex = max(len(o.vertices) for o in organs) + SPARE_VERTICES
     n_tet = max(len(o.tets) for o in organs)
     n_tie = max(len(o.tie_vertex) for o in organs)
@@ -135,7 +135,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "ring": (n_tube, n_ring, n_around), "ring_above": (n_tube, n_ring, n_around),
         "n_ring": (n_tube,), "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
-        "wall": (n_tet,), "segment_gradient": segments, "segment_lie": segments,
+        "wall": (n_tet,), "segment_gradient": segments, "segment_direction": segments,
         "segment_volume": segments, "segment_pull": segments,
         "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),
         "patch_stiffness": (n_patch,),

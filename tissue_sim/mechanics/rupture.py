@@ -1,12 +1,12 @@
-"""How hard the walls are loaded: the pull in each segment of a tube, each patch's stretch.
+"""Compute the loads of the walls: the pull in each tube segment, the stretch of each patch.
 
-The pull is the force that does work on a segment's lengthening: with A the segment's direction
-and L its length at rest, a the direction in which its wall points now (that of sum_e V_e F A) and
-P the first Piola-Kirchhoff stress,
+The pull is the force that does work on a segment's lengthening: with A the segment's direction and
+L its length at rest, a the current direction of its wall (that of sum_e V_e F A) and P the first
+Piola-Kirchhoff stress,
 
     T = 1/L sum_e V_e a . P A.
 
-A patch's stretch is the largest principal one of its mean F, sum_e V_e F / sum_e V_e.
+The stretch of a patch is the largest principal stretch of its mean F, sum_e V_e F / sum_e V_e.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ from tissue_sim.mechanics.elasticity import deformation_gradient, first_piola
 
 wp.set_module_options({"enable_backward": False})
 
-SLACK_STRETCH = wp.constant(1.1)  # no wall, nor a tenth of one, is near its strength below it
-TANGLED = wp.constant(1.0)  # m^3: where an element is inverted, stress means nothing: reads slack
+SLACK_STRETCH = wp.constant(
+    1.1
+)  # below it no wall, even with a tenth of it left, is near its strength
+TANGLED = wp.constant(
+    1.0
+)  # m^3: an inverted element's stress has no meaning; its segment reads slack
 
 
 @wp.func
 def segment_gradient(t: TissueArrays, b: int, tube: int, r: int):
-    """Rest direction of the segment above ring r over its length, 1/m."""
+    """Return the rest direction of the segment above ring r over its length, 1/m."""
     n = t.ring.shape[3]
     along = wp.vec3()
     for k in range(n):
@@ -34,15 +38,15 @@ def segment_gradient(t: TissueArrays, b: int, tube: int, r: int):
 
 @wp.func
 def pull_share(F: wp.mat33, mu: float, lam: float, direction: wp.vec3, gradient: wp.vec3):
-    """a . P A / L of an element, N/m^3."""
+    """Return a . P A / L of an element, N/m^3."""
     return wp.dot(direction, first_piola(F, mu, lam) * gradient)
 
 
 @wp.func
 def real_stretch(F: wp.mat33, stiffness: float, limit: float):
-    """Stretch of the real wall under the tension that gives the meshed one the mean F.
+    """Return the real wall's stretch under the tension that gives the meshed wall the mean F.
 
-    Below the limit only a bound of it, which is cheaper.
+    Below the limit return an upper bound, which is cheaper.
     """
     bound = 1.0 + (wp.sqrt(wp.ddot(F, F)) - 1.0) * stiffness
     if bound <= limit:
@@ -60,7 +64,7 @@ def clear_loads(t: TissueArrays, b: int):
         for r in range(t.n_ring[b, k] - 1):
             t.segment_pull[b, k, r] = 0.0
             t.segment_volume[b, k, r] = 0.0
-            t.segment_lie[b, k, r] = wp.vec3()
+            t.segment_direction[b, k, r] = wp.vec3()
             t.segment_gradient[b, k, r] = segment_gradient(t, b, k, r)
     for p in range(t.patch_stretch.shape[1]):
         t.patch_stretch[b, p] = 0.0
@@ -69,7 +73,7 @@ def clear_loads(t: TissueArrays, b: int):
 
 
 @wp.func
-def add_shapes(t: TissueArrays, b: int):
+def add_deformations(t: TissueArrays, b: int):
     """Sum V F A of each segment and V F of each patch, over living elements."""
     for e in range(t.n_tet[b]):
         k = t.wall[b, e][0]
@@ -82,7 +86,7 @@ def add_shapes(t: TissueArrays, b: int):
                     V = TANGLED
                 t.segment_volume[b, k, p] = t.segment_volume[b, k, p] + V
                 A = wp.normalize(t.segment_gradient[b, k, p])
-                t.segment_lie[b, k, p] = t.segment_lie[b, k, p] + F * A * t.volume[b, e]
+                t.segment_direction[b, k, p] = t.segment_direction[b, k, p] + F * A * t.volume[b, e]
             else:
                 t.patch_volume[b, p] = t.patch_volume[b, p] + V
                 t.patch_shape[b, p] = t.patch_shape[b, p] + F * V
@@ -90,25 +94,25 @@ def add_shapes(t: TissueArrays, b: int):
 
 @wp.func
 def add_pulls(t: TissueArrays, b: int):
-    """The pull in each segment that is stretched enough."""
+    """Add up the pull in each segment that is stretched enough."""
     for e in range(t.n_tet[b]):
         k = t.wall[b, e][0]
         if k >= 0:
             r = t.wall[b, e][1]
-            lie = t.segment_lie[b, k, r]
-            if wp.length(lie) > SLACK_STRETCH * t.segment_volume[b, k, r]:
+            direction = t.segment_direction[b, k, r]
+            if wp.length(direction) > SLACK_STRETCH * t.segment_volume[b, k, r]:
                 F = deformation_gradient(t, b, e, t.position[b])
                 gradient = t.segment_gradient[b, k, r]
-                share = pull_share(F, t.mu[b, e], t.lam[b, e], wp.normalize(lie), gradient)
+                share = pull_share(F, t.mu[b, e], t.lam[b, e], wp.normalize(direction), gradient)
                 t.segment_pull[b, k, r] = t.segment_pull[b, k, r] + share * t.volume[b, e]
 
 
 @wp.kernel
 def load_walls(t: TissueArrays, most_stretch: float):
-    """Pull in every segment (N; zero where it is slack), and every patch's stretch."""
+    """Compute the pull in every segment (N; zero where it is slack), and every patch's stretch."""
     b = wp.tid()
     clear_loads(t, b)
-    add_shapes(t, b)
+    add_deformations(t, b)
     add_pulls(t, b)
     for p in range(t.patch_stretch.shape[1]):
         if t.patch_volume[b, p] > 0.0:

@@ -1,7 +1,7 @@
 """Springs in the tissue: ties, links and anchors; each breaks above its strength.
 
-Spring energies are E = k/2 |r|^2 with r the weighted offset (ties, anchors) or
-E = k/2 (l - L)^2 with l the distance (links). A broken spring has stiffness zero.
+Spring energies are E = k/2 |r|^2 with r the weighted offset (ties, anchors) or E = k/2 (l - L)^2
+with l the distance (links). A broken spring has stiffness zero.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def tie_offset(t: TissueArrays, b: int, n: int):
-    """Offset of the tied vertex from its place in the sac, m."""
+    """Return the offset of the tied vertex from its place in the sac, m."""
     r = wp.vec3()
     for k in range(5):
         r = r + t.position[b, t.tie_corner[b, n, k]] * t.tie_weight[b, n, k]
@@ -67,7 +67,7 @@ def add_anchor(t: TissueArrays, b: int, n: int):
 
 @wp.func
 def add_springs(t: TissueArrays, b: int):
-    """Add every spring."""
+    """Add the force and stiffness of every spring."""
     for n in range(t.tie_stiffness.shape[1]):
         add_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):
@@ -98,7 +98,7 @@ def break_anchor(t: TissueArrays, b: int, n: int):
 
 @wp.func
 def break_springs(t: TissueArrays, b: int):
-    """Springs loaded above their strength break for good."""
+    """Break springs that carry more than their strength; they do not recover."""
     for n in range(t.tie_stiffness.shape[1]):
         break_tie(t, b, n)
     for n in range(t.link_stiffness.shape[1]):
@@ -109,7 +109,7 @@ def break_springs(t: TissueArrays, b: int):
 
 @wp.kernel
 def spring_energy(t: TissueArrays, energy_j: wp.array(dtype=wp.float64)):
-    """Energy of all springs of each environment, J."""
+    """Compute the energy of all springs of each environment, J."""
     b = wp.tid()
     total = wp.float64(0.0)
     for n in range(t.tie_stiffness.shape[1]):

@@ -1,7 +1,7 @@
-"""One step of the tissue, stage by stage: the kernel that the CPU runs, a thread an environment.
+"""One step of the tissue, stage by stage, on the CPU: one thread per environment.
 
-All stages are one launch, so that Python is out of the way for the whole step and threads that step
-other environments overlap.
+One launch runs all stages, so Python does not run during the step, and threads that step other
+environments overlap.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ STAGES = (
 
 @wp.kernel
 def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, end: int):
-    """Take the stages `first` to `end` - 1, by their places in `STAGES`."""
+    """Run the stages `first` to `end` - 1, by their places in `STAGES`."""
     b = wp.tid()
     for stage in range(first, end):
         if stage == 0:

@@ -24,7 +24,7 @@ from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import Organ
 from tissue_sim.thresholds import SAC_MAX_STRETCH
 
-# What a step or an event changes; the rest follows from the organ or from these.
+# The arrays that a step or an event changes; the others follow from the organ or from these.
 STATE = (
     "n_vertex", "n_part", "part", "position", "rest", "rest_inverse", "volume", "velocity", "mass",
     "surface", "covered", "load", "tet", "tet_alive", "folded",
@@ -37,19 +37,21 @@ STATE = (
 
 @dataclass(frozen=True, kw_only=True)
 class TissueConfig:
-    """How the tissue is stepped."""
+    """Step size, damping, gravity and solver settings of the tissue."""
 
-    step_s: float = 1.0 / 60.0  # two steps a control step: one leaves tangles after a crush
+    step_s: float = (
+        1.0 / 60.0
+    )  # two steps per control step: a single one leaves tangles after a crush
     damping_per_s: float = 5.0  # mass-proportional, assumed
     viscosity_s: float = 1.0 / 30.0  # Kelvin-Voigt; loss tangent 0.2 at 1 Hz, assumed
     gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81)
     iterations: int = 60
     tolerance: float = 1.0e-2
-    settled_j: float = 1.0e-10  # about a micrometre against the tubes' stiffness
+    settled_j: float = 1.0e-10  # about a micrometre at the tubes' stiffness
 
 
 def step_parameters(config: TissueConfig) -> Any:
-    """The configuration as the kernels take it."""
+    """Convert the configuration to the kernels' structure."""
     c: Any = StepParameters()
     c.step_s = config.step_s
     c.viscosity = config.viscosity_s / config.step_s
@@ -79,33 +81,33 @@ class Tissue:
         self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
         self.arrays, self.shapes = allocate(self.organs, device)
-        on_host = device == "cpu"  # where numpy's views are made once
+        on_host = device == "cpu"  # numpy views are then made once
         self._views = _views(self.arrays, TissueArrays) if on_host else {}
         self._tool_views = _views(self.shapes, ToolShapes) if on_host else {}
         for b, (organ, scale) in enumerate(zip(self.organs, scales, strict=True)):
             self._fill(b, organ, scale)
             self.rewire(b)
-        self._record()
+        self._prepare_launches()
 
     def host(self, name: str) -> NDArray:
-        """An array as numpy; on the CPU it shares memory with the device's."""
+        """Return an array as numpy; on the CPU it shares memory with the device's array."""
         view = self._views.get(name)
         return getattr(self.arrays, name).numpy() if view is None else view
 
     def positions(self, b: int = 0) -> Array:
-        """(n_vertex, 3) positions of one environment, m."""
+        """Return the (n_vertex, 3) positions of one environment, m."""
         return self.host("position")[b, : self.n_vertex(b)]
 
     def n_vertex(self, b: int = 0) -> int:
-        """Vertices in use."""
+        """Return the number of vertices in use."""
         return int(self.host("n_vertex")[b])
 
     def spare_vertices(self, b: int = 0) -> int:
-        """How many more vertices there is room for."""
+        """Return the number of vertices that can still be added."""
         return self.host("position").shape[1] - self.n_vertex(b)
 
     def tets(self, b: int = 0) -> NDArray[np.int32]:
-        """(n_tet, 4) corners, severed parts included, dead elements too."""
+        """Return the (n_tet, 4) corners, including severed parts and dead elements."""
         return self.host("tet")[b, : len(self.organs[b].tets)]
 
     def step(self) -> None:
@@ -113,32 +115,32 @@ class Tissue:
         self._step.launch()
 
     def step_in_stages(self) -> None:
-        """The same, one launch for each stage, so that they can be timed, or one left out."""
+        """Advance one step with one launch per stage, so that a stage can be timed or left out."""
         for launch in self.stages.values():
             launch.launch()
 
     def load_walls(self) -> None:
-        """Work out `segment_pull` and `patch_stretch` where the tissue is now."""
+        """Compute `segment_pull` and `patch_stretch` at the current positions."""
         self._walls.launch()
 
     def place_tools(self, env: int, **values: Array) -> None:
-        """Put the instruments' contact shapes where they are.
+        """Set the poses of the instruments' contact shapes.
 
         Args:
             env: the environment.
             values: arrays (8, ...) by field name of `ToolShapes`, world frame. Without
-                `T_world_link_before` they were put there, not moved, and sweep over nothing.
+                `T_world_link_before` the shapes do not move in this step and sweep over nothing.
         """
         values.setdefault("T_world_link_before", values["T_world_link"])
         for name, value in values.items():
             self._tools(name)[env] = value
 
     def T_world_links(self, b: int = 0) -> Array:
-        """(8, 4, 4) poses of the instruments' links as they were placed last."""
+        """Return the (8, 4, 4) poses of the instruments' links at the last placement."""
         return self._tools("T_world_link")[b].copy()
 
     def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
-        """Force (8, 3) N and torque (8, 3) N m about each link's origin, on the instruments."""
+        """Return force (8, 3) N and torque (8, 3) N m on the tools, about each link's origin."""
         return self._tools("force")[b], self._tools("torque")[b]
 
     def _tools(self, name: str) -> NDArray:
@@ -154,15 +156,17 @@ class Tissue:
         stiffness: Array | float,
         strength_n: float,
     ) -> NDArray[np.int64]:
-        """New springs between pairs (n, 2) of vertices; call `rewire` after. Returns their rows.
+        """Add springs between pairs (n, 2) of vertices and return their rows; call `rewire` after.
 
         Raises:
-            ValueError: there is no room left.
+            ValueError: no room is left.
         """
         stiff = self.host("link_stiffness")[b]
         free = np.flatnonzero(stiff == 0.0)[: len(pairs)]
         if len(free) < len(pairs):
-            raise ValueError(f"tissue: no room for {len(pairs)} links (capacity {LINK_CAPACITY})")
+            raise ValueError(
+                f"tissue: no room for {len(pairs)} links; the capacity is {LINK_CAPACITY}"
+            )
         self.host("link")[b, free] = pairs
         self.host("link_rest")[b, free] = rest_m
         self.host("link_strength")[b, free] = strength_n
@@ -170,10 +174,10 @@ class Tissue:
         return free
 
     def duplicate(self, b: int, parents: Sequence[int]) -> None:
-        """Append a copy of each parent vertex, where it is and as fast as it is."""
+        """Append a copy of each parent vertex, with its position and velocity."""
         n = self.n_vertex(b)
         if len(parents) > self.spare_vertices(b):
-            raise ValueError(f"tissue: no spare vertices left (capacity {SPARE_VERTICES})")
+            raise ValueError(f"tissue: no spare vertices left; the capacity is {SPARE_VERTICES}")
         new = slice(n, n + len(parents))
         for name in (
             "position",
@@ -189,14 +193,14 @@ class Tissue:
         self._new_part(b, new)
 
     def _new_part(self, b: int, vertices: slice) -> None:
-        """Vertices that the preconditioner moves together; on their own when there is no room."""
+        """Make one part of these vertices in the preconditioner, or none if no part is left."""
         n = int(self.host("n_part")[b])
-        there_is_room = n < self.host("part_count").shape[1]
-        self.host("part")[b, vertices] = n if there_is_room else -1
-        self.host("n_part")[b] = n + there_is_room
+        has_room = n < self.host("part_count").shape[1]
+        self.host("part")[b, vertices] = n if has_room else -1
+        self.host("n_part")[b] = n + has_room
 
     def slide(self, b: int, vertices: Indices, towards: Indices, share: float) -> None:
-        """Move vertices along edges to others, by a share of them, at rest and now alike."""
+        """Move vertices along edges towards others by a share, at rest and at present."""
         for name in ("position", "velocity", "rest"):
             values = self.host(name)[b]
             values[vertices] += share * (values[towards] - values[vertices])
@@ -204,7 +208,7 @@ class Tissue:
         self._shape_elements(b, around)
 
     def _shape_elements(self, b: int, elements: NDArray[np.integer]) -> None:
-        """Rest shape matrices and volumes from the rest positions."""
+        """Compute rest shape matrices and volumes from the rest positions."""
         rest = self.host("rest")[b].astype(np.float64)
         corners = rest[self.tets(b)[elements]]
         edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
@@ -214,18 +218,18 @@ class Tissue:
     def pattern(
         self, b: int, n_vertex: int, tets: Indices, links: Indices
     ) -> tuple[Indices, Indices, list[Indices]]:
-        """Matrix pattern (`block_pattern`) of a topology: elements, ties, links.
+        """Return the matrix pattern (`block_pattern`) of a topology: elements, ties, links.
 
         Raises:
-            ValueError: it has more blocks than there is room for.
+            ValueError: the pattern has more blocks than the capacity.
         """
         row, column, slots = block_pattern(n_vertex, [tets, self.host("tie_corner")[b], links])
         if len(column) >= self.host("column").shape[1]:
-            raise ValueError("tissue: the stiffness matrix outgrew its capacity")
+            raise ValueError("tissue: the stiffness matrix exceeds its capacity")
         return row, column, slots
 
     def rewire(self, b: int) -> None:
-        """Rebuild matrix pattern, masses and touchable surface after a change of topology."""
+        """Rebuild matrix pattern, masses and contact surface after a change of topology."""
         n, tets = self.n_vertex(b), self.tets(b)
         row, column, (tet, tie, link) = self.pattern(b, n, tets, self.host("link")[b])
         self.host("row")[b, : n + 1] = row
@@ -238,27 +242,27 @@ class Tissue:
         self.host("tie_slot")[b] = tie
         self.host("link_slot")[b] = link
         self.host("stiffness_holds")[b] = 0
-        self._weigh(b)
-        self._hold_still(b)
+        self._lump_masses(b)
+        self._fix_vertices(b)
         alive = self.host("tet_alive")[b, : len(tets)] != 0
         faces, _ = boundary_faces(tets[alive])
         surface = self.host("surface")[b]
         surface[:] = 0
         surface[np.unique(faces)] = 1
         surface[self.host("covered")[b] != 0] = 0
-        surface[self._within_the_sac(b)] = 0
+        surface[self._tied_vertices(b)] = 0
         self.host("contact_shape")[b, surface == 0] = -1
 
-    def _within_the_sac(self, b: int) -> Indices:
-        """Vertices of tubes that are tied into the sac's wall, which is touched in their place."""
+    def _tied_vertices(self, b: int) -> Indices:
+        """Return tube vertices tied into the sac's wall; tools touch the wall in their place."""
         tied = self.host("tie_stiffness")[b] > 0.0
         return self.host("tie_corner")[b][tied, 0]
 
-    def take_loose_from_parts(self, b: int) -> None:
-        """Pieces that hang on nothing belong to no rigid part of the preconditioner.
+    def remove_loose_from_parts(self, b: int) -> None:
+        """Remove pieces that nothing holds from the preconditioner's rigid parts.
 
-        Their inertia is a millionth of their stiffness, less than the matrix's roundings: in their
-        rigid motion, which a part is, the solver would see those alone.
+        Their inertia is a millionth of their stiffness, less than the matrix's rounding errors. In
+        the rigid motion of such a part, the solver would see only these errors.
         """
         n, host = self.n_vertex(b), self.host
         label = components(n, self.tets(b)[host("tet_alive")[b, : len(self.tets(b))] != 0])
@@ -273,15 +277,15 @@ class Tissue:
         host("part")[b, :n][loose] = -1
 
     def state(self) -> dict[str, NDArray]:
-        """A copy of everything that changes, topology included."""
+        """Return a copy of everything that changes, topology included."""
         return {name: part.copy() for name, part in self.parts().items()}
 
     def parts(self) -> dict[str, NDArray]:
-        """What `state` copies."""
+        """Return the arrays that `state` copies."""
         return {name: self.host(name) for name in STATE}
 
     def restore(self, state: dict[str, NDArray]) -> None:
-        """Put back what `state` of this tissue returned; `World.check` tells whether it did."""
+        """Restore what `state` of this tissue returned; `World.check` validates a state first."""
         for name in STATE:
             self.host(name)[:] = state[name]
         for b in range(len(self.organs)):
@@ -290,7 +294,7 @@ class Tissue:
         self._restore_stiffness.launch()
 
     def elastic_energy_j(self) -> Array:
-        """(n_env,) elastic energy of elements and springs."""
+        """Return the (n_env,) elastic energy of elements and springs."""
         total = np.zeros(len(self.organs))
         for kernel in (elasticity.elastic_energy, springs.spring_energy):
             out = wp.zeros(len(self.organs), dtype=wp.float64, device=self.device)
@@ -299,7 +303,7 @@ class Tissue:
         return total
 
     def volumes(self, b: int = 0) -> Array:
-        """(n_tet,) current volumes of the elements, m^3; negative when inverted."""
+        """Return the (n_tet,) current volumes of the elements, m^3; negative when inverted."""
         return signed_volumes(self.positions(b).astype(np.float64), self.tets(b))
 
     def _fill(self, b: int, organ: Organ, stiffness_scale: float) -> None:
@@ -316,7 +320,7 @@ class Tissue:
                 strength_n=REMNANT_STRENGTH,
             )
 
-    def _weigh(self, b: int) -> None:
+    def _lump_masses(self, b: int) -> None:
         """Lump each living element's mass on its corners."""
         tets = self.tets(b)
         quarter = DENSITY_KG_M3 * self.host("volume")[b, : len(tets)] / 4.0
@@ -326,10 +330,10 @@ class Tissue:
             tets.ravel(), weights=np.repeat(quarter, 4), minlength=n
         )
 
-    def _hold_still(self, b: int) -> None:
-        """Fix what the body holds, and vertices without living elements: those would fall for ever.
+    def _fix_vertices(self, b: int) -> None:
+        """Fix the vertices that the body holds, and vertices without living elements.
 
-        Nothing is tied or anchored to them any more.
+        The latter would fall for ever; nothing stays tied or anchored to them.
         """
         tets, fixed = self.tets(b), self.host("fixed")[b]
         lone = np.ones(len(fixed), bool)
@@ -339,21 +343,21 @@ class Tissue:
         self.host("tie_stiffness")[b, lone[self.host("tie_corner")[b]].any(axis=1)] = 0.0
         self.host("anchor_stiffness")[b, lone[self.host("anchor")[b]]] = 0.0
 
-    def _record(self) -> None:
+    def _prepare_launches(self) -> None:
         """Prepare the kernel launches."""
-        self._step = self._recorded(take_stages, *self._arguments(0, len(STAGES)))
+        self._step = self._prepared(take_stages, *self._arguments(0, len(STAGES)))
         self.stages: dict[str, Any] = {
-            name: self._recorded(take_stages, *self._arguments(k, k + 1))
+            name: self._prepared(take_stages, *self._arguments(k, k + 1))
             for k, name in enumerate(STAGES)
         }
         viscosity = step_parameters(self.config).viscosity
-        self._restore_stiffness = self._recorded(assembly.restore_stiffness, self.arrays, viscosity)
-        self._walls = self._recorded(rupture.load_walls, self.arrays, SAC_MAX_STRETCH)
+        self._restore_stiffness = self._prepared(assembly.restore_stiffness, self.arrays, viscosity)
+        self._walls = self._prepared(rupture.load_walls, self.arrays, SAC_MAX_STRETCH)
 
     def _arguments(self, first: int, end: int) -> tuple[Any, ...]:
         return self.arrays, self.shapes, step_parameters(self.config), first, end
 
-    def _recorded(self, kernel: Any, *inputs: Any) -> Any:
+    def _prepared(self, kernel: Any, *inputs: Any) -> Any:
         n_env = len(self.organs)
         return wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
 

@@ -1,4 +1,4 @@
-"""Which vertex couples to which: block-CSR pattern, surface, and the parting of vertices."""
+"""Find which vertices couple: block-CSR pattern, surface, and the splitting of vertices."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for p
 def block_pattern(
     n_vertex: int, groups: Sequence[Indices]
 ) -> tuple[Indices, Indices, list[Indices]]:
-    """Block-CSR pattern of elements that couple all their vertices.
+    """Return the block-CSR pattern of elements that couple all their vertices.
 
     Args:
-        n_vertex: rows.
+        n_vertex: number of rows.
         groups: one (n, k) array of vertex indices for each kind of element.
 
     Returns:
@@ -45,7 +45,7 @@ def block_pattern(
 
 
 def boundary_faces(tets: Indices) -> tuple[Indices, Indices]:
-    """Faces (n, 3) of one tetrahedron only, oriented outward, and the tetrahedron of each."""
+    """Return faces (n, 3) of exactly one tetrahedron, oriented outward, and its index."""
     faces = tets[:, _FACES].reshape(-1, 3)
     owner = np.repeat(np.arange(len(tets)), 4)
     ordered = np.sort(faces, axis=1).astype(np.int64)
@@ -56,7 +56,7 @@ def boundary_faces(tets: Indices) -> tuple[Indices, Indices]:
 
 
 def components(n_vertex: int, tets: Indices) -> Indices:
-    """(n_vertex,) label of the connected part each vertex belongs to."""
+    """Return the (n_vertex,) label of the connected part of each vertex."""
     i = np.repeat(tets[:, :1], 3, axis=1).ravel()
     graph = coo_matrix((np.ones(i.size), (i, tets[:, 1:].ravel())), shape=(n_vertex, n_vertex))
     return connected_components(graph, directed=False)[1].astype(np.int32)
@@ -67,17 +67,17 @@ def part_vertices(
 ) -> tuple[Indices, list[int]]:
     """Give each side of a severed surface its own vertices.
 
-    Around each of `vertices`, the incident tetrahedra that still hang together through a face
-    that is not severed stay on one vertex; every further group gets a new one.
+    Around each of `vertices`, the incident tetrahedra that are still connected through faces that
+    are not severed keep one vertex; every further group gets a new one.
 
     Args:
         tets: (n_tet, 4).
         severed: faces, as sorted triples of vertices, that no longer join their tetrahedra.
-        vertices: where to look.
-        n_vertex: vertices so far; new ones are numbered from here.
+        vertices: the vertices to split.
+        n_vertex: number of vertices; new ones are numbered from here.
 
     Returns:
-        the new tets, and for each new vertex the one it came from.
+        the new tets, and the original of each new vertex.
     """
     tets = tets.copy()
     old = tets.copy()
@@ -94,7 +94,7 @@ def part_vertices(
 
 
 def _groups(tets: Indices, severed: set[tuple[int, ...]], v: int) -> list[list[int]]:
-    """Tetrahedra around v, grouped by faces through v that are not severed."""
+    """Group the tetrahedra around v by faces through v that are not severed."""
     by_face: dict[tuple[int, ...], list[int]] = {}
     for e, tet in enumerate(tets.tolist()):
         for corner in range(4):

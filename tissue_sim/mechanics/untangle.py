@@ -1,11 +1,11 @@
-"""How crushed tissue finds its way back: around an element turned inside out, the bulk gives way.
+"""Untangle crushed tissue: around an inverted element, remove the bulk modulus.
 
 A violent squeeze can fold a tube's wall over. Such a fold is a stable equilibrium only because the
-nearly incompressible elements around it would have to change volume on the way back; without
-their bulk modulus it unfolds. So elements that share a vertex with a folded one feel none. An
-element counts as folded from when it is inverted until it has most of its volume back: to
-give the bulk back as soon as it turns would fold it again, and so on for ever. Under a clip nothing
-shall unfold.
+nearly incompressible elements around it would have to change volume to unfold; without their bulk
+modulus it unfolds. So elements that share a vertex with a folded one lose their bulk modulus. An
+element is folded from its inversion until it has regained most of its volume: if the bulk modulus
+came back as soon as the element turns, it would fold again, and so on for ever. Nothing is
+untangled under a clip.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from tissue_sim.mechanics.arrays import TissueArrays
 wp.set_module_options({"enable_backward": False})
 
 
-UNFOLDED = wp.constant(0.5)  # of an element's volume, assumed
+UNFOLDED = wp.constant(0.5)  # assumed: share of an element's volume
 
 
 @wp.func
 def volume_share(t: TissueArrays, b: int, e: int):
-    """An element's volume now over that at rest; negative when it is inside out."""
+    """Return an element's current volume over its rest volume; negative when inverted."""
     c = t.tet[b, e]
     origin = t.position[b, c[0]]
     p = t.position[b, c[1]] - origin
@@ -45,7 +45,7 @@ def mark_tangled(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def ease(t: TissueArrays, b: int, e: int):
-    """Give an element the lambda it feels: the material's, or none at a marked vertex."""
+    """Set an element's current lambda: the material's, or zero at a marked vertex."""
     c = t.tet[b, e]
     tangled = t.tangled[b, c[0]] + t.tangled[b, c[1]] + t.tangled[b, c[2]] + t.tangled[b, c[3]]
     lam = wp.where(tangled == 0, t.bulk[b, e], 0.0)
@@ -56,7 +56,7 @@ def ease(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def ease_bulk(t: TissueArrays, b: int):
-    """Ease the bulk of all elements that need it."""
+    """Update the current lambda of all elements."""
     for i in range(t.n_vertex[b]):
         t.tangled[b, i] = 0
     for e in range(t.n_tet[b]):

@@ -131,7 +131,7 @@ def stumps_hold(field: Field) -> bool:
     A clip that was never on a tube, such as a dropped one, changes nothing.
     """
     clips = field.record.clips
-    firm = not any(c.came_off or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
+    firm = not any(c.detached or c.slid_m > CLIP_MAX_SLIP_M for c in clips)
     return firm and not field.record.leaks
 
 

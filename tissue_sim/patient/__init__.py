@@ -1,1 +1,1 @@
-"""Which body lies on the table: its anatomy from a seed, and the mesh and walls made of it."""
+"""Which body lies on the table? Anatomy from a seed, and the mesh and walls made from it."""

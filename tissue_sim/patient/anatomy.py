@@ -15,9 +15,10 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """The values a parameter may take: the seeds' range, and what is possible at all.
+    """The values of a parameter: the seeds' range, and the possible range.
 
-    Seeds draw nothing where low is high: only a variant differs there.
+    Seeds draw from low to high; least and most bound what is possible. Where low equals high, seeds
+    draw nothing: only a variant changes the parameter.
     """
 
     low: float
@@ -47,17 +48,17 @@ RANGES: dict[str, Range] = {
     "endoscope_yaw_rad": Range(low=-0.08, high=0.08, least=-0.6, most=0.6),
     "endoscope_distance_m": Range(low=0.080, high=0.095, least=0.04, most=0.2),
 }
-SWAPPED_SHARE = 0.15  # assumed: how often the artery lies on the left
+SWAPPED_SHARE = 0.15  # assumed: share of patients whose artery lies on the left
 COUNTS: dict[str, Range] = {  # assumed
     "remnants": Range(low=0, high=6, least=0, most=6),
     "fat_strands": Range(low=0, high=0, least=0, most=40),
 }
-WIDEST_TUBE = 0.26  # a tube's diameter over the gallbladder's width: that of the infundibulum
+WIDEST_TUBE = 0.26  # largest tube diameter over the gallbladder's width: the infundibulum's
 
 
 @dataclass(frozen=True, kw_only=True)
 class Artery:
-    """One artery of the gallbladder; its parameters mean what `Anatomy` says of `artery_*`."""
+    """One artery of the gallbladder; its fields have the meaning of `artery_*` in `Anatomy`."""
 
     length_m: float
     diameter_m: float
@@ -76,14 +77,15 @@ class Artery:
 class Anatomy:
     """Everything that differs between two patients, as data. SI units.
 
-    The duct runs from the gallbladder's neck down to its fixed end at the common bile duct,
-    at `duct_angle_rad` from straight down in the endoscope's view; the artery from
-    `artery_insertion_m` above the neck, on the other side, to its fixed end. `slack` is the
-    part of a tube's length by which it is longer than the straight line between its ends.
-    `artery_turn_rad` is where around the sac the artery enters: 0 on its own side, pi/2 in front,
-    pi on the other side, -pi/2 behind. `artery_depth_m` is how far its fixed end lies behind that
-    point. Of the connective tissue that the dissection left, `remnants` join duct and artery near
-    the sac, and `fat_strands` all three over their whole length.
+    The duct runs from the gallbladder's neck down to its fixed end at the common bile duct, at
+    `duct_angle_rad` from straight down in the endoscope's view. The artery starts
+    `artery_insertion_m` above the neck, on the other side, and runs to its own fixed end. `slack`
+    is the relative excess of a tube's length over the straight line between its ends.
+    `artery_turn_rad` is the place around the sac where the artery enters: 0 on the artery's own
+    side, pi/2 in front, pi on the other side, -pi/2 behind. `artery_depth_m` is how far the
+    artery's fixed end lies behind that place. `remnants` and `fat_strands` count strands of
+    connective tissue that the dissection left: remnants join duct and artery near the sac, fat
+    strands join duct, artery and sac over the tubes' whole length.
     """
 
     seed: int
@@ -128,23 +130,23 @@ class Anatomy:
 
     @property
     def arteries(self) -> dict[str, Artery]:
-        """The artery, and the second one where there is one, by the tube's name."""
+        """Return the artery, and the second artery if there is one, by the tube's name."""
         named = {f.name: getattr(self, f"artery_{f.name}") for f in fields(Artery)}
         first = {"artery": Artery(**named)}
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
     def hash(self) -> str:
-        """Twelve hex digits that name this anatomy in a result."""
+        """Return twelve hex digits that identify this anatomy in a result."""
         text = json.dumps(asdict(self), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def structure(self, tube: str) -> str:
-        """The structure ("duct" or "artery") that the surgeon calls the "left" or "right" tube."""
+        """Return the structure, "duct" or "artery", of the "left" or "right" tube."""
         return "artery" if (tube == "left") == self.artery_on_left else "duct"
 
     def _check_widths(self) -> None:
-        """A tube wider than the infundibulum would have nothing to enter."""
+        """Refuse a tube that is wider than the infundibulum it enters."""
         most = WIDEST_TUBE * self.gallbladder_width_m
         widths = {"duct_diameter_m": self.duct_diameter_m}
         for tube, artery in self.arteries.items():
@@ -152,13 +154,13 @@ class Anatomy:
         for name, value in widths.items():
             if value > most:
                 raise ValueError(
-                    f"anatomy: {name} = {value} must be at most {most:.4g}, the infundibulum's "
-                    f"width of a gallbladder {self.gallbladder_width_m} m wide"
+                    f"anatomy: {name} = {value} must be at most {most:.4g}, the width of the "
+                    f"infundibulum of a gallbladder {self.gallbladder_width_m} m wide"
                 )
 
 
 def anatomy_from_seed(seed: int) -> Anatomy:
-    """The patient of a seed: 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
+    """Return the patient of a seed: 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
 
     Raises:
         ValueError: the seed is not a non-negative integer.
@@ -184,12 +186,12 @@ def anatomy_from_seed(seed: int) -> Anatomy:
 
 
 def anatomy_to_dict(anatomy: Anatomy) -> dict[str, object]:
-    """Plain data for a recording."""
+    """Return plain data for a recording."""
     return asdict(anatomy)
 
 
 def anatomy_from_dict(data: dict[str, object]) -> Anatomy:
-    """The anatomy saved by `anatomy_to_dict`, also after a way through JSON.
+    """Return the anatomy saved by `anatomy_to_dict`, also after conversion to JSON and back.
 
     Raises:
         ValueError: a field is missing or unknown, or a value is impossible.
@@ -243,7 +245,7 @@ def _check_colour(name: str, value: object) -> None:
 
 
 def _tint(rng: np.random.Generator, colour: Colour) -> Colour:
-    """The colour, a little lighter, darker or shifted (linear RGB, 0 to 1)."""
+    """Return the colour, a little lighter, darker or shifted (linear RGB, 0 to 1)."""
     scaled = np.clip(np.array(colour) * rng.uniform(0.8, 1.2) + rng.normal(0, 0.02, 3), 0.02, 0.95)
     red, green, blue = (round(float(c), 4) for c in scaled)
     return red, green, blue

@@ -1,4 +1,4 @@
-"""The operating field's own axes: what the endoscope sees, in the world frame.
+"""The operating field's axes, as the endoscope sees them, in the world frame.
 
 The world's origin is the centre of the field, +x the surgeon's right, +y away from the
 surgeon, +z up. The nominal endoscope looks down at the field by `NOMINAL_PITCH_RAD`.
@@ -15,7 +15,7 @@ NOMINAL_DISTANCE_M = 0.085  # assumed: endoscope tip to field
 
 
 def view_axes(pitch_rad: float = NOMINAL_PITCH_RAD, yaw_rad: float = 0.0) -> Array:
-    """(3, 3) columns: image left, image up, away; in the world frame."""
+    """Return (3, 3) columns image left, image up and away, in the world frame."""
     c, s = np.cos(pitch_rad), np.sin(pitch_rad)
     level = np.array([[-1.0, 0.0, 0.0], [0.0, s, c], [0.0, c, -s]]).T
     cy, sy = np.cos(yaw_rad), np.sin(yaw_rad)
@@ -27,11 +27,11 @@ RIGHT = -LEFT
 
 
 def field_point(right_m: float, up_m: float, away_m: float) -> Array:
-    """A point of the field plane given along its axes, in the world frame (3,)."""
+    """Return a point of the field, given along the field's axes, in the world frame (3,)."""
     return right_m * RIGHT + up_m * UP + away_m * AWAY
 
 
 def endoscope_pose(pitch_rad: float, yaw_rad: float, distance_m: float) -> Array:
-    """`T_world_endoscope` (4, 4): +x left, +y higher, +z away, looking at the field's centre."""
+    """Return `T_world_endoscope` (4, 4): +x left, +y up, +z away, towards the field's centre."""
     axes = view_axes(pitch_rad, yaw_rad)
     return pose(axes, -distance_m * axes[:, 2])

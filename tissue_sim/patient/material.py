@@ -1,17 +1,17 @@
 """What the tissue is made of: moduli by region.
 
-Young's moduli are effective ones of a mesh whose walls are thicker than the real ones. Shear
-moduli of the sheet (gallbladder 85 kPa, bile duct 166 kPa, hepatic artery 210 kPa, E about 3 G)
-are scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for
-the sac's body, 0.7 for the duct, 0.5 for the artery). Bile and lumen are soft fill: they carry the
-contents' volume and keep opposite walls from passing through each other.
+Young's moduli are effective ones, for a mesh whose walls are thicker than the real ones. Shear
+moduli of the sheet (gallbladder 85 kPa, bile duct 166 kPa, hepatic artery 210 kPa, E about 3 G) are
+scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for the
+sac's body, 0.7 for the duct, 0.5 for the artery). Bile and lumen are a soft fill: they carry the
+volume of the contents and keep opposite walls from passing through each other.
 
-What a solid gallbladder misses, which a hollow wall under bile pressure would show: the wall is not
-taut at rest, so it does not gape when it opens, nor does the sac go slack as it empties (only the
-leak ends); the bile does not flow away from the jaws, so a pinch feels the filling rather than two
-walls upon each other; a fold of wall cannot be lifted alone. Walls are linear where real ones
-stiffen: real stress at a given stretch is not known, and the gallbladder's wall is therefore torn
-by its stretch, not by its strength (2.5 MPa), which this material would reach at a stretch of ten.
+A solid gallbladder does not show what a hollow wall under bile pressure would show. The wall is not
+under tension at rest, so an opening does not gape, and the sac does not become slack as it empties
+(only the leak ends). The bile does not flow away from the jaws, so a pinch feels the filling
+instead of two walls in contact. A fold of wall cannot be lifted alone. Walls are linear, while real
+walls stiffen: the real stress at a given stretch is not known, so the gallbladder's wall tears at a
+stretch, and not at its strength (2.5 MPa), which this material would reach at a stretch of ten.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Material:
 
     @property
     def lame(self) -> tuple[float, float]:
-        """mu and lambda of the fixed-corotated energy, Pa."""
+        """Return mu and lambda of the fixed-corotated energy, Pa."""
         mu = self.young_pa / (2 * (1 + self.poisson))
         lam = self.young_pa * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
         return mu, lam
@@ -58,17 +58,17 @@ WALL_THICKNESS_M = {  # real, assumed
     "artery": 0.4e-3,
     "second artery": 0.4e-3,
 }
-SAC_MESH_WALL_M = 3.75e-3  # for which the gallbladder wall's modulus is scaled
+SAC_MESH_WALL_M = 3.75e-3  # the thickness that the gallbladder wall's modulus is scaled for
 
-TIE_STIFFNESS = 400.0  # N/m a vertex, assumed: as stiff as the walls it joins
-TIE_STRENGTH = 1.5  # N a vertex, assumed
-ANCHOR_STIFFNESS = 60.0  # N/m a vertex, assumed: loose connective tissue
-ANCHOR_STRENGTH = 1.2  # N a vertex, assumed
-REMNANT_STIFFNESS = 20.0  # N/m a strand, assumed
-REMNANT_STRENGTH = 0.15  # N a strand, assumed
+TIE_STIFFNESS = 400.0  # N/m per vertex, assumed: as stiff as the walls it joins
+TIE_STRENGTH = 1.5  # N per vertex, assumed
+ANCHOR_STIFFNESS = 60.0  # N/m per vertex, assumed: loose connective tissue
+ANCHOR_STRENGTH = 1.2  # N per vertex, assumed
+REMNANT_STIFFNESS = 20.0  # N/m per strand, assumed
+REMNANT_STRENGTH = 0.15  # N per strand, assumed
 
 
 def lame_of(region: Indices, names: tuple[str, ...], scale: float) -> tuple[Array, Array]:
-    """mu and lambda (n_tet,) of every tetrahedron, Pa, with stiffness multiplied by `scale`."""
+    """Return mu and lambda (n_tet,) of every tetrahedron, Pa, multiplied by `scale`."""
     table = np.array([MATERIALS[name].lame for name in names]) * scale
     return table[region, 0], table[region, 1]

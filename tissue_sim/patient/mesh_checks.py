@@ -1,4 +1,4 @@
-"""Is a mesh fit to be simulated? Refuse broken elements and indices out of range."""
+"""Check that a mesh can be simulated: refuse broken elements and indices out of range."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ MIN_SHAPE = 1.0e-5  # volume over longest edge cubed, assumed; a regular tetrahe
 
 
 def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue") -> None:
-    """Refuse a mesh that no element law can be evaluated on.
+    """Refuse a mesh on which the element law cannot be evaluated.
 
     Args:
         vertices: (n_vertex, 3), m.
         tets: (n_tet, 4).
-        part: what the message calls it.
+        part: name of the mesh in the message.
 
     Raises:
         ValueError: a vertex is not finite or belongs to no element, an index is out of range, or
-            an element is inverted or flat; the first of them is named.
+            an element is inverted or flat; the message names the first of them.
     """
     n = len(vertices)
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
         k = int(np.argmin(finite))
-        raise ValueError(f"mesh of the {part}: vertex {k} is at {vertices[k]}: not finite")
+        raise ValueError(f"mesh of the {part}: vertex {k} is at {vertices[k]}, which is not finite")
     require_indices("tets", tets, n, part)
     unused = np.bincount(tets.ravel(), minlength=n) == 0
     if unused.any():
@@ -39,12 +39,12 @@ def require_sound_elements(vertices: Array, tets: Indices, part: str = "tissue")
         fault = "flat" if shape[k] > -MIN_SHAPE else "inverted"
         raise ValueError(
             f"mesh of the {part}: element {k} (vertices {tets[k].tolist()}) is {fault}: its volume "
-            f"over its longest edge cubed is {shape[k]:.2g}, allowed from {MIN_SHAPE:g}"
+            f"over its longest edge cubed is {shape[k]:.2g}; the minimum is {MIN_SHAPE:g}"
         )
 
 
 def require_indices(name: str, indices: Indices, n: int, part: str) -> None:
-    """Raise a ValueError if vertex indices are not below `n`; it names the first of them."""
+    """Raise a ValueError if a vertex index is outside 0 to n - 1; it names the first one."""
     wrong = (indices < 0) | (indices >= n)
     if wrong.any():
         row = int(np.argwhere(wrong)[0][0])

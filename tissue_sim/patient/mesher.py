@@ -1,6 +1,7 @@
-"""Our mesher: a disc with a lumen and a wall, swept along a centreline into tetrahedra.
+"""Sweep a disc with a lumen and a wall along a centreline and divide it into tetrahedra.
 
-Every section is a ring, so a transection plane is a set of whole faces. Same input, same mesh.
+Every section is a ring, so a transection plane is a set of whole faces. The same input gives the
+same mesh.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ Indices = NDArray[np.int32]
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """A swept body.
+    """A body swept along a centreline.
 
     Attributes:
         vertices: (n_ring * n_section_vertices, 3), m; ring after ring.
         tets: (n_tet, 4), positively oriented.
-        in_lumen: (n_tet,), inside the inner ring.
-        station: (n_tet,), the segment (between rings k and k + 1) a tetrahedron belongs to.
+        in_lumen: (n_tet,), whether it lies inside the inner ring.
+        station: (n_tet,), the segment k (between rings k and k + 1) of a tetrahedron.
         rings: (n_ring, 1 + 2 n_sector): centre, inner ring, outer ring.
     """
 
@@ -40,7 +41,7 @@ def sweep(centreline: Array, radius: Array, *, sectors: int, lumen: float) -> Sw
     Args:
         centreline: (n_ring, 3), m.
         radius: (n_ring,), outer radius, m.
-        sectors: corners of a ring.
+        sectors: number of corners of a ring.
         lumen: inner radius over outer radius, 0 to 1.
     """
     disc, triangles, is_lumen = _disc(sectors, lumen)
@@ -60,15 +61,15 @@ def sweep(centreline: Array, radius: Array, *, sectors: int, lumen: float) -> Sw
     )
 
 
-def subdivided(values: Array, parts: int) -> Array:
-    """Values (n, ...) along a line, with each step between two rows cut into equal parts."""
+def subdivide(values: Array, parts: int) -> Array:
+    """Divide each step between two rows of values (n, ...) into equal parts."""
     whole, part = np.divmod(np.arange(parts * (len(values) - 1) + 1), parts)
     ahead = values[np.minimum(whole + 1, len(values) - 1)]
     return (values[whole].T + part / parts * (ahead - values[whole]).T).T
 
 
 def section_axes(centreline: Array) -> tuple[Array, Array]:
-    """Two unit vectors (n, 3) across the centreline at each station, free of twist."""
+    """Return two unit vectors (n, 3) across the centreline at each station, free of twist."""
     steps_m = np.linalg.norm(np.diff(centreline, axis=0), axis=1)
     tangent = unit(np.gradient(centreline, np.append(0.0, np.cumsum(steps_m)), axis=0))
     side = np.cross(tangent[0], [0.0, 0.0, 1.0])
@@ -83,13 +84,13 @@ def section_axes(centreline: Array) -> tuple[Array, Array]:
 
 
 def signed_volumes(vertices: Array, tets: Indices) -> Array:
-    """(n_tet,) signed volumes, m^3."""
+    """Return the (n_tet,) signed volumes, m^3."""
     a, b, c, d = (vertices[tets[:, k]] for k in range(4))
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
 
 
 def oriented(vertices: Array, tets: Indices) -> Indices:
-    """The same tetrahedra, each of positive volume."""
+    """Return the same tetrahedra, each with positive volume."""
     flip = signed_volumes(vertices, tets) < 0
     tets = tets.copy()
     tets[flip] = tets[flip][:, [0, 2, 1, 3]]
@@ -97,7 +98,7 @@ def oriented(vertices: Array, tets: Indices) -> Indices:
 
 
 def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]]:
-    """Unit disc: points (1 + 2 sectors, 2), triangles, and which lie in the lumen."""
+    """Return a unit disc: points (1 + 2 sectors, 2), triangles, and which lie in the lumen."""
     angle = 2 * np.pi * np.arange(sectors) / sectors
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points = np.concatenate([[[0.0, 0.0]], lumen * circle, circle])
@@ -116,10 +117,10 @@ def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]
 
 
 def _prism_tets(triangles: Indices, n_disc: int) -> Indices:
-    """Three tetrahedra for each prism over a triangle, (3 n_triangle, 4).
+    """Divide the prism over each triangle into three tetrahedra, (3 n_triangle, 4).
 
-    Each quadrilateral's diagonal starts at its smaller index (Dompierre et al., "How to
-    subdivide pyramids, prisms and hexahedra into tetrahedra", 1999): neighbours agree.
+    The diagonal of each quadrilateral starts at its smaller index, so neighbours agree (Dompierre
+    et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
     """
     out = []
     for triangle in triangles:

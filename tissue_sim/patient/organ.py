@@ -1,4 +1,4 @@
-"""Gallbladder, cystic duct and cystic artery as one connected finite-element system."""
+"""Mesh the gallbladder, cystic duct and arteries as one connected finite-element system."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tissue_sim.frames import Array, unit
 from tissue_sim.patient.anatomy import Anatomy, Artery
 from tissue_sim.patient.axes import AWAY, RIGHT, UP, field_point
 from tissue_sim.patient.mesh_checks import require_sound_elements
-from tissue_sim.patient.mesher import Indices, Sweep, subdivided, sweep
+from tissue_sim.patient.mesher import Indices, Sweep, subdivide, sweep
 
 REGIONS = (
     "gallbladder wall",
@@ -24,23 +24,28 @@ REGIONS = (
     "second artery wall",
     "second artery lumen",
 )
-TUBES = ("duct", "artery")  # those of the procedure, in every organ; `Organ.tubes` are all
+TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.tubes` lists all
 
-NECK_UP_M = 0.008  # where the neck stands in the field
+NECK_UP_M = 0.008  # height of the neck in the field
 RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
-INFUNDIBULUM_M = 0.015  # the part of the sac, from the neck, that is free of the liver
+INFUNDIBULUM_M = 0.015  # length of the sac, from the neck, that is free of the liver
 FUNDUS_SPACING_M = 0.010
 INFUNDIBULUM_SEGMENTS = 6
-EMBEDDED_M = 0.004  # how deep a tube's end reaches into the sac
+EMBEDDED_M = 0.004  # depth to which a tube's end reaches into the sac
 SAC_SECTORS, TUBE_SECTORS = 10, 6
 SAC_LUMEN, TUBE_LUMEN = 0.75, 0.5  # inner over outer radius
-FAT_SPREAD = (0.25, 0.9)  # where fat joins the tubes, over their length from the fixed end
-BED_CLEARANCE = 0.82  # bed plane's distance from the axis over the body's radius: pressed in
+FAT_SPREAD = (
+    0.25,
+    0.9,
+)  # range where fat joins the tubes, as a share of their length from the fixed end
+BED_CLEARANCE = (
+    0.82  # bed plane's distance from the axis over the body's radius: the bed presses in
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiverBed:
-    """The plane the gallbladder lies on, from `edge_m` upward; tissue is on its +normal side."""
+    """The plane the gallbladder lies on, from `edge_m` upward; its +normal side is tissue."""
 
     point_m: Array
     normal: Array
@@ -50,20 +55,20 @@ class LiverBed:
 
 @dataclass(frozen=True, kw_only=True)
 class Organ:
-    """The rest mesh and what holds it.
+    """The rest mesh and the parts that hold it.
 
     Attributes:
         vertices: (n_vertex, 3), world frame, m.
         tets: (n_tet, 4).
         region: (n_tet,), index into `REGIONS`.
-        fixed: (n_vertex,), held by the body: the far ends of the tubes.
+        fixed: (n_vertex,), whether the body holds a vertex: the far ends of the tubes.
         rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; from the fixed end up.
-        neck_ring: tube name -> index of the ring where the tube leaves the sac.
+        neck_ring: tube name -> index of the ring at the sac's wall.
         sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
         tie_vertex: (n_tie,), tube vertices tied into the sac.
         tie_corners: (n_tie, 4), corners of the sac's tetrahedron; tie_weights: their weights.
-        bed_vertices: (n_bed,), sac vertices held to the liver by connective tissue.
-        remnants: (n_remnant, 2), pairs of vertices joined by leftover strands, those of fat last.
+        bed_vertices: (n_bed,), sac vertices that connective tissue holds to the liver.
+        remnants: (n_remnant, 2), pairs of vertices that strands join; fat strands come last.
         bed: the liver bed.
     """
 
@@ -83,26 +88,26 @@ class Organ:
 
     @property
     def tubes(self) -> tuple[str, ...]:
-        """Names of its tubes; the procedure's `TUBES` come first."""
+        """Return the names of the tubes; the procedure's `TUBES` come first."""
         return tuple(self.rings)
 
 
 def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
-    """Mesh the anatomy. Pure: the same anatomy gives the same mesh.
+    """Mesh the anatomy. This is a pure function: the same anatomy gives the same mesh.
 
     Args:
         anatomy: the patient.
-        refinement: parts into which each edge along and around the world's mesh is cut, for the
-            study of convergence; what holds a vertex (ties, anchors) then holds more of them.
+        refinement: number of parts into which each edge along and around the world's mesh is
+            divided, for convergence studies; ties and anchors then hold more vertices.
 
     Raises:
-        ValueError: a part is so sharply bent that an element is inverted or flat.
+        ValueError: a part bends so sharply that an element is inverted or flat.
     """
     side = -1.0 if anatomy.artery_on_left else 1.0
     axis, radius = _sac_profile(anatomy)
     sac = sweep(
-        subdivided(axis, refinement),
-        subdivided(radius, refinement),
+        subdivide(axis, refinement),
+        subdivide(radius, refinement),
         sectors=refinement * SAC_SECTORS,
         lumen=SAC_LUMEN,
     )
@@ -113,7 +118,7 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
         diameters[name] = artery.diameter_m
     tubes = {
         name: sweep(
-            subdivided(line, refinement),
+            subdivide(line, refinement),
             np.full(refinement * (len(line) - 1) + 1, 0.5 * diameters[name]),
             sectors=refinement * TUBE_SECTORS,
             lumen=TUBE_LUMEN,
@@ -125,7 +130,7 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
 
 
 def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
-    """The sac's axis (n, 3) from neck to fundus, and its radius (n,)."""
+    """Return the sac's axis (n, 3) from neck to fundus, and its radius (n,)."""
     length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
     n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
     stations = np.concatenate(
@@ -147,7 +152,7 @@ def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
 
 
 def _duct_centreline(anatomy: Anatomy, side: float) -> tuple[Array, int]:
-    """Rings from the common bile duct to inside the neck, and the ring at the neck."""
+    """Return rings from the common bile duct to inside the neck, and the ring at the neck."""
     neck = field_point(0.0, NECK_UP_M, 0.0)
     down = -np.cos(anatomy.duct_angle_rad) * UP
     heading = down - side * np.sin(anatomy.duct_angle_rad) * RIGHT
@@ -164,7 +169,7 @@ def _duct_centreline(anatomy: Anatomy, side: float) -> tuple[Array, int]:
 def _artery_centreline(
     artery: Artery, side: float, axis: Array, radius: Array
 ) -> tuple[Array, int]:
-    """Rings from the hepatic artery to inside the sac's wall, and the ring at the wall."""
+    """Return rings from the hepatic artery to inside the sac's wall, and the ring at the wall."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1))])
     at = artery.insertion_m
     centre = np.array([np.interp(at, arc, axis[:, k]) for k in range(3)])
@@ -179,7 +184,7 @@ def _artery_centreline(
 def _tube_centreline(
     joint: Array, inside: Array, heading: Array, length: float, slack: float, bow: Array
 ) -> tuple[Array, int]:
-    """A slightly bowed line of the given length below the joint, and a stub inside the sac."""
+    """Return a slightly bowed line of the given length below the joint, and a stub in the sac."""
     chord = length * (1.0 - slack)
     sagitta = np.sqrt(0.375 * chord * (length - chord))  # arc = chord + 8 sagitta^2 / (3 chord)
     n = int(np.ceil(length / RING_SPACING_M))
@@ -198,7 +203,7 @@ def _join(
     axis: Array,
     refinement: int,
 ) -> Organ:
-    """Number the parts in one system and find what holds them together."""
+    """Number the parts in one system and find the ties and strands that join them."""
     parts = {"gallbladder": sac, **tubes}
     for name, part in parts.items():
         require_sound_elements(part.vertices, part.tets, name)
@@ -239,12 +244,12 @@ def _join(
 
 
 def _embed(points: Array, vertices: Array, tets: Indices) -> tuple[Indices, Array]:
-    """For each point the tetrahedron it lies in (or is nearest to) and barycentric weights."""
+    """Return, for each point, its tetrahedron (or the nearest) and barycentric weights."""
     corners = vertices[tets]  # (n_tet, 4, 3)
     edges = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
     local = np.einsum("tij,ptj->pti", edges, points[:, None] - corners[None, :, 0])
     weights = np.concatenate([1 - local.sum(-1, keepdims=True), local], axis=-1)
-    best = np.argmax(weights.min(-1), axis=1)  # the least outside
+    best = np.argmax(weights.min(-1), axis=1)  # the point is inside, or outside by the least
     return tets[best], weights[np.arange(len(points)), best]
 
 
@@ -263,7 +268,7 @@ def _liver_bed(anatomy: Anatomy, axis: Array) -> LiverBed:
 
 
 def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement: int) -> Indices:
-    """The outer vertices of the body and fundus that face the liver."""
+    """Return the outer vertices of the body and fundus that face the liver."""
     body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
     outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()
     offset = vertices[outer] - bed.point_m
@@ -272,7 +277,7 @@ def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement
 
 
 def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
-    """Strands left by the dissection between duct and artery, near the sac."""
+    """Return the strands that the dissection left between duct and artery, near the sac."""
     outer = {
         name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
         for name, r in rings.items()
@@ -295,7 +300,10 @@ def _fat_strands(
     neck_ring: dict[str, int],
     sac_rings: Indices,
 ) -> Indices:
-    """Strands across Calot's triangle: two of three from duct to artery, the third to the sac."""
+    """Return strands across Calot's triangle.
+
+    Two of three join duct and artery; the third joins one of them to the sac.
+    """
     rng = np.random.default_rng([0xFA7, anatomy.seed])
     pairs = []
     for k in range(anatomy.fat_strands):
@@ -316,7 +324,7 @@ def _fat_strands(
 def _facing(
     vertices: Array, first: Indices, second: Indices, rng: np.random.Generator
 ) -> tuple[int, int]:
-    """One of the four shortest ways from some vertices to others."""
+    """Return one of the four closest pairs between two sets of vertices."""
     apart = np.linalg.norm(vertices[first][:, None] - vertices[second][None], axis=-1)
     chosen = np.argsort(apart, axis=None)[int(rng.integers(0, 4))]
     i, j = np.unravel_index(chosen, apart.shape)

@@ -1,6 +1,6 @@
-"""Where the rigid parts around the field are: liver surface, common bile duct, hepatic artery.
+"""Place the rigid parts around the field: liver surface, common bile duct, hepatic artery.
 
-For drawing and for safety alike. World frame, metres, the body at its anatomical place.
+Drawing and safety use the same shapes. World frame, metres, with the body at its anatomical place.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import AWAY, field_point
 from tissue_sim.patient.organ import Organ
 
-FAT_BEHIND_M = 0.017  # the fat's distance behind the tubes
+FAT_BEHIND_M = 0.017  # distance of the fat behind the tubes
 LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
 COMMON_DUCT_RADIUS_M = 0.0032
-GRID_M = 0.006  # spacing of surfaces' points
+GRID_M = 0.006  # spacing of a surface's points
 
 
 def relief_rng(anatomy: Anatomy) -> np.random.Generator:
-    """The patient's own waves and lumps: the liver draws first."""
+    """Return the generator of the patient's own waves and lumps; the liver draws first."""
     return np.random.default_rng([0x5CE4E, anatomy.seed])
 
 
 def liver_points(organ: Organ, anatomy: Anatomy, rng: np.random.Generator) -> Array:
-    """A lumpy slab from the bed's lower edge upward, hollowed where the gallbladder lies.
+    """Return a lumpy slab from the bed's lower edge upward, hollow under the gallbladder.
 
     Returns:
-        (n, m, 3) a grid of points; outside is the side of rows x columns.
+        (n, m, 3) a grid of points; rows x columns points outward.
     """
     bed, half_width_m = organ.bed, 0.5 * anatomy.gallbladder_width_m
     across = np.cross(bed.normal, bed.along)
@@ -51,7 +51,7 @@ def liver_points(organ: Organ, anatomy: Anatomy, rng: np.random.Generator) -> Ar
 
 
 def common_duct_line(organ: Organ, anatomy: Anatomy) -> Array:
-    """(n, 3) centreline; the fixed end of the cystic duct lies on its wall."""
+    """Return the (n, 3) centreline of the common bile duct; the cystic duct ends on its wall."""
     side = -1.0 if anatomy.artery_on_left else 1.0
     end, next_to_it = organ.vertices[organ.rings["duct"][:2, 0]]
     line = _through_end(organ, "duct", (-0.9 * side, 0.1), (0.3 * side, -0.9))
@@ -59,7 +59,7 @@ def common_duct_line(organ: Organ, anatomy: Anatomy) -> Array:
 
 
 def hepatic_artery_line(organ: Organ, anatomy: Anatomy, tube: str) -> Array:
-    """(n, 3) centreline of the artery that a tube branches off from."""
+    """Return the (n, 3) centreline of the artery from which a tube branches off."""
     side = -1.0 if anatomy.artery_on_left else 1.0
     return _through_end(organ, tube, (0.85 * side, 0.35), (-0.15 * side, -0.9))
 
@@ -67,7 +67,7 @@ def hepatic_artery_line(organ: Organ, anatomy: Anatomy, tube: str) -> Array:
 def _through_end(
     organ: Organ, tube: str, up: tuple[float, float], down: tuple[float, float]
 ) -> Array:
-    """A line (n, 3) through a tube's fixed end that dives into the fat both ways (right, up)."""
+    """Return a line (n, 3) through a tube's fixed end, into the fat both ways (right, up)."""
     end = organ.vertices[organ.rings[tube][0, 0]]
     t = np.linspace(-1.0, 1.0, 31)[:, None]
     aside = np.where(t < 0, field_point(*up, 0.0), field_point(*down, 0.0))
@@ -76,6 +76,6 @@ def _through_end(
 
 
 def waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:
-    """A smooth random wave over x, of about unit height."""
+    """Return a smooth random wave over x, of about unit height."""
     phase, stretch = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.7, 1.5, 3)
     return np.sin(2 * np.pi * x[:, None] / (length_m * stretch) + phase).sum(axis=1) / 1.8

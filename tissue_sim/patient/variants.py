@@ -1,4 +1,4 @@
-"""Anatomical variants a surgeon knows: a seed's patient, changed where the variant's name says.
+"""Define anatomical variants: a seed's patient, changed where the variant's name says so.
 
 Shapes follow the usual descriptions of surgical anatomy; the numbers are assumed.
 """
@@ -19,12 +19,12 @@ Bounds = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """What is particular about a variant.
+    """The parameters that a variant changes.
 
     Attributes:
-        drawn: parameter of `Anatomy` -> the range it is drawn from, also beyond the seeds' own.
+        drawn: parameter of `Anatomy` -> the range it is drawn from, which may exceed the seeds'.
         fixed: parameter -> its value.
-        second_artery: parameter of `Artery` -> range; empty when there is none.
+        second_artery: parameter of `Artery` -> range; empty if there is no second artery.
     """
 
     drawn: Mapping[str, Bounds] = field(default_factory=dict)
@@ -33,10 +33,10 @@ class Variant:
 
 
 VARIANTS: dict[str, Variant] = {
-    # three clips and a cut just fit on the shortest
+    # the shortest duct has just enough room for three clips and a cut
     "short-duct": Variant(drawn={"duct_length_m": (0.0160, 0.0190)}),
     "wide-duct": Variant(drawn={"duct_diameter_m": (0.0042, 0.0050)}),
-    # crosses at the neck, so that below it duct and artery spread to their usual sides
+    # the artery crosses at the neck: below it, duct and artery spread to their usual sides
     "artery-in-front": Variant(
         drawn={
             "duct_angle_rad": (0.32, 0.45),
@@ -57,7 +57,7 @@ VARIANTS: dict[str, Variant] = {
             "artery_depth_m": (0.005, 0.007),
         }
     ),
-    # of the cystic duct: it is long and runs beside the common hepatic duct before it joins
+    # the cystic duct is long and runs beside the common hepatic duct before it joins
     "low-insertion": Variant(
         drawn={
             "duct_length_m": (0.042, 0.050),
@@ -65,7 +65,7 @@ VARIANTS: dict[str, Variant] = {
             "artery_angle_rad": (0.45, 0.55),
         }
     ),
-    # the second one is thin, deep, and enters the sac higher: it is to be left alone
+    # the second artery is thin, deep, and enters the sac higher: leave it alone
     "two-arteries": Variant(
         second_artery={
             "length_m": (0.022, 0.030),
@@ -83,10 +83,10 @@ VARIANTS: dict[str, Variant] = {
 
 
 def variant(name: str, anatomy: Anatomy) -> Anatomy:
-    """The same patient with this variant. Pure: drawn from the patient's seed.
+    """Return the same patient with this variant, drawn from the patient's seed.
 
     Raises:
-        ValueError: no variant is named so.
+        ValueError: the name is unknown.
     """
     if name not in VARIANTS:
         raise ValueError(f"unknown variant {name!r}; allowed: {', '.join(VARIANTS)}")

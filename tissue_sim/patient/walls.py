@@ -1,7 +1,7 @@
-"""Which piece of which wall each element belongs to: segments of the tubes, patches of the sac.
+"""Map each element to its piece of wall: segments of the tubes, patches of the sac.
 
 A segment lies between two rings of a tube. A patch lies between two rings and two sectors of the
-gallbladder, through the wall's whole thickness: the smallest hole that the mesh can show.
+gallbladder, through the wall's whole thickness: it is the smallest hole that the mesh can show.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SAC = -1  # instead of a tube's row
 
 
 def wall_pieces(organ: Organ) -> Indices:
-    """(n_tet, 2): row in `organ.tubes` or `SAC`, and the segment or patch; else -1 twice."""
+    """Return (n_tet, 2): row in `organ.tubes` or `SAC`, and segment or patch; otherwise -1, -1."""
     pieces = np.full((len(organ.tets), 2), -1, np.int32)
     wall = organ.region % 2 == 0
     for row, tube in enumerate(organ.tubes):
@@ -30,7 +30,7 @@ def wall_pieces(organ: Organ) -> Indices:
 
 
 def patch_corners(organ: Organ) -> Indices:
-    """(n_patch, 2, 4) vertices of each patch's inner and outer side, in order around."""
+    """Return the (n_patch, 2, 4) vertices of each patch's inner and outer side, in order around."""
     rings, n = organ.sac_rings, n_sectors(organ)
     low, k = np.divmod(np.arange(n_patches(organ)), n)
     around = [(low, k), (low, (k + 1) % n), (low + 1, (k + 1) % n), (low + 1, k)]
@@ -39,34 +39,34 @@ def patch_corners(organ: Organ) -> Indices:
 
 
 def patch_stiffness(organ: Organ) -> Array:
-    """(n_patch,) of the meshed wall over the real one's, against being stretched.
+    """Return the (n_patch,) stiffness of the meshed wall in stretch, over the real wall's.
 
-    The wall's modulus is scaled for the body's thick mesh: towards the neck, where the mesh's wall
-    thins out and the real one does not, it is too soft.
+    The wall's modulus is scaled for the body's thick mesh. Towards the neck the mesh's wall becomes
+    thinner and the real wall does not, so the meshed wall is too soft there.
     """
     inner, outer = organ.vertices[patch_corners(organ)].mean(axis=2).transpose(1, 0, 2)
     return np.linalg.norm(outer - inner, axis=1) / SAC_MESH_WALL_M
 
 
 def n_sectors(organ: Organ) -> int:
-    """Corners of the sac's inner and outer ring."""
+    """Return the number of corners of the sac's inner ring, and of its outer ring."""
     return (organ.sac_rings.shape[1] - 1) // 2
 
 
 def n_patches(organ: Organ) -> int:
-    """Patches of the sac's wall."""
+    """Return the number of patches of the sac's wall."""
     return (len(organ.sac_rings) - 1) * n_sectors(organ)
 
 
 def _lowest(organ: Organ, rings: Indices) -> Indices:
-    """(n_tet,) the lowest ring an element touches, -1 when a corner is of no ring."""
+    """Return the (n_tet,) lowest ring that an element touches, -1 if a corner is in no ring."""
     ring_of = np.full(len(organ.vertices), -1, np.int32)
     ring_of[rings] = np.arange(len(rings))[:, None]
     return ring_of[organ.tets].min(axis=1)
 
 
 def _patch(organ: Organ) -> Indices:
-    """(n_tet,) the patch of each element of the sac's wall; of other elements, nothing."""
+    """Return the (n_tet,) patch of each element of the sac's wall; invalid for other elements."""
     n = n_sectors(organ)
     sector_of = np.zeros(len(organ.vertices), np.int32)
     sector_of[organ.sac_rings[:, 1:]] = np.arange(2 * n) % n

@@ -1,1 +1,1 @@
-"""How a world's state is saved, checked and restored."""
+"""How is a world's state saved, checked and restored?"""

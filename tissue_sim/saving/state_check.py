@@ -1,6 +1,6 @@
-"""Whether a state is made as it should be: every part there, of the right kind, within bounds.
+"""Check that a state is complete, of the right types, and within bounds.
 
-All of a state is checked before any of it is put back, so that a refused one changes nothing.
+The whole state is checked before any of it is restored, so a refused state changes nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-KINDS = {  # what stands for a type of Python: also NumPy's scalars
+KINDS = {  # the types accepted for a Python type: NumPy's scalars too
     bool: (bool, np.bool_),
     int: Integral,
     float: Real,
@@ -23,7 +23,7 @@ KINDS = {  # what stands for a type of Python: also NumPy's scalars
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """What a number, an array of numbers or a name may be; `low` and `high` are allowed."""
+    """The allowed values of a number, an array of numbers or a name; `low` and `high` included."""
 
     low: Any = -np.inf
     high: Any = np.inf
@@ -32,12 +32,12 @@ class Bound:
 
 
 def require_like(given: Any, example: Any, path: str) -> None:
-    """Check that a state is made as another: keys, types, shapes; and that its arrays are finite.
+    """Check that a state has the keys, types and shapes of an example, and finite arrays.
 
-    Data classes are checked against the types of their fields, as what they hold varies.
+    Data classes are checked against the types of their fields, as their contents vary.
 
     Raises:
-        ValueError: it is not.
+        ValueError: it does not fit.
     """
     if isinstance(example, dict):
         _require(isinstance(given, dict), path, brief(given), "dict")
@@ -58,15 +58,15 @@ def require_like(given: Any, example: Any, path: str) -> None:
 
 
 def require_type(given: Any, kind: Any, path: str) -> None:
-    """Check that a value is of a type, in all its parts, and finite.
+    """Check that a value and all its parts are of a type, and finite.
 
     Args:
         given: the value.
-        kind: a type as fields of data classes are annotated with.
-        path: names the value in what is raised.
+        kind: a type, as in the annotation of a data class's field.
+        path: name of the value in the message.
 
     Raises:
-        ValueError: it is not.
+        ValueError: it does not fit.
     """
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
@@ -89,10 +89,10 @@ def require_type(given: Any, kind: Any, path: str) -> None:
 
 
 def require_names(given: set[Any], expected: set[str], path: str) -> None:
-    """Check that a state has the parts it should have, and no other.
+    """Check that a state has exactly the expected parts.
 
     Raises:
-        ValueError: it does not.
+        ValueError: a part is missing or unknown.
     """
     for odd, verb in ((expected - given, "missing"), (given - expected, "unknown")):
         if odd:
@@ -100,7 +100,7 @@ def require_names(given: set[Any], expected: set[str], path: str) -> None:
 
 
 def require_within(given: Any, bounds: Mapping[str, Bound], path: str) -> None:
-    """Check the numbers and names of a state, each by every bound whose pattern its path fits.
+    """Check the numbers and names of a state against every bound whose pattern fits their path.
 
     Raises:
         ValueError: one is out of its bounds.
@@ -113,7 +113,7 @@ def require_within(given: Any, bounds: Mapping[str, Bound], path: str) -> None:
 
 
 def brief(value: Any) -> str:
-    """What a value is, within a line: names, numbers and None themselves, of others the kind."""
+    """Describe a value within a line: names, numbers and None as they are, others by their type."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, tuple):
@@ -146,13 +146,13 @@ def _require_finite(given: Any, path: str) -> None:
     _require(bool(finite), path, "not finite everywhere", "finite numbers")
 
 
-def _require(so: bool, path: str, found: str, expected: str) -> None:
-    if not so:
+def _require(fits: bool, path: str, found: str, expected: str) -> None:
+    if not fits:
         raise ValueError(f"{path}: it is {found}; expected: {expected}")
 
 
 def _leaves(node: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """Path and value of every array, name and number; a tuple of numbers is one array."""
+    """Yield path and value of every array, name and number; a tuple of numbers is one array."""
     if is_dataclass(node):
         node = vars(node)
     if isinstance(node, tuple) and not all(isinstance(part, Real) for part in node):

@@ -1,7 +1,7 @@
-"""A world's whole state as tensors, and back, exactly: what a saved trajectory holds.
+"""Convert a world's whole state to tensors and back, exactly, for saved trajectories.
 
-Arrays become tensors of the same type with a batch of one in front; the rest (the record of clips,
-cuts and injuries, the anatomy) becomes the bytes of a JSON text.
+Arrays become tensors of the same type with a batch axis of one in front. The rest (the record of
+clips, cuts and injuries, the anatomy) becomes the bytes of a JSON text.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ SAVED_CLASSES = {
         Record, Tear,
     )
 }  # fmt: skip
-"""The classes that a state holds, by the names that saved states know them by."""
+"""The classes that a state holds, by their names in saved states."""
 
 REST = "rest"
-BLOCK_BYTES = 32768  # the rest is padded to a multiple of it, so that states can be stacked
+BLOCK_BYTES = 32768  # the rest is padded to a multiple of this, so that states can be stacked
 
 
 def state_to_tensors(state: dict[str, Any]) -> dict[str, torch.Tensor]:
-    """Nested dicts and tuples to one flat dict, keyed by path."""
+    """Convert nested dicts and tuples to one flat dict, keyed by path."""
     tensors = {path: torch.from_numpy(a.copy())[None] for path, a in _arrays(state, "")}
     data = json.dumps(_coded(_without_arrays(state))).encode()
     data = data.ljust(-(-len(data) // BLOCK_BYTES) * BLOCK_BYTES)
@@ -51,11 +51,11 @@ def state_to_tensors(state: dict[str, Any]) -> dict[str, torch.Tensor]:
 
 
 def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
-    """What `state_to_tensors` was given.
+    """Return the state that was given to `state_to_tensors`.
 
     Raises:
-        ValueError: a tensor is missing, unknown or no batch of one, or the rest holds what no
-            state holds.
+        ValueError: a tensor is missing, unknown or not a batch of one, or the rest is not that
+            of a state.
     """
     if not isinstance(tensors, dict):
         raise ValueError(f"state: it is a {type(tensors).__name__}; expected: dict")
@@ -81,7 +81,7 @@ def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
 
 
 def _coded(node: Any) -> Any:
-    """As JSON: what it does not have is an object of one entry, named after its type."""
+    """Convert to JSON; a type that JSON lacks becomes an object of one entry, with its name."""
     if is_dataclass(node):
         values = {k: _coded(v) for k, v in vars(node).items()}
         return {"class": [type(node).__qualname__, values]}
@@ -116,7 +116,7 @@ def _decoded(node: Any) -> Any:
 
 
 def _data_class(name: str) -> type:
-    """Return one of the classes that a state holds: nothing else is ever called.
+    """Return one of the classes that a state holds; nothing else is ever called.
 
     States of earlier versions name the module too, as in "tissue_sim.record:Record".
     """
@@ -141,7 +141,7 @@ def _children(node: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _without_arrays(node: Any) -> Any:
-    """The same with None for each array."""
+    """Replace each array by None."""
     if isinstance(node, np.ndarray):
         return None
     if isinstance(node, dict):
@@ -150,7 +150,7 @@ def _without_arrays(node: Any) -> Any:
 
 
 def _filled(node: Any, arrays: dict[str, NDArray[Any]], path: str) -> Any:
-    """A skeleton with each None replaced by its array, which is taken out of `arrays`."""
+    """Replace each None of a skeleton by its array, and remove it from `arrays`."""
     if node is None:
         if path not in arrays:
             raise ValueError(f"state: {path!r} is missing")

@@ -1,7 +1,7 @@
-"""What a saved state of the world may hold: one table of bounds, and what its parts owe each other.
+"""Check a saved state of the world: one table of bounds, and rules between its parts.
 
-That a part is there, of its type and shape, and finite, is checked against the world itself; only
-what is bounded more tightly needs a line in the table.
+The world itself tells which parts must be present, their types and shapes, and that they are
+finite; only tighter bounds need a line in the table.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from tissue_sim.saving.state_check import Bound, brief, require_like, require_wi
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.record import Record
 
-# How far a joint may be pushed past its limit (rad; insertion m), assumed. Arms that press on each
-# other under wild commands were seen at 0.05, single fingers at 0.47.
+# Assumed: how far a joint may be pushed beyond its limit (rad; insertion m). Under random commands,
+# arms that press on each other reached 0.05, single fingers 0.47.
 BEYOND_LIMIT = np.array([0.2, 0.2, 0.02, 0.2, 0.2, 0.2, 1.5, 1.5])
 SIDES = ("body", "gallbladder", "hole")
 FLAG = Bound(low=0, high=1)
@@ -28,7 +28,7 @@ POSITIVE = Bound(low=0)
 
 
 def copied(node: Any) -> Any:
-    """The same with every array copied; records are frozen and stay."""
+    """Copy every array; records are frozen and stay shared."""
     if isinstance(node, dict):
         return {name: copied(part) for name, part in node.items()}
     if isinstance(node, tuple):
@@ -39,17 +39,17 @@ def copied(node: Any) -> Any:
 def require_state(
     state: Any, example: dict[str, Any], tissue: Tissue, tubes: Tubes, joint_ranges: Array
 ) -> None:
-    """Check a state of a world whole.
+    """Check a whole state of a world.
 
     Args:
         state: any object.
         example: a state of that world.
-        tissue: of that world.
-        tubes: of that world.
+        tissue: the tissue of that world.
+        tubes: the tubes of that world.
         joint_ranges: `Arms.joint_ranges`.
 
     Raises:
-        ValueError: no such world has this state; it says where and why.
+        ValueError: the world cannot have this state; the message says where and why.
     """
     if not isinstance(state, dict):
         raise ValueError(f"state: it is a {type(state).__name__}; expected: dict")
@@ -66,7 +66,7 @@ def require_state(
 
 
 def _sizes(tissue: Tissue) -> dict[str, Bound]:
-    """Bounds of what bounds the rest."""
+    """Return the bounds of the sizes that bound the rest."""
     fewest, most = len(tissue.organs[0].vertices), tissue.host("position").shape[1]
     return {
         "tissue/n_vertex": Bound(low=fewest, high=most),
@@ -75,7 +75,7 @@ def _sizes(tissue: Tissue) -> dict[str, Bound]:
 
 
 def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[str, Bound]:
-    """Bounds by pattern of a path in the state."""
+    """Return bounds by pattern of a path in the state."""
     names = tubes.organ.tubes
     vertex = Bound(low=0, high=int(state["tissue"]["n_vertex"][0]) - 1)
     joints = Bound(
@@ -113,13 +113,13 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
 
 
 def _require_mounted(mounted: NDArray[np.bool_]) -> None:
-    """The left arm's tool, and one of the right arm's."""
+    """Check that the left arm's tool and one of the right arm's tools are mounted."""
     if not mounted[0] or mounted[1:].sum() != 1:
         raise ValueError(f"state/arms/mounted: it is {mounted}; expected: the first and one more")
 
 
 def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
-    """The elements are those of the rest shape, and their matrix fits."""
+    """Check that the elements are those of the rest shape and that their matrix fits."""
     n, tets = int(state["n_vertex"][0]), state["tet"][0, : len(tissue.tets())]
     alive = state["tet_alive"][0, : len(tets)] != 0
     volume = state["volume"][0, : len(tets)]
@@ -130,7 +130,7 @@ def _require_topology(state: dict[str, Any], tissue: Tissue) -> None:
 
 
 def _require_history(record: Record, tubes: Tubes) -> None:
-    """Clips, cuts and the grasp fit the tubes, and what is counted twice agrees."""
+    """Check that clips, cuts and the grasp fit the tubes, and that paired entries agree."""
     crossings = [crossing for clip in record.clips for crossing in clip.crossings]
     for place in (*crossings, *record.openings):
         n_ring = len(tubes.below[place.tube])

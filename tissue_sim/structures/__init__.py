@@ -1,1 +1,1 @@
-"""Which parts of the tissue have a name: tubes, gallbladder, and the body that holds them."""
+"""Which parts of the tissue have a name? Tubes, gallbladder and the body that holds them."""

@@ -1,4 +1,4 @@
-"""The body that holds the organ, and moves it as it breathes."""
+"""The body that holds the organ and moves it with the breath."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import LiverBed, Organ
 from tissue_sim.tools.arms import LIVER
 
-LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, thick, along
-LIVER_GIVES_M = (0.006, 0.010)  # soft surface and margin before a tool meets resistance, assumed
+LIVER_SIZE_M = (0.055, 0.008, 0.065)  # half sizes: across, through, along
+LIVER_SOFT_M = (0.006, 0.010)  # assumed: soft depth and margin before a tool meets resistance
 
 
 class Body:
-    """Fixed ends of duct and artery, the liver and its bed, and the strands that hang on it.
+    """The body: fixed ends of duct and artery, the liver and its bed, and the bed's strands.
 
     Attributes:
-        offset_m: (3,) from where the anatomy has it, world frame.
+        offset_m: (3,) from the anatomical place, world frame.
         target_m: (3,) offset at the end of the next control step.
         velocity_m_s: (3,) of the last control step.
     """
@@ -38,29 +38,29 @@ class Body:
         self.offset_m, self.target_m, self.velocity_m_s = np.zeros((3, 3))
 
     def begin_step(self, duration_s: float) -> bool:
-        """It goes from offset to target at a steady speed. False when it is and was at rest."""
+        """Set a steady velocity from offset to target; return False if it is and was at rest."""
         was_moving = self.velocity_m_s.any()
         self.velocity_m_s = (self.target_m - self.offset_m) / duration_s
         return bool(was_moving or self.velocity_m_s.any())
 
     def move_liver(self, share: float) -> None:
-        """Push the liver to a share of the step's way, for the rigid instruments."""
+        """Move the liver to a share of the step's motion, for the rigid instruments."""
         self._liver_body.set_kinematic_target(self._shifted_liver(self._at(share)))
 
     def move_tissue(self, share: float) -> None:
-        """Put what the body holds at a share of the step's way, moving."""
+        """Move the tissue that the body holds to a share of the step's motion."""
         self._place_tissue(self._at(share))
 
     def end_step(self) -> None:
-        """It is there."""
+        """Set the offset to the target."""
         self.offset_m = self.target_m
 
     def state(self) -> NDArray[np.float64]:
-        """(3, 3) offset, target and velocity."""
+        """Return (3, 3) offset, target and velocity."""
         return np.stack([self.offset_m, self.target_m, self.velocity_m_s])
 
     def restore(self, state: NDArray[np.float64]) -> None:
-        """Put back what `state` returned; the tissue's own state comes first."""
+        """Restore what `state` returned; restore the tissue's own state first."""
         self.offset_m, self.target_m, self.velocity_m_s = state.copy()
         self.liver.set_pose(self._shifted_liver(self.offset_m))
         self._place_tissue(self.offset_m)
@@ -81,7 +81,7 @@ class Body:
 
 
 def _liver(scene: sapien.Scene, at: sapien.Pose) -> sapien.Entity:
-    """A slab behind the gallbladder."""
+    """Build a slab behind the gallbladder."""
     builder = scene.create_actor_builder()
     builder.add_box_collision(half_size=LIVER_SIZE_M)
     builder.set_initial_pose(at)
@@ -90,7 +90,7 @@ def _liver(scene: sapien.Scene, at: sapien.Pose) -> sapien.Entity:
 
 def _T_world_liver(bed: LiverBed) -> Array:
     across = np.cross(bed.normal, bed.along)
-    deep, inward = LIVER_GIVES_M
+    deep, inward = LIVER_SOFT_M
     middle = (bed.edge_m + inward + LIVER_SIZE_M[2]) * bed.along
     middle = middle - (deep + LIVER_SIZE_M[1]) * bed.normal
     return pose(np.stack([across, bed.normal, bed.along], axis=1), bed.point_m + middle)

@@ -1,4 +1,4 @@
-"""The gallbladder's wall, patch by patch: where it is torn or cut open, and how wide."""
+"""The gallbladder's wall, patch by patch: where it is torn or cut, and the area of its holes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
 from tissue_sim.structures.tubes import MEETING_HALF_GAP_M
 
-BLADE_SAMPLES = 9  # points of the blades' trace across a patch
+BLADE_SAMPLES = 9  # sample points on the blades' trace across a patch
 
 
 class Sac:
-    """The gallbladder of one environment. It has no state: the tissue's elements live or not."""
+    """The gallbladder of one environment. It has no state: the tissue says which elements live."""
 
     def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
         self.tissue, self.b = tissue, b
@@ -28,40 +28,40 @@ class Sac:
         self.contents_m3 = float(volume[organ.region == 1].sum())
 
     def stretch(self) -> float:
-        """Of the most stretched patch, as `Tissue.load_walls` found it."""
+        """Return the stretch of the most stretched patch, from `Tissue.load_walls`."""
         return float(self.tissue.host("patch_stretch")[self.b].max())
 
     def open_patches(self) -> Indices:
-        """Patches that are open."""
+        """Return the open patches."""
         alive = self.tissue.host("tet_alive")[self.b, self._one_tet]
         return np.flatnonzero(alive == 0).astype(np.int32)
 
     def hole_m2(self) -> float:
-        """Area of bile laid open: of the inner sides of the open patches, where they are now."""
+        """Return the area of the holes: of the open patches' inner sides, as they are now."""
         inner = self.tissue.positions(self.b)[self._corners[self.open_patches(), 0]]
         return float(_areas(inner.astype(float)).sum())
 
     def hole_centre(self) -> Array:
-        """Middle of the patch that is open (the first) (3,), world frame."""
+        """Return the centre (3,) of the first open patch, world frame."""
         first = self._corners[self.open_patches()[0]]
         return self.tissue.positions(self.b)[first].reshape(-1, 3).mean(axis=0).astype(float)
 
     def tear(self) -> None:
-        """The most stretched patch gives way; what it unloads may hold."""
+        """Open the most stretched patch; the other patches may then hold."""
         self.open(np.array([np.argmax(self.tissue.host("patch_stretch")[self.b])]))
 
     def open(self, patches: NDArray[np.integer]) -> None:
-        """The patches' elements die. The tissue is rewired."""
+        """Remove the patches' elements and rewire the tissue."""
         tissue, b = self.tissue, self.b
         tissue.host("tet_alive")[b, : len(self._patch)][np.isin(self._patch, patches)] = 0
         tissue.rewire(b)
 
     def under_blades(self, T_world_tool: Array, reach_m: float) -> Indices:
-        """Whole patches whose outer side the closing blades meet in.
+        """Return the whole patches whose outer side lies where the closing blades meet.
 
         Args:
             T_world_tool: (4, 4) pose of the tool; its jaws meet in the plane x = 0.
-            reach_m: how far back from the tip they cut.
+            reach_m: length, back from the tip, over which they cut.
         """
         outer = self.tissue.positions(self.b)[self._corners[:, 1]].astype(float)
         start, end, crossed = _trace(transform(inverse_pose(T_world_tool), outer))
@@ -73,14 +73,14 @@ class Sac:
 
 
 def _trace(quads: Array) -> tuple[Array, Array, Array]:
-    """Where quadrilaterals (n, 4, 3) cross the plane x = 0.
+    """Find the lines in which quadrilaterals (n, 4, 3) cross the plane x = 0.
 
     Returns:
-        start and end (n, 3) of the line across each, and which (n,) do cross.
+        start and end (n, 3) of each line, and whether each quadrilateral crosses (n,).
     """
     ahead = np.roll(quads, -1, axis=1)
     x, x_ahead = quads[..., 0], ahead[..., 0]
-    through = (x <= 0.0) != (x_ahead <= 0.0)  # two sides of four, or four, or none
+    through = (x <= 0.0) != (x_ahead <= 0.0)  # of the four sides: two, four or none
     share = np.where(through, x / np.where(through, x - x_ahead, 1.0), 0.0)
     points = quads + share[..., None] * (ahead - quads)
     each = np.arange(len(quads))
@@ -89,6 +89,6 @@ def _trace(quads: Array) -> tuple[Array, Array, Array]:
 
 
 def _areas(quads: Array) -> Array:
-    """(n,) areas of quadrilaterals (n, 4, 3): half their diagonals' cross product."""
+    """Return the (n,) areas of quadrilaterals (n, 4, 3): half the diagonals' cross product."""
     diagonals = quads[:, 2:] - quads[:, :2]
     return 0.5 * np.linalg.norm(np.cross(diagonals[:, 0], diagonals[:, 1]), axis=1)

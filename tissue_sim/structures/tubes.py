@@ -1,4 +1,4 @@
-"""Duct and artery as a surgeon sees them: a line of rings with stations, lumen and stumps."""
+"""Duct and arteries in the surgeon's terms: a line of rings with stations, lumen and stumps."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
 
-MEETING_HALF_GAP_M = 0.0016  # jaws this close to their middle plane meet, assumed
-# a tube whose middle is nearer to that of closing jaws is between them; beside them, a finger (2 mm
-# thick) and half the tube are in the way
+MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane meet
+# A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
+# tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
 
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing:
-    """Where a tube passes through the plane of an instrument's jaws.
+    """The point where a tube crosses the plane of an instrument's jaws.
 
     Attributes:
-        station_m: along the tube at rest, from its fixed end.
-        ring: nearest ring.
-        tilt_rad: between the tube and the square to the jaws, 0 to pi/2.
+        station_m: distance along the tube at rest, from its fixed end.
+        ring: the nearest ring.
+        tilt_rad: between the tube and the normal of the jaws' plane, 0 to pi/2.
         point_m: in the tool frame.
     """
 
@@ -37,7 +37,7 @@ class Crossing:
 
 
 class Tubes:
-    """The tubes of one environment; `above` holds the upper side's vertices of a severed ring."""
+    """The tubes of one environment; `above` holds the vertices of a severed ring's upper side."""
 
     def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
         self.tissue, self.organ, self.b = tissue, organ, b
@@ -62,16 +62,16 @@ class Tubes:
         }
 
     def centres(self, tube: str) -> Array:
-        """(n_ring, 3) centreline up to the neck, world frame, m."""
+        """Return the (n_ring, 3) centreline up to the neck, world frame, m."""
         rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
         return self.tissue.positions(self.b)[rings].astype(np.float64)
 
     def radius_m(self, tube: str) -> float:
-        """Outer radius at rest."""
+        """Return the outer radius at rest."""
         return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
 
     def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
-        """Position (3,) and unit tangent (3,) at a station, on its own stump, world frame."""
+        """Return position (3,) and unit tangent (3,) at a station, on its stump, world frame."""
         centres, stations = self.centres(tube), self.stations_m[tube]
         first, last = self.stump(tube, station_m)
         centres[first] = self.tissue.positions(self.b)[self.above[tube][first, 0]]
@@ -81,16 +81,16 @@ class Tubes:
         return centres[k] + t * (centres[k + 1] - centres[k]), unit(centres[high] - centres[low])
 
     def ring_spacing_m(self, tube: str) -> float:
-        """Mean distance between rings at rest."""
+        """Return the mean distance between rings at rest."""
         return self.length_m[tube] / self.organ.neck_ring[tube]
 
     def side(self, tube: str, station_m: float) -> Indices:
-        """(n_ring, 1 + 2 n) rings as the stump at a station has them."""
+        """Return the (n_ring, 1 + 2 n) rings of the stump at a station."""
         upper = self.stations_m[tube] < station_m
         return np.where(upper[:, None], self.above[tube], self.below[tube])
 
     def stump(self, tube: str, station_m: float) -> tuple[int, int]:
-        """First and last ring of the part of the tube that a station lies on."""
+        """Return the first and last ring of the part of the tube that contains a station."""
         severed, stations = self.severed_rings(tube), self.stations_m[tube]
         upper = stations[severed] < station_m
         return (
@@ -99,11 +99,11 @@ class Tubes:
         )
 
     def free_ends_m(self, tube: str) -> Array:
-        """Stations (n,) where the tube is severed."""
+        """Return the stations (n,) where the tube is severed."""
         return self.stations_m[tube][self.severed_rings(tube)]
 
     def lumen_fraction_at(self, tube: str, ring: int, station_m: float) -> float:
-        """`lumen_fraction` of one ring, on the stump at a station."""
+        """Return `lumen_fraction` of one ring, on the stump at a station."""
         rings = self.above if self.stations_m[tube][ring] < station_m else self.below
         corners = self.tissue.positions(self.b)[rings[tube][ring, self._inner]].astype(np.float64)
         turn = corners.T @ self._next @ corners  # twice the area's vector, as a skew matrix
@@ -111,15 +111,15 @@ class Tubes:
         return float(0.5 * twice / self._rest_area[tube][ring])
 
     def lumen_fraction(self, tube: str) -> Array:
-        """(n_ring,) area of the lumen over its area at rest."""
+        """Return the (n_ring,) area of the lumen over its area at rest."""
         return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
 
     def rest_lumen_m2(self, tube: str) -> Array:
-        """(n_ring,) area of the lumen at rest."""
+        """Return the (n_ring,) area of the lumen at rest."""
         return self._rest_area[tube]
 
     def open_share(self, tube: str, ring: int) -> float:
-        """How much of the lumen's edge is parted at a ring, 0 to 1."""
+        """Return the share of the lumen's edge that is severed at a ring, 0 to 1."""
         inner = slice(1, 1 + (self.below[tube].shape[1] - 1) // 2)
         return float((self.above[tube] != self.below[tube])[ring, inner].mean())
 
@@ -130,13 +130,14 @@ class Tubes:
         reach_m: float,
         half_gap_m: float = BETWEEN_HALF_GAP_M,
     ) -> Crossing | None:
-        """Where the tube crosses the plane x = 0 between an instrument's jaws.
+        """Return where the tube crosses the plane x = 0 between an instrument's jaws.
 
         Args:
             tube: its name.
             T_world_tool: (4, 4) pose of the tool.
-            reach_m: how far back from the tip the jaws act.
-            half_gap_m: how far from the jaws' middle it may lie; as a rule, as they close.
+            reach_m: length, back from the tip, over which the jaws act.
+            half_gap_m: largest distance from the jaws' middle plane; the default is for closing
+                jaws.
         """
         centres = transform(inverse_pose(T_world_tool), self.centres(tube))
         x = centres[:, 0]
@@ -164,7 +165,7 @@ class Tubes:
         return best
 
     def nearest(self, T_world_tool: Array, reach_m: float) -> str:
-        """The tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
+        """Return the tube nearest to the middle of jaws that act from the tip back to `reach_m`."""
         middle = T_world_tool[:3, 3] - 0.5 * reach_m * T_world_tool[:3, 2]
         return min(
             self.organ.tubes, key=lambda t: np.linalg.norm(self.centres(t) - middle, axis=1).min()
@@ -177,13 +178,13 @@ class Tubes:
         width_m: float,
         half_gap_m: float = MEETING_HALF_GAP_M,
     ) -> bool:
-        """Whether part of the gallbladder lies where the closing jaws meet.
+        """Tell whether part of the gallbladder lies where the closing jaws meet.
 
         Args:
             T_world_tool: (4, 4) pose of the tool.
-            reach_m: how far back from the tip the jaws act.
-            width_m: of the jaws, along x.
-            half_gap_m: how far from the jaws' middle it may lie.
+            reach_m: length, back from the tip, over which the jaws act.
+            width_m: width of the jaws, along x.
+            half_gap_m: largest distance from the jaws' middle plane.
         """
         sac = self.tissue.positions(self.b)[self.organ.sac_rings.ravel()].astype(float)
         x, y, z = transform(inverse_pose(T_world_tool), sac).T
@@ -191,10 +192,10 @@ class Tubes:
         return bool((across & (-reach_m < z) & (z < 0.0)).any())
 
     def slide_ring(self, tube: str, ring: int, station_m: float) -> None:
-        """Move a ring of the mesh along the tube, at rest and now alike.
+        """Move a ring of the mesh along the tube, both at rest and at its current position.
 
-        The ring slides on the straight edges to its neighbour, so the shape keeps, and a cut
-        lies where the blades were rather than at the nearest ring.
+        The ring slides on the straight edges to its neighbour. So the shape stays the same, and a
+        cut lies at the blades and not at the nearest ring.
         """
         stations = self.stations_m[tube]
         neighbour = ring + 1 if station_m > stations[ring] else ring - 1
@@ -204,18 +205,18 @@ class Tubes:
         self.stations_m[tube][ring] = station_m
 
     def severed_rings(self, tube: str) -> Indices:
-        """Rings whose two sides no longer share any vertex."""
+        """Return the rings whose two sides share no vertex any more."""
         apart = (self.above[tube] != self.below[tube]).all(axis=1)
         return np.flatnonzero(apart).astype(np.int32)
 
     def in_two_parts(self, tube: str) -> bool:
-        """No element joins the fixed end to the sac's end any more."""
+        """Tell whether no element joins the fixed end to the sac's end any more."""
         tets = self.tissue.tets(self.b)[self._tube_tets[tube]]
         label = components(self.tissue.n_vertex(self.b), tets)
         return label[self.below[tube][0, 0]] != label[self.above[tube][-1, 0]]
 
     def _lumen_areas(self, positions: Array, tube: str) -> Array:
-        """(n_ring,) area of the inner ring's polygon, m^2."""
+        """Return the (n_ring,) area of the inner ring's polygon, m^2."""
         rings = self.below[tube]
         n = (rings.shape[1] - 1) // 2
         corners = positions[rings[:, 1 : 1 + n]].astype(np.float64)

@@ -1,1 +1,1 @@
-"""What instruments do to tissue: grasp, clip, cut and tear, with leaks and injuries that follow."""
+"""What do instruments do to tissue? Grasps, clips, cuts, tears, and their leaks and injuries."""

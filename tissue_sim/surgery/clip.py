@@ -1,4 +1,4 @@
-"""Ligation clips: latch around what lies between the jaws, squeeze it, hold, or get lost."""
+"""Ligation clips: they latch around the tissue between the jaws, squeeze it, and hold or detach."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.squeeze import Spring, release, springs_across, squeeze, tension_n
 from tissue_sim.thresholds import CUFF_MIN_M
 
-CLIP_LENGTH_M = 0.0095  # leg length of a medium-large polymer clip, assumed
-CLIP_WIDTH_M = 0.0022  # along the tube, assumed
-LATCH_GAP_M = 0.0016  # legs' distance at their middle at which the lock snaps, assumed
-CLIP_FRICTION = 0.4  # ribbed polymer legs on wet tissue, assumed
-LOCK_STRENGTH_N = 8.0  # pull across at which the lock opens, assumed
-SEAT_SAMPLES = np.linspace(-0.5, 0.5, 9)  # places across the flattened tube
+CLIP_LENGTH_M = 0.0095  # assumed: leg length of a medium-large polymer clip
+CLIP_WIDTH_M = 0.0022  # assumed: along the tube
+LATCH_GAP_M = 0.0016  # assumed: distance of the legs' middles at which the lock closes
+CLIP_FRICTION = 0.4  # assumed: ribbed polymer legs on wet tissue
+LOCK_STRENGTH_N = 8.0  # assumed: pull across the tube at which the lock opens
+SEAT_SAMPLES = np.linspace(-0.5, 0.5, 9)  # sample places across the flattened tube
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,18 +25,18 @@ class Clip:
     """One clip in the field.
 
     Attributes:
-        number: in the order of closing or dropping, from 1.
-        crossings: where it sits, or sat, on each tube it caught; empty when it caught nothing.
+        number: the order of closing or dropping, from 1.
+        crossings: its current or last place on each tube it caught; empty if it caught nothing.
         complete: for each crossing, whether the tube's whole width lies between the legs.
-        on_sac: whether part of the gallbladder is caught too.
+        on_sac: whether it caught part of the gallbladder too.
         rings: for each crossing, the tube's rings under the legs.
         links: rows of its squeezing springs.
-        vertices: what it holds.
-        places_m: (n, 3) where each of `vertices` lies in the clip's own frame.
-        lost: it holds nothing: it came off, closed on nothing or was dropped.
-        slid_m: how far it has been pulled along its tube.
-        fall_m_s: how fast it falls; None while it is held or lies still.
-        T_world_clip: (4, 4) where it closed; once lost, where it is.
+        vertices: the vertices it holds.
+        places_m: (n, 3) place of each of `vertices` in the clip's own frame.
+        lost: whether it holds nothing: it detached, closed on nothing or was dropped.
+        slid_m: distance that it has been pulled along its tube.
+        fall_m_s: its fall speed; None while it is held or lies still.
+        T_world_clip: (4, 4) the pose at which it closed; once it is lost, its current pose.
     """
 
     number: int
@@ -55,21 +55,21 @@ class Clip:
 
     @property
     def dropped(self) -> bool:
-        """It was never on a tube: closed on nothing, or fell from the applier."""
+        """Tell whether it was never on a tube: it closed on nothing, or fell from the applier."""
         return self.lost and not self.crossings
 
     @property
-    def came_off(self) -> bool:
-        """It was on a tube and no longer is."""
+    def detached(self) -> bool:
+        """Tell whether it was on a tube and no longer is."""
         return self.lost and bool(self.crossings)
 
     def on(self, tube: str) -> Crossing | None:
-        """Its place on a tube, if it is on it."""
+        """Return its crossing with a tube, or None."""
         return next((c for c in self.crossings if c.tube == tube), None)
 
 
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
-    """Close a clip where the applier's jaws are; its legs cover what they hold."""
+    """Close a clip at the applier's jaws; its legs cover the tissue that they hold."""
     on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
     found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.tubes]
     crossings = tuple(c for c in found if c is not None)
@@ -101,22 +101,22 @@ def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> C
 
 
 def dropped_clip(T_world_clip: Array, *, number: int, time_s: float) -> Clip:
-    """A clip that holds nothing and begins to fall."""
+    """Return a clip that holds nothing and begins to fall."""
     return Clip(
         number=number, time_s=time_s, lost=True, fall_m_s=0.0, T_world_clip=T_world_clip.copy()
     )
 
 
 def T_world_clip(tubes: Tubes, clip: Clip) -> Array:
-    """(4, 4) where a clip is now: it moves as one with the tissue it holds."""
+    """Return the (4, 4) pose of a clip now: it moves rigidly with the tissue it holds."""
     if not clip.vertices:
         return clip.T_world_clip
     held = tubes.tissue.positions(tubes.b)[list(clip.vertices)].astype(float)
     return rigid_fit(clip.places_m, held)
 
 
-def lose(tubes: Tubes, clip: Clip) -> Clip:
-    """The clip comes off: its springs go, the tissue springs back, and it begins to fall."""
+def detach(tubes: Tubes, clip: Clip) -> Clip:
+    """Detach the clip: remove its springs, let the tissue recover, and let the clip fall."""
     release(tubes, clip.links, clip.vertices)
     return replace(
         clip,
@@ -130,7 +130,7 @@ def lose(tubes: Tubes, clip: Clip) -> Clip:
 
 
 def closure(tubes: Tubes, clip: Clip, tube: str) -> float:
-    """Area of the lumen under the clip over its area at rest; 1 when it is not on the tube."""
+    """Return the lumen's area under the clip over its area at rest; 1 if it is not on the tube."""
     crossing = clip.on(tube)
     if clip.lost or crossing is None:
         return 1.0
@@ -138,10 +138,10 @@ def closure(tubes: Tubes, clip: Clip, tube: str) -> float:
 
 
 def grip_n(tubes: Tubes, clip: Clip) -> float:
-    """How hard the tissue presses on either leg, N.
+    """Return the force of the tissue on either leg, N.
 
-    The springs stand for whole rings of the mesh: their tension over the length of tube that
-    those rings represent is a line load, which acts over the clip's width.
+    The springs represent whole rings of the mesh. Their tension over the length of tube that those
+    rings represent is a line load, which acts over the clip's width.
     """
     if not clip.links:
         return 0.0
@@ -153,19 +153,20 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
 
 
 def retention_n(tubes: Tubes, clip: Clip) -> float:
-    """The pull along its tube that a clip holds now, N."""
-    return holds_n(tubes, clip, grip_n(tubes, clip))[0]
+    """Return the largest pull along its tube that a clip holds now, N."""
+    return holding_forces_n(tubes, clip, grip_n(tubes, clip))[0]
 
 
-def holds_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
-    """The pull that a clip holds along its tube and across it, N.
+def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
+    """Return the largest pulls that a clip holds along its tube and across it, N.
 
-    Along, both legs rub: 2 mu N s cos(tilt), with grip N and seat s: pull-off grows with the
-    clip's seated area (Schenk et al., "Pull-off characteristics of double-shanked compared to
-    single-shanked ligation clips", 2016), and ribs resist what comes square to the legs.
+    Along, both legs rub: 2 mu N s cos(tilt), with grip N and seat s. The pull-off force grows with
+    the clip's seated area (Schenk et al., "Pull-off characteristics of double-shanked compared to
+    single-shanked ligation clips", 2016), and ribs resist the part of the pull normal to the legs.
     Across, the lock holds, unless the clip tips over the edge of its seat: the pull acts at the
-    clip's middle, (1 - s) w / 2 off the seat's, whose load N s can move by s w / 2 to balance it.
-    A clip that does not embrace its whole tube slips off sideways: it holds nothing.
+    clip's middle, (1 - s) w / 2 from the middle of the seat, and the seat's load N s can move by s
+    w / 2 to balance it. A clip that does not enclose its whole tube slips off sideways: it holds
+    nothing.
     """
     if clip.lost or not all(clip.complete):
         return 0.0, 0.0
@@ -177,11 +178,11 @@ def holds_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
 
 
 def _seat(tubes: Tubes, crossing: Crossing) -> float:
-    """Share of the clip's area on the flattened tube that presses on firm tissue.
+    """Return the share of the clip's area on the flattened tube that presses on firm tissue.
 
-    Tissue nearer to a free end than the least cuff gives way, as a load fades over about a
-    tube's radius from a free end (Saint-Venant). The leading corner of an askew clip is nearer
-    to the end than its middle.
+    Tissue nearer to a free end than the least cuff yields, as a load decays over about a tube's
+    radius from a free end (Saint-Venant). The leading corner of a tilted clip is nearer to the end
+    than its middle.
     """
     flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
     lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))
@@ -193,7 +194,7 @@ def _seat(tubes: Tubes, crossing: Crossing) -> float:
 
 
 def _rings_under(tubes: Tubes, centres: Array, crossing: Crossing) -> NDArray[np.int64]:
-    """Rings of this stump within the clip's width, at least the nearest.
+    """Return the rings of this stump within the clip's width, at least the nearest one.
 
     Args:
         centres: (n_ring, 3) in the clip's frame, m.

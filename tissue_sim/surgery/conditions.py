@@ -1,4 +1,4 @@
-"""What may change in the field in the course of an operation, beside what the instruments do."""
+"""The conditions of the field that may change during an operation, apart from the instruments."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """Shares, 0 to 1.
+    """Shares from 0 to 1.
 
     Attributes:
-        grip: of the friction that the grasper's jaws have when they are dry.
-        dyed: of the tissue's surface, under red liquid; it is only seen.
+        grip: friction of the grasper's jaws over their friction when dry.
+        dyed: share of the tissue's surface under red liquid; it changes only the appearance.
 
     Raises:
         ValueError: a share is outside 0 to 1.
@@ -24,4 +24,4 @@ class Conditions:
         for field in fields(self):
             value = getattr(self, field.name)
             if not 0.0 <= value <= 1.0:
-                raise ValueError(f"conditions: {field.name} = {value} is outside 0 to 1")
+                raise ValueError(f"conditions: {field.name} = {value} must be from 0 to 1")

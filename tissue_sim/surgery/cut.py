@@ -1,4 +1,4 @@
-"""Scissors: sever the faces between the blades, so that the tube falls into two parts."""
+"""Scissors: sever the faces between the blades, so that the tube separates into two parts."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
 
-BLADE_LENGTH_M = 0.011  # curved scissors, assumed
-BLADE_WIDTH_M = 0.0010  # thickness of the closed blades, assumed
-SHEAR_GAP_M = 0.0012  # blades' distance at the tissue at which it parts, assumed
+BLADE_LENGTH_M = 0.011  # assumed: curved scissors
+BLADE_WIDTH_M = 0.0010  # assumed: thickness of the closed blades
+SHEAR_GAP_M = 0.0012  # assumed: distance of the blades at which tissue is cut
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,14 +18,14 @@ class Cut(Opening):
     """One closing of the blades through a tube.
 
     Attributes:
-        whole: the tube was severed over its whole width.
+        whole: whether the tube was severed over its whole width.
     """
 
     whole: bool
 
 
 def sever(tubes: Tubes, T_world_tool: Array, *, time_s: float) -> tuple[Cut, ...]:
-    """Cut every tube between the closed blades. The tissue is rewired."""
+    """Cut every tube between the closed blades and rewire the tissue."""
     cuts = []
     for tube in tubes.organ.tubes:
         crossing = tubes.crossing(tube, T_world_tool, BLADE_LENGTH_M)
@@ -39,7 +39,7 @@ def sever(tubes: Tubes, T_world_tool: Array, *, time_s: float) -> tuple[Cut, ...
 
 
 def _part(tubes: Tubes, crossing: Crossing, T_world_tool: Array) -> bool:
-    """Split the ring's faces under the blades; False when nothing gave way."""
+    """Split the ring's faces under the blades; return False if nothing was split."""
     tube, r = crossing.tube, crossing.ring
     if not 0 < r < tubes.organ.neck_ring[tube]:
         return False

@@ -17,7 +17,7 @@ from tissue_sim.surgery.injury import InjuryMonitor
 from tissue_sim.surgery.leak import hole_leak, leaks
 from tissue_sim.surgery.loose_clip import fall
 from tissue_sim.surgery.record import Record
-from tissue_sim.surgery.slip import Pull, parted, under_pull
+from tissue_sim.surgery.slip import Pull, apply_pull, update_after_cut
 from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -134,14 +134,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
 
 def _part_clips(field: Field, r: Record) -> Record:
     """Leave what was severed under a clip's legs with its own stump."""
-    return replace(r, clips=tuple(parted(field.tubes, clip) for clip in r.clips))
+    return replace(r, clips=tuple(update_after_cut(field.tubes, clip) for clip in r.clips))
 
 
 def _pull(field: Field, r: Record, pull: Pull, step_s: float, monitor: InjuryMonitor) -> Record:
     """Move the clip that is pulled at."""
     k = pull.number - 1
     before = r.clips[k]
-    clip = under_pull(field.tubes, before, pull, step_s)
+    clip = apply_pull(field.tubes, before, pull, step_s)
     for reading in injuries.pulled_loose(before, clip):
         monitor.add(reading, r.time_s + step_s)
     if clip.lost:

@@ -1,4 +1,4 @@
-"""The grasper's hold on the gallbladder, read from contact: who is held, how firmly, since when."""
+"""The grasper's hold on the gallbladder, from contact: held vertices, pinch and start time."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Grasp:
     """A hold of tissue between both jaws of the left arm.
 
     Attributes:
-        vertices: held sac vertices; empty when nothing is held by both jaws.
-        place_tool_m: where each was in the tool frame when it was caught, (n, 3).
-        since_s: when it began, or began anew after a slip.
-        slip_m: how far the tissue has moved in the jaws since.
+        vertices: held sac vertices; empty unless both jaws hold tissue.
+        place_tool_m: (n, 3), the place of each in the tool frame when the jaws caught it.
+        since_s: start of the hold; a slip starts it again.
+        slip_m: distance that the tissue has moved in the jaws since then.
         pinch_n: normal force between jaws and tissue, the smaller of the two jaws.
         traction_n: net force of the tissue on the jaws.
     """
@@ -42,7 +42,7 @@ class Grasp:
 def follow_grasp(
     before: Grasp, tissue: Tissue, organ: Organ, T_world_tool: Array, time_s: float, b: int = 0
 ) -> Grasp:
-    """The grasp now, given the grasp one control step ago."""
+    """Return the grasp now, given the grasp one control step ago."""
     sac = organ.sac_rings[:INFUNDIBULUM_RINGS].ravel()
     touching = tissue.host("contact_shape")[b][sac]
     held = [sac[touching == finger] for finger in LEFT_FINGERS]
@@ -70,16 +70,16 @@ def follow_grasp(
 def pinch_n(
     tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
 ) -> float:
-    """Normal force of two jaws on some vertices, the smaller of the two; zero if one is free."""
+    """Return the normal force of two jaws on vertices, the smaller of both; zero if one is free."""
     return min(map(abs, inward_n(tissue, vertices, fingers, T_world_tool, b)))
 
 
 def inward_n(
     tissue: Tissue, vertices: Indices, fingers: tuple[int, int], T_world_tool: Array, b: int = 0
 ) -> tuple[float, float]:
-    """Normal force (N) of the upper (+y of the tool) and the lower jaw, towards each other.
+    """Return the normal forces (N) of the upper (+y of the tool) and lower jaw, inward.
 
-    Below zero where a jaw presses outwards, as on tissue that it was opened in.
+    A force is negative where a jaw presses outward, as in tissue in which the jaws were opened.
     """
     touching = tissue.host("contact_shape")[b, vertices]
     across = tissue.host("contact_force")[b, vertices].astype(float) @ T_world_tool[:3, 1]

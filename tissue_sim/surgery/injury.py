@@ -1,4 +1,4 @@
-"""Injuries, as events with a value and the limit it broke."""
+"""Injuries, as events with a value and the limit that it exceeds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Injury:
-    """Something that must not happen. Units of value and limit go with the event."""
+    """Something that must not happen. The event defines the units of value and limit."""
 
     event: str
     time_s: float
@@ -26,7 +26,7 @@ class LimitReading:
 
 
 class InjuryMonitor:
-    """Turns readings into events: one when a limit is broken, and none again until it was kept."""
+    """Turns readings into events: one each time that a quantity newly exceeds its limit."""
 
     def __init__(self, events: Iterable[Injury] = (), broken: Iterable[str] = ()) -> None:
         self.events = list(events)
@@ -42,7 +42,7 @@ class InjuryMonitor:
                 self.add(reading, time_s)
 
     def add(self, reading: LimitReading, time_s: float) -> None:
-        """Add an event outright."""
+        """Add an event without a check."""
         self.events.append(
             Injury(event=reading.event, time_s=time_s, value=reading.value, limit=reading.limit)
         )

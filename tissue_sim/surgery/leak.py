@@ -15,10 +15,10 @@ from tissue_sim.thresholds import LUMEN_CLOSED
 
 SIDES = ("body", "gallbladder")
 FLUIDS: dict[str, Fluid] = {"duct": BILE, "artery": BLOOD, "second artery": BLOOD}
-DRAIN = ("duct", "gallbladder")  # by this stump the gallbladder itself runs out
-BILE_PRESSURE_PA = 1.2e3  # in ducts and gallbladder at rest: 12 cm of water, assumed
-ARTERIAL_PRESSURE_PA = 12.4e3  # mean, 93 mmHg, textbook value
-BACK_PRESSURE_PA = 2.0e3  # from the gallbladder's small vessels, assumed
+DRAIN = ("duct", "gallbladder")  # the gallbladder drains through this stump
+BILE_PRESSURE_PA = 1.2e3  # assumed: in ducts and gallbladder at rest, 12 cm of water
+ARTERIAL_PRESSURE_PA = 12.4e3  # textbook value: mean, 93 mmHg
+BACK_PRESSURE_PA = 2.0e3  # assumed: from the gallbladder's small vessels
 PRESSURE_PA = {
     ("duct", "body"): BILE_PRESSURE_PA,
     ("duct", "gallbladder"): BILE_PRESSURE_PA,
@@ -31,12 +31,12 @@ PRESSURE_PA = {
 
 @dataclass(frozen=True, kw_only=True)
 class Leak:
-    """What leaks, and how fast (m^3/s).
+    """A leak and its rate (m^3/s).
 
     Attributes:
         structure: a tube, or "gallbladder".
-        side: of a tube's opening, from where it leaks; "hole" of the gallbladder.
-        ring: of a tube, the parted one; -1 of the gallbladder.
+        side: the side of a tube's opening that the fluid comes from; "hole" for the gallbladder.
+        ring: the severed ring of a tube; -1 for the gallbladder.
     """
 
     structure: str
@@ -46,22 +46,22 @@ class Leak:
 
     @property
     def drains_sac(self) -> bool:
-        """Whether it is the gallbladder's own bile that is lost."""
+        """Tell whether the lost fluid is the gallbladder's own bile."""
         return self.structure == "gallbladder" or (self.structure, self.side) == DRAIN
 
 
 def leaks(
     tubes: Tubes, clips: Sequence[Clip], openings: Sequence[Opening], *, fullness: float = 1.0
 ) -> tuple[Leak, ...]:
-    """Every leaking stump now, of tubes that were cut or torn.
+    """Return the leaks of all stumps of tubes that were cut or torn.
 
-    Of several openings in a tube only the outer two are fed, one from either side.
+    Of several openings in a tube only the outer two leak, one from each side.
 
     Args:
-        tubes: of the patient.
-        clips: all, lost ones too.
+        tubes: the patient's tubes.
+        clips: all clips, also lost ones.
         openings: all cuts and tears.
-        fullness: of the gallbladder, 0 to 1; its pressure falls with it, assumed in proportion.
+        fullness: filling of the gallbladder, 0 to 1; assumed: its pressure is proportional to it.
     """
     found = []
     for tube in dict.fromkeys(o.tube for o in openings):
@@ -76,7 +76,7 @@ def leaks(
 
 
 def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
-    """The gallbladder's leak by its holes, if it has any."""
+    """Return the gallbladder's leak through its holes, if it has any."""
     if not sac.open_patches().size:
         return ()
     way = FlowSegment(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=sac.hole_m2())
@@ -87,7 +87,7 @@ def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
 def _way_out(
     tubes: Tubes, clips: Sequence[Clip], opening: Opening, side: str
 ) -> tuple[FlowSegment, ...]:
-    """From the source on one side to an opening; empty when a clip closes it."""
+    """Return the flow path from the source on one side to an opening; empty if a clip closes it."""
     tube, station = opening.tube, opening.station_m
     lumen = tubes.rest_lumen_m2(tube)[opening.ring]
     length = station if side == SIDES[0] else tubes.length_m[tube] - station

@@ -1,4 +1,4 @@
-"""A clip that nothing holds falls freely, onto the liver bed or onto the fat behind the tubes."""
+"""A clip that nothing holds falls freely, onto the liver bed or the fat behind the tubes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import LiverBed
 from tissue_sim.surgery.clip import Clip
 
-FAT_AWAY_M = 0.011  # where the fat behind the field begins, assumed
+FAT_AWAY_M = 0.011  # assumed: where the fat behind the field begins
 GRAVITY_M_S2 = 9.81
 
 
 def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
-    """The clip after a step. It falls upright and past the tissue, and stays where it lands."""
+    """Return the clip after a step.
+
+    It keeps its orientation, falls past the tissue, and stays where it lands.
+    """
     if clip.fall_m_s is None:
         return clip
     speed = clip.fall_m_s + GRAVITY_M_S2 * step_s

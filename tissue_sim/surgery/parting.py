@@ -1,4 +1,4 @@
-"""A tube gives way at a ring: the faces of its section split, wholly or in part."""
+"""Split a tube at a ring: separate the faces of its section, wholly or in part."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tissue_sim.structures.tubes import Tubes
 
 @dataclass(frozen=True, kw_only=True)
 class Opening:
-    """Where a tube stands open since it was cut or torn.
+    """An opening of a tube, made by a cut or a tear.
 
     Attributes:
-        ring: the parted one.
-        station_m: of that ring, along the tube at rest.
+        ring: the severed ring.
+        station_m: station of that ring, along the tube at rest.
     """
 
     tube: str
@@ -28,16 +28,16 @@ class Opening:
 
 
 def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) -> bool:
-    """Split a ring's faces all of whose vertices have given way. The tissue is rewired.
+    """Split the faces of a ring all of whose vertices have given way, and rewire the tissue.
 
     Args:
-        tubes: of the tissue to part.
-        tube: its name.
-        ring: neither the fixed one nor one within the sac.
-        given_way: (1 + 2 sectors,), for each vertex of the ring.
+        tubes: the tubes of the tissue.
+        tube: the tube's name.
+        ring: not the fixed ring, and not one within the sac.
+        given_way: (1 + 2 sectors,), whether each vertex of the ring has given way.
 
     Returns:
-        False when nothing parted: no face has given way, or no vertex is left to spare.
+        False if nothing was split: no face has given way, or no spare vertex is left.
     """
     tissue, b, vertices = tubes.tissue, tubes.b, tubes.below[tube][ring]
     severed = {
@@ -55,13 +55,13 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
         tubes.above[tube][ring, np.flatnonzero(vertices == parent)[0]] = n + k
     around = tissue.host("ring_above")[b, tubes.organ.tubes.index(tube), ring]
     around[:] = tubes.above[tube][ring, -len(around) :]
-    tissue.take_loose_from_parts(b)
+    tissue.remove_loose_from_parts(b)
     tissue.rewire(b)
     return True
 
 
 def ring_faces(n_ring: int) -> Indices:
-    """Triangles (n, 3) of a section, as places within a ring: centre, inner, outer."""
+    """Return the triangles (n, 3) of a section, as places in a ring: centre, inner, outer."""
     n = (n_ring - 1) // 2
     k = np.arange(n)
     inner, inner_next = 1 + k, 1 + (k + 1) % n

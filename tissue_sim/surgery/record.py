@@ -1,4 +1,4 @@
-"""What happened in the field so far: the world's state that is not in an array."""
+"""The history of the field so far: the part of the world's state that is not in arrays."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from tissue_sim.surgery.tear import Tear
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """The field's history, replaced as a whole after each control step.
+    """The field's history; a new record replaces it after each control step.
 
     Attributes:
         clip_loaded: the applier holds a clip.
         jaws_opened: the right jaws have opened since they last closed on something.
-        clips: held, fallen off and dropped ones, in order.
-        pull: the test pull under way.
-        leaked_m3: bile and blood so far.
-        drained_m3: the gallbladder's part in it.
-        bed_rest_n: the gallbladder's own press on the liver bed, before anyone touched it.
+        clips: held, detached and dropped clips, in order.
+        pull: the test pull in progress.
+        leaked_m3: bile and blood lost so far.
+        drained_m3: the gallbladder's share of it.
+        bed_rest_n: force of the gallbladder on the liver bed before the first contact.
         broken_limits: names of the limits that are exceeded now.
     """
 
@@ -46,10 +46,10 @@ class Record:
 
     @property
     def dropped_clips(self) -> int:
-        """Clips that closed on nothing or fell from the applier."""
+        """Return the number of clips that closed on nothing or fell from the applier."""
         return sum(clip.dropped for clip in self.clips)
 
     @property
     def openings(self) -> tuple[Opening, ...]:
-        """Where tubes stand open, by cut or tear."""
+        """Return the openings of tubes, from cuts and tears."""
         return (*self.cuts, *self.tears)

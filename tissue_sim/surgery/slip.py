@@ -1,6 +1,7 @@
-"""What a pull does to a clip: beyond its hold it slides along its tube, and over the end it is off.
+"""A pull on a clip: beyond the clip's hold it slides along its tube, and over the end it detaches.
 
-Quasi-static, as friction is: while the pull exceeds the hold, the clip moves on at a steady speed.
+The motion is quasi-static, as friction is: while the pull exceeds the hold, the clip slides at a
+constant speed.
 """
 
 from __future__ import annotations
@@ -11,20 +12,20 @@ import numpy as np
 
 from tissue_sim.frames import Array
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import Clip, T_world_clip, holds_n, lose
+from tissue_sim.surgery.clip import Clip, T_world_clip, detach, holding_forces_n
 from tissue_sim.surgery.squeeze import release, springs_in, squeeze
 
-SLIP_SPEED_M_S = 0.02  # assumed: as fast as a hand draws
+SLIP_SPEED_M_S = 0.02  # assumed: the speed of a hand that pulls
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pull:
-    """A pull at one clip, N.
+    """A pull on one clip, N.
 
     Attributes:
-        number: the clip's.
+        number: number of the clip.
         force_world_n: (3,).
-        grip_n: the clip's grip before the pull: pulling tightens the tissue, not the clip.
+        grip_n: the clip's grip before the pull, as the pull tightens the tissue and not the clip.
     """
 
     number: int
@@ -32,12 +33,12 @@ class Pull:
     grip_n: float
 
 
-def under_pull(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
-    """The pulled clip after a step: where it was, slid on, or off.
+def apply_pull(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
+    """Return the pulled clip after a step: unchanged, displaced or detached.
 
-    Pulls along (F) and across (G) add up as friction does: it moves when
-    (F / holds along)^2 + (G / holds across)^2 > 1. Across, or with two tubes between its legs,
-    it does not slide but comes off.
+    Pulls along (F) and across (G) add up as friction does: the clip moves when (F / hold along)^2 +
+    (G / hold across)^2 > 1. Under a pull across, or with two tubes between its legs, it does not
+    slide but detaches.
     """
     if clip.lost or not pull.force_world_n.any():
         return clip
@@ -45,20 +46,20 @@ def under_pull(tubes: Tubes, clip: Clip, pull: Pull, step_s: float) -> Clip:
     _, tangent = tubes.point(crossing.tube, crossing.station_m)
     along = float(pull.force_world_n @ tangent)
     across = float(np.linalg.norm(pull.force_world_n - along * tangent))
-    holds_along, holds_across = holds_n(tubes, clip, pull.grip_n)
+    holds_along, holds_across = holding_forces_n(tubes, clip, pull.grip_n)
     if not (holds_along > 0.0 and holds_across > 0.0) or across > holds_across:
-        return lose(tubes, clip)
+        return detach(tubes, clip)
     if (along / holds_along) ** 2 + (across / holds_across) ** 2 <= 1.0:
         return clip
     if len(clip.crossings) > 1:
-        return lose(tubes, clip)
+        return detach(tubes, clip)
     return slide(tubes, clip, float(np.copysign(SLIP_SPEED_M_S * step_s, along)))
 
 
 def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
-    """Move a clip on one tube along it, its squeeze from ring to ring.
+    """Move a clip on one tube along it, and its squeeze from ring to ring.
 
-    At a severed end it comes off; at an end that is joined to the body it goes no further.
+    At a severed end it detaches; at an end that is joined to the body it stops.
     """
     (crossing,) = clip.crossings
     tube = crossing.tube
@@ -66,11 +67,11 @@ def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
     stations = tubes.stations_m[tube]
     station = float(np.clip(crossing.station_m + by_m, stations[first], stations[last]))
     if station in tubes.free_ends_m(tube):
-        return lose(tubes, clip)
+        return detach(tubes, clip)
     by_m = station - crossing.station_m
     ring = first + int(np.argmin(np.abs(stations[first : last + 1] - station)))
     clip = _on_rings(tubes, clip, ring - crossing.ring) if ring != crossing.ring else clip
-    # its own frame moves the other way relative to what it holds
+    # the clip's frame moves the opposite way relative to the tissue it holds
     _, tangent = tubes.point(tube, crossing.station_m)
     by_clip_m = T_world_clip(tubes, clip)[:3, :3].T @ tangent * by_m
     return replace(
@@ -81,8 +82,8 @@ def slide(tubes: Tubes, clip: Clip, by_m: float) -> Clip:
     )
 
 
-def parted(tubes: Tubes, clip: Clip) -> Clip:
-    """The clip after a cut: a ring severed under its legs stays with its own stump."""
+def update_after_cut(tubes: Tubes, clip: Clip) -> Clip:
+    """Return the clip after a cut: a ring severed under its legs stays on its own stump."""
     there = {
         int(old): int(new)
         for crossing, rings in zip(clip.crossings, clip.rings, strict=True)
@@ -99,7 +100,7 @@ def parted(tubes: Tubes, clip: Clip) -> Clip:
 
 
 def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
-    """The same squeeze on rings further on; what would lie beyond the stump's end is let go."""
+    """Move the squeeze by a number of rings; release what would lie beyond the stump's end."""
     (crossing,), (rings,) = clip.crossings, clip.rings
     tube, station = crossing.tube, crossing.station_m
     first, last = tubes.stump(tube, station)
@@ -118,7 +119,7 @@ def _on_rings(tubes: Tubes, clip: Clip, shift: int) -> Clip:
 
 
 def _on_vertices(tubes: Tubes, clip: Clip, there: dict[int, int]) -> Clip:
-    """The clip holds other vertices instead; those that are not in `there` are let go."""
+    """Replace the vertices that the clip holds; release those that are not in `there`."""
     springs = [
         (there[i], there[j], rest, stiffness)
         for i, j, rest, stiffness in springs_in(tubes, clip.links)

@@ -1,7 +1,7 @@
 """A clip's squeeze: springs between the two halves of each ring under its legs.
 
-The soft filling of a crushed lumen is folded over: a few of its elements (2 kPa, assumed) are
-inverted while the clip sits, and open again when it comes off. The walls are never inverted.
+The soft filling of a crushed lumen folds over: a few of its elements (2 kPa, assumed) are inverted
+while the clip is closed, and recover when it detaches. The walls are never inverted.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.structures.tubes import Tubes
 
-SQUEEZES = (  # layer of a ring, springs' stiffness (N/m a pair), rest distance over tube radius
+SQUEEZES = (  # layer of a ring, stiffness of a spring (N/m), rest distance over tube radius
     ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),
 )
@@ -24,13 +24,13 @@ Spring = tuple[int, int, float, float]  # vertices, rest (m), stiffness (N/m)
 def springs_across(
     ring: NDArray[np.int32], held: NDArray[np.bool_], local: Array, radius_m: float
 ) -> list[Spring]:
-    """Springs of one ring between its upper and lower half.
+    """Return the springs of one ring, between its upper and lower half.
 
     Args:
         ring: (1 + 2 n,) vertices: centre, inner, outer.
-        held: which of them lie between the legs.
+        held: whether each vertex lies between the legs.
         local: (n_vertex, 3) positions in the clip's frame, m.
-        radius_m: of the tube.
+        radius_m: radius of the tube.
     """
     if not held.any():
         return []
@@ -50,7 +50,7 @@ def springs_across(
 
 
 def squeeze(tubes: Tubes, springs: list[Spring], vertices: list[int]) -> tuple[int, ...]:
-    """Close on vertices: the legs cover them, springs press them together. Returns their rows."""
+    """Cover vertices with the legs and press them together with springs; return their rows."""
     tubes.tissue.host("covered")[tubes.b, vertices] += 1
     if not springs:
         return ()
@@ -67,21 +67,21 @@ def squeeze(tubes: Tubes, springs: list[Spring], vertices: list[int]) -> tuple[i
 
 
 def springs_in(tubes: Tubes, rows: tuple[int, ...]) -> list[Spring]:
-    """The springs that stand in these rows."""
+    """Return the springs in these rows."""
     host, at = tubes.tissue.host, (tubes.b, list(rows))
     columns = (host("link")[at].tolist(), host("link_rest")[at], host("link_stiffness")[at])
     return [(i, j, float(L), float(k)) for (i, j), L, k in zip(*columns, strict=True)]
 
 
 def release(tubes: Tubes, rows: tuple[int, ...], vertices: tuple[int, ...]) -> None:
-    """Undo `squeeze`; vertices that another clip covers too stay covered."""
+    """Undo `squeeze`; vertices that another clip also covers stay covered."""
     tubes.tissue.host("link_stiffness")[tubes.b, list(rows)] = 0.0
     tubes.tissue.host("covered")[tubes.b, list(vertices)] -= 1
     tubes.tissue.rewire(tubes.b)
 
 
 def tension_n(tubes: Tubes, rows: tuple[int, ...]) -> float:
-    """Sum of the springs' tensions, N."""
+    """Return the sum of the springs' tensions, N."""
     host, at = tubes.tissue.host, (tubes.b, list(rows))
     x = tubes.tissue.positions(tubes.b)[host("link")[at]].astype(float)
     stretch = np.linalg.norm(x[:, 1] - x[:, 0], axis=1) - host("link_rest")[at]

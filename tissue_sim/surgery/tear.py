@@ -1,8 +1,8 @@
-"""A tube pulled too hard parts at its weakest section.
+"""A tube under too much pull tears at its weakest section.
 
-The mesh's walls are thicker and softer than the real ones, so the limit is a force: the real
-wall's ultimate strength times its section. A linear wall stretches further than a real one, which
-stiffens, before it carries that force.
+The mesh's walls are thicker and softer than the real ones, so the limit is a force: the real wall's
+ultimate strength times its section. A linear wall stretches further before it carries that force
+than a real wall, which stiffens.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class Load:
     """The segment of a tube that is nearest to its ultimate strength.
 
     Attributes:
-        segment: above the ring of the same number.
-        pull_n: along the tube.
-        holds_n: the pull at which it parts.
+        segment: its number, that of the ring below it.
+        pull_n: the pull along the tube.
+        holds_n: the pull at which it tears.
     """
 
     tube: str
@@ -37,22 +37,23 @@ class Load:
 
 @dataclass(frozen=True, kw_only=True)
 class Tear(Opening):
-    """A tube pulled in two. The pull and what the wall held, N."""
+    """A tube pulled in two, with the pull and the wall's strength, N."""
 
     pull_n: float
     holds_n: float
 
 
 def wall_section_m2(tube: str, radius_m: float) -> float:
-    """Section of the real wall of a tube of this outer radius."""
+    """Return the section of the real wall of a tube of this outer radius."""
     t = WALL_THICKNESS_M[tube]
     return np.pi * t * (2.0 * radius_m - t)
 
 
 def worst_load(tubes: Tubes, tube: str) -> Load:
-    """Of the loads that `Tissue.load_walls` found, the one nearest to a tear.
+    """Return the load nearest to a tear, of those that `Tissue.load_walls` found.
 
-    A pull runs on along the tube: what one segment alone carries is jaws that work on it.
+    A real pull acts on neighbouring segments too: a load on one segment alone comes from jaws that
+    deform it.
     """
     whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))
     pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
@@ -67,15 +68,15 @@ def worst_load(tubes: Tubes, tube: str) -> Load:
 
 
 def tear(tubes: Tubes, load: Load, *, time_s: float) -> Tear | None:
-    """Part the tube by the overloaded segment; None when no ring there can part.
+    """Split the tube at the overloaded segment; return None if no ring there can be split.
 
-    A clip holds its rings together: the tube gives way beside it.
+    A clip holds its rings together: the tube tears beside it.
     """
     tube, rings = load.tube, tubes.below[load.tube]
     free = _can_part(tubes, tube)
     if not free.any():
         return None
-    # of two rings equally near, the weaker
+    # of two equally near rings, choose the weaker
     distance = np.abs(np.arange(len(free)) - load.segment - 0.5) + 0.1 * intact_share(tubes, tube)
     ring = int(np.argmin(np.where(free, distance, np.inf)))
     if not part_ring(tubes, tube, ring, np.ones(rings.shape[1], bool)):
@@ -91,7 +92,7 @@ def tear(tubes: Tubes, load: Load, *, time_s: float) -> Tear | None:
 
 
 def intact_share(tubes: Tubes, tube: str) -> Array:
-    """(n_ring,) how much of the wall a cut has left; 1 again at a stump's end."""
+    """Return the (n_ring,) share of the wall that a cut has left; 1 again at a stump's end."""
     same = (tubes.above[tube] == tubes.below[tube])[:, 1:]
     if same.all():
         return np.ones(len(same))
@@ -100,7 +101,7 @@ def intact_share(tubes: Tubes, tube: str) -> Array:
 
 
 def _can_part(tubes: Tubes, tube: str) -> NDArray[np.bool_]:
-    """(n_ring,) neither parted already, nor clipped, nor held by the body or the sac."""
+    """Return (n_ring,) whether a ring is neither severed nor clipped nor held by body or sac."""
     ring = np.arange(len(tubes.below[tube]))
     free = (ring > 0) & (ring < tubes.organ.neck_ring[tube])
     free[tubes.severed_rings(tube)] = False

@@ -1,1 +1,1 @@
-"""What the robot holds: two arms, their kinematics, instruments and meshes."""
+"""What does the robot hold? Two arms: kinematics, instruments, contact surfaces and meshes."""

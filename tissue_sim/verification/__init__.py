@@ -1,1 +1,1 @@
-"""What the tissue is held to: closed forms, a converged static solver, and the experiments."""
+"""Is the tissue model correct? Closed forms, a converged static solver, and experiments."""

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tissue_sim.bodies import dense_stiffness, forces
 from tissue_sim.frames import Array
-from tissue_sim.mechanics.assembly import FAR
+from tissue_sim.mechanics.assembly import MAX_DRIFT
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.verification.bodies import RUBBER, box, organ_of, put, tissue_of
 
@@ -29,7 +29,7 @@ def elements(tissue: Tissue) -> tuple[Array, Array]:
 
 
 def test_near_by_the_stiffness_is_kept_and_the_forces_are_those_of_here() -> None:
-    near = 0.9 * float(FAR) / REST.max()
+    near = 0.9 * float(MAX_DRIFT) / REST.max()
     tissue = body(stretched(0.2))
     _, before = elements(tissue)
     put(tissue, stretched(0.2 + near))
@@ -42,7 +42,7 @@ def test_near_by_the_stiffness_is_kept_and_the_forces_are_those_of_here() -> Non
 
 
 def test_far_off_the_stiffness_is_worked_out_anew() -> None:
-    far = 1.1 * float(FAR) / REST.max()
+    far = 1.1 * float(MAX_DRIFT) / REST.max()
     tissue = body(stretched(0.2))
     elements(tissue)
     put(tissue, stretched(0.2 + far))
@@ -71,7 +71,7 @@ def test_restoring_brings_the_kept_stiffness_back(worked_out: bool) -> None:
     tissue = body(stretched(0.2))
     if worked_out:
         elements(tissue)
-    put(tissue, stretched(0.2 + 0.9 * float(FAR) / REST.max()))
+    put(tissue, stretched(0.2 + 0.9 * float(MAX_DRIFT) / REST.max()))
     state = tissue.state()
     expected = elements(tissue)
     put(tissue, stretched(0.3))

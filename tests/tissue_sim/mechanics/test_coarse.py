@@ -8,7 +8,7 @@ import pytest
 from tests.tissue_sim.bodies import dense_stiffness
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline
-from tissue_sim.mechanics.coarse_motion import FIRMER
+from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -54,7 +54,7 @@ def test_the_factor_is_that_of_the_parts_matrix() -> None:
     tissue = one_step()
     P, L = rigid_motions(tissue), dense_factor(tissue)
     expected = P.T @ dense_stiffness(tissue) @ P
-    expected += float(FIRMER) * np.diag(np.diag(expected))
+    expected += float(DIAGONAL_SHIFT) * np.diag(np.diag(expected))
     there = np.diag(L) > 0
     assert there.sum() == MODES * (int(tissue.host("n_part")[0]) - 2)  # two rings are held fast
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))

@@ -19,7 +19,7 @@ from tissue_sim.outcome.predicates import (
 )
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch, lose
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.surgery.leak import leaks
@@ -155,7 +155,7 @@ def test_a_clip_that_has_not_closed_the_lumen_is_not_placed(world: World) -> Non
 def test_a_lost_clip_is_not_placed_and_no_stump_holds(world: World) -> None:
     clip(world, "duct", 0.5 * world.tubes.length_m["duct"])
     assert stumps_hold(world)
-    world.record = replace(world.record, clips=(lose(world.tubes, world.record.clips[0]),))
+    world.record = replace(world.record, clips=(detach(world.tubes, world.record.clips[0]),))
     assert not clip_placed(world, "duct", 1)
     assert not stumps_hold(world)
 

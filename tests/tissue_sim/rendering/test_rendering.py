@@ -11,7 +11,7 @@ from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.walls import n_patches, patch_corners
 from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.sensing.cameras import BASELINE_M, CAMERA_NAMES, CameraSpec, T_world_camera
-from tissue_sim.surgery.clip import latch, lose
+from tissue_sim.surgery.clip import detach, latch
 from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.tools.arms import JointCommand
@@ -149,7 +149,7 @@ def test_clip_becomes_visible_and_a_lost_one_lies_elsewhere(world: World) -> Non
     on_tube = violet(clipped, bare)
     assert on_tube.sum() > 30
     (clip,) = world.record.clips
-    world.record = replace(world.record, clips=(lose(world.tubes, clip),))
+    world.record = replace(world.record, clips=(detach(world.tubes, clip),))
     hold(world, 30)
     off_tube = violet(world.endoscope_rgb().astype(int), bare)
     assert (on_tube & off_tube).sum() < 0.1 * on_tube.sum()

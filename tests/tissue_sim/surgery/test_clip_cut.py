@@ -10,7 +10,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, grip_n, lose, retention_n
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, detach, grip_n, retention_n
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
@@ -92,7 +92,7 @@ def test_under_a_lost_clip_the_lumen_opens_again(tubes: Tubes, tube: str) -> Non
     run(tubes)
     ring = clip.crossings[0].ring
     assert tubes.lumen_fraction(tube)[ring] < LUMEN_CLOSED
-    clip = lose(tubes, clip)
+    clip = detach(tubes, clip)
     assert clip.lost
     assert closure(tubes, clip, tube) == 1.0
     run(tubes, 2 * HALF_SECOND)
@@ -228,7 +228,7 @@ def test_an_open_stump_leaks_and_a_clipped_one_does_not(tubes: Tubes, tube: str)
     high = clip_at(tubes, tube, 0.75)
     run(tubes)
     assert leaks(tubes, (low, high), cuts) == ()
-    (leak,) = leaks(tubes, (lose(tubes, low), high), cuts)
+    (leak,) = leaks(tubes, (detach(tubes, low), high), cuts)
     assert leak.side == "body"
 
 

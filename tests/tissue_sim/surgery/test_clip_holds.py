@@ -15,12 +15,12 @@ from tissue_sim.surgery.clip import (
     Clip,
     T_world_clip,
     closure,
+    detach,
     grip_n,
-    holds_n,
-    lose,
+    holding_forces_n,
     retention_n,
 )
-from tissue_sim.surgery.slip import SLIP_SPEED_M_S, Pull, parted, slide, under_pull
+from tissue_sim.surgery.slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, update_after_cut
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
 SEED = 10_000
@@ -55,7 +55,7 @@ def clipped_and_cut(tube: str, cuff_m: float, **how: float) -> tuple[Tubes, Clip
 
 
 def holds(tubes: Tubes, clip: Clip) -> Array:
-    return np.array(holds_n(tubes, clip, grip_n(tubes, clip)))
+    return np.array(holding_forces_n(tubes, clip, grip_n(tubes, clip)))
 
 
 def pull_of(tubes: Tubes, clip: Clip, along_n: float, across_n: float = 0.0) -> Pull:
@@ -71,7 +71,7 @@ def test_a_good_clip_holds_the_test_pull_along_and_across(tube: str) -> None:
     tubes, clip = clipped_and_cut(tube, CUFF_MIN_M + 1e-4)
     assert holds(tubes, clip).min() > 1.5 * TEST_PULL_N
     for along, across in ((TEST_PULL_N, 0.0), (-TEST_PULL_N, 0.0), (0.0, TEST_PULL_N)):
-        assert under_pull(tubes, clip, pull_of(tubes, clip, along, across), STEP_S) is clip
+        assert apply_pull(tubes, clip, pull_of(tubes, clip, along, across), STEP_S) is clip
 
 
 def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
@@ -140,7 +140,7 @@ def test_a_clip_around_part_of_a_tube_comes_off_at_any_pull(tube: str) -> None:
     tubes, clip = clipped(tube, beyond_m=0.0)
     assert clip.complete == (False,)
     assert holds(tubes, clip).tolist() == [0.0, 0.0]
-    assert under_pull(tubes, clip, pull_of(tubes, clip, 0.01), STEP_S).came_off
+    assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.01), STEP_S).detached
 
 
 def test_pulls_along_and_across_add_up(tube: str) -> None:
@@ -148,13 +148,13 @@ def test_pulls_along_and_across_add_up(tube: str) -> None:
     along, across = holds(tubes, clip)
     for share, moves in ((0.69, False), (0.73, True)):
         pull = pull_of(tubes, clip, share * along, share * across)
-        assert (under_pull(tubes, clip, pull, STEP_S) is not clip) == moves
+        assert (apply_pull(tubes, clip, pull, STEP_S) is not clip) == moves
 
 
 def test_across_beyond_its_hold_it_comes_off(tube: str) -> None:
     tubes, clip = clipped(tube)
     across = holds(tubes, clip)[1]
-    assert under_pull(tubes, clip, pull_of(tubes, clip, 0.0, 1.01 * across), STEP_S).came_off
+    assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.0, 1.01 * across), STEP_S).detached
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -169,7 +169,7 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
     steps = 6
     for k in range(steps):
         before = T_world_clip(tubes, clip)
-        clip = under_pull(tubes, clip, pull, STEP_S)
+        clip = apply_pull(tubes, clip, pull, STEP_S)
         moved = np.linalg.norm(T_world_clip(tubes, clip)[:3, 3] - before[:3, 3])
         # it glides, and on to the next ring without a jump of a whole ring
         assert 0.99 < moved / (SLIP_SPEED_M_S * STEP_S) < 2.2
@@ -195,11 +195,11 @@ def test_twice_its_hold_draws_a_clip_over_the_end(tube: str, above: bool) -> Non
     pull = pull_of(tubes, clip, -side * 2.0 * holds(tubes, clip)[0])
     way_m, steps = abs(end - clip.crossings[0].station_m), 0
     while not clip.lost:
-        clip = under_pull(tubes, clip, pull, STEP_S)
+        clip = apply_pull(tubes, clip, pull, STEP_S)
         run(tubes, 2)
         steps += 1
     assert steps == int(np.ceil(way_m / (SLIP_SPEED_M_S * STEP_S) - 1e-6))
-    assert clip.came_off
+    assert clip.detached
     assert not tubes.tissue.host("covered").any()
     assert np.isfinite(tubes.tissue.positions()).all()
 
@@ -217,7 +217,7 @@ def test_a_lost_clip_leaves_what_another_holds_covered(tube: str) -> None:
     tubes, clip = clipped(tube)
     second = clip_at(tubes, tube)
     assert set(second.vertices) & set(clip.vertices)
-    lose(tubes, clip)
+    detach(tubes, clip)
     covered = tubes.tissue.host("covered")[0]
     assert set(np.flatnonzero(covered)) == set(second.vertices)
     assert not tubes.tissue.host("surface")[0, list(second.vertices)].any()
@@ -227,7 +227,7 @@ def test_only_the_soft_filling_of_the_lumen_is_crushed_inside_out(tube: str) -> 
     tubes, clip = clipped(tube)
     crushed = tubes.organ.region[tubes.tissue.volumes() <= 0.0]
     assert {REGIONS[k] for k in crushed} <= {f"{tube} lumen"}
-    lose(tubes, clip)
+    detach(tubes, clip)
     run(tubes, 2 * HALF_SECOND)
     assert tubes.tissue.volumes().min() > 0.0
 
@@ -274,7 +274,7 @@ def test_a_cut_under_a_clips_edge_leaves_it_on_its_own_stump(tube: str) -> None:
     tubes, clip = clipped(tube)
     (cut,) = cut_at(tubes, tube, clip.crossings[0].station_m - 0.5 * CLIP_WIDTH_M)
     assert cut.ring in clip.rings[0]
-    clip = parted(tubes, clip)
+    clip = update_after_cut(tubes, clip)
     lower, upper = (set(table[tube][cut.ring].tolist()) for table in (tubes.below, tubes.above))
     assert not lower & set(clip.vertices)
     assert upper <= set(clip.vertices)

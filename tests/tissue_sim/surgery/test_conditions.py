@@ -14,7 +14,7 @@ from tissue_sim.surgery.conditions import Conditions
 @pytest.mark.parametrize("name", ["grip", "dyed"])
 @pytest.mark.parametrize("value", [-0.01, 1.01, float("nan")])
 def test_what_is_no_share_is_refused(name, value):
-    with pytest.raises(ValueError, match=f"conditions: {name} = .* outside 0 to 1"):
+    with pytest.raises(ValueError, match=f"conditions: {name} = .* must be from 0 to 1"):
         Conditions(**{name: value})
 
 

@@ -95,7 +95,7 @@ def test_the_pull_is_the_energys_slope_when_a_segment_lengthens() -> None:
     crumpled = rest * [1.5, 0.9, 0.9] + np.random.default_rng(0).normal(0, 1e-4, rest.shape)
     put(tissue, crumpled)
     newtons = loaded(tubes)[segment]
-    along = unit(tissue.host("segment_lie")[0, 0, segment].astype(float))
+    along = unit(tissue.host("segment_direction")[0, 0, segment].astype(float))
     beyond = tubes.below["duct"][segment + 1 :].ravel()
     energies = []
     for sign in (1.0, -1.0):

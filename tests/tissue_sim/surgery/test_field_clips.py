@@ -166,7 +166,7 @@ def test_the_test_pull_draws_a_weak_clip_off_and_the_stump_leaks(world: World) -
         world.step(HOME)
     assert retention_n(world.tubes, clip) < TEST_PULL_N
     pull_all_clips(world)
-    assert world.record.clips[0].came_off
+    assert world.record.clips[0].detached
     assert not world.record.clips[1].lost
     assert events(world) == ["clip slip", "clip off"]
     assert [x.side for x in leaks(world.tubes, world.record.clips, world.record.cuts)] == ["body"]
@@ -254,7 +254,7 @@ def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
 
 
 def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
-    """The artery can pass where the duct is parted, and no jaws can close on the gap."""
+    """The artery can pass where the duct is severed, and no jaws can close on the gap."""
     clipped_and_cut(world, CUFF_MIN_M)
     saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
     upper = world.tissue.host("ring_above")[0, duct, ring].copy()
