@@ -1,7 +1,7 @@
 """The two patient-side manipulators on a SAPIEN scene: drives, contact, tool exchange, state.
 
-Left arm (row 0) is PSM2 with the grasper, right arm (row 1) is PSM1 with the clip applier or the
-scissors. Both tools of the right arm exist all the time; the unmounted one is parked out of reach.
+The left arm (row 0) is PSM2 with the grasper; the right arm (row 1) is PSM1 with the clip applier
+or the scissors. Both tools of the right arm always exist; the unmounted one is parked out of reach.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument, l
 from tissue_sim.tools.psm import T_yaw_tool, joint_limits
 from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
 
-Numbers = NDArray[np.floating]  # the simulator's own are float32
+Numbers = NDArray[np.floating]  # the simulator uses float32
 
 LEFT_ARM, RIGHT_ARM = 0, 1
-PSM2, PSM1, LIVER = "psm2", "psm1", "liver"  # names of what touches: links are "psm1:shaft"...
+PSM2, PSM1, LIVER = "psm2", "psm1", "liver"  # names in contacts: links are "psm1:shaft"...
 
 PORT_RIGHT_M = 0.065
 PORT_UP_M = 0.035
@@ -31,16 +31,16 @@ HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])
 
 SOLVER_ITERATIONS = 15
 CONTACT_OFFSET_M = 0.002
-PARKED_SLEEP_J_KG = 1e-6  # of kinetic energy over mass; any does
-FIRST_GROUP_BIT = 28  # one bit an articulation, of collision-group word 2
+PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
+FIRST_GROUP_BIT = 28  # one bit per articulation, in collision-group word 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
     """PD drive of one joint, in N m and rad; in N and m for the insertion.
 
-    The reflected inertia of the motor (kg m2, kg) lets the simulator's few iterations share a
-    load correctly between drive and contact: without it a drive seems to press less than it does.
+    The reflected inertia of the motor (kg m2, kg) lets the simulator's few iterations share a load
+    correctly between drive and contact. Without it, the reported force of a drive is too small.
     """
 
     stiffness: float
@@ -52,7 +52,7 @@ class Drive:
         return DRIVE_LAG_S * self.stiffness
 
 
-DRIVE_LAG_S = 0.005  # assumed: a moving target is followed this much later
+DRIVE_LAG_S = 0.005  # assumed: the lag behind a moving target
 ARM_DRIVES = (  # assumed: 1 N bends the tip by less than 0.2 mm, a step overshoots by under 1 %
     Drive(stiffness=1e3, reflected_inertia=5e-3, force_limit=200.0),
     Drive(stiffness=1e3, reflected_inertia=5e-3, force_limit=200.0),
@@ -76,7 +76,7 @@ class JointCommand:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactShapes:
-    """Eight rounded patches: shaft end, wrist, finger+, finger- of the left, then the right arm.
+    """Eight rounded patches: shaft end, wrist, finger+, finger- of the left, then of the right arm.
 
     A patch is every point within `radius_m` of {a + t (b - a) + s w, t in [0, 1], s in [-1, 1]}.
     """
@@ -97,9 +97,9 @@ class ContactForces:
 
 
 def port_pose(arm: int) -> Array:
-    """`T_world_rcm` (4, 4) of an arm's port.
+    """Return `T_world_rcm` (4, 4) of an arm's port.
 
-    At joints zero the shaft points at the field's centre and the jaws close from side to side.
+    At zero joints the shaft points at the field's centre and the jaws close from side to side.
     """
     side = 1.0 if arm == RIGHT_ARM else -1.0
     position = field_point(side * PORT_RIGHT_M, PORT_UP_M, PORT_AWAY_M)
@@ -109,7 +109,7 @@ def port_pose(arm: int) -> Array:
 
 
 class _Psm:
-    """One articulated arm with one instrument; joints are (7,), the jaw counted once."""
+    """One articulated arm with one instrument; joints are (7,), with one column for the jaw."""
 
     def __init__(
         self, scene: sapien.Scene, instrument: Instrument, name: str, group: int, *, render: bool
@@ -120,7 +120,7 @@ class _Psm:
         links = {link.name: link for link in self.articulation.links}
         for link in links.values():
             link.entity.name = f"{name}:{link.name}"
-            _free_of_gravity_and_itself(link, group)
+            _disable_gravity_and_self_collision(link, group)
         for joint, drive in zip(self._joints, _drives(instrument), strict=True):
             _set_drive(joint, drive)
         self._palm = links["palm"]
@@ -133,15 +133,15 @@ class _Psm:
         self.drive_targets = np.zeros(8)
 
     def place(self, T_world_rcm: Array, *, in_use: bool) -> None:
-        """Move the whole arm so that its remote centre stands at a pose.
+        """Move the whole arm so that its remote centre is at a pose.
 
-        Out of use it stands still, to the bit, and the simulator may pass over it.
+        An arm that is not in use stands still, exactly, and the simulator may skip it.
         """
         self.articulation.set_root_pose(sapien.Pose(T_world_rcm))
         self.articulation.set_sleep_threshold(0.0 if in_use else PARKED_SLEEP_J_KG)
 
     def set_drive_targets(self, targets: Array) -> None:
-        """Targets (8,) of the simulator's joints, in `JOINT_ORDER`."""
+        """Set targets (8,) of the simulator's joints, in `JOINT_ORDER`."""
         self.drive_targets = targets
         for joint, target in zip(self._joints, targets.tolist(), strict=True):
             joint.set_drive_target(target)
@@ -154,7 +154,7 @@ class _Psm:
         self.write(split, np.zeros(8))
 
     def write(self, qpos: Numbers, qvel: Numbers) -> None:
-        """Teleport to the simulator's own joint positions and velocities (8,)."""
+        """Teleport to the simulator's joint positions and velocities (8,)."""
         self.articulation.set_qpos(qpos)
         self.articulation.set_qvel(qvel)
 
@@ -184,7 +184,7 @@ def _load(
     return articulation
 
 
-def _free_of_gravity_and_itself(
+def _disable_gravity_and_self_collision(
     link: sapien.physx.PhysxArticulationLinkComponent, group: int
 ) -> None:
     link.disable_gravity = True
@@ -193,7 +193,7 @@ def _free_of_gravity_and_itself(
     for shape in link.collision_shapes:
         shape.contact_offset = CONTACT_OFFSET_M
         groups = shape.get_collision_groups()
-        groups[2] |= 1 << (FIRST_GROUP_BIT + group)  # a shared bit: never collide
+        groups[2] |= 1 << (FIRST_GROUP_BIT + group)  # shapes that share a bit never collide
         shape.set_collision_groups(groups)
 
 
@@ -215,14 +215,14 @@ def _set_drive(joint: sapien.physx.PhysxArticulationJoint, drive: Drive) -> None
 
 
 def _split_jaw(joints: Array) -> Array:
-    """(7,) with the total jaw angle to (8,) with one angle a finger."""
+    """Convert (7,) with the total jaw angle to (8,) with one angle per finger."""
     split = np.empty(8)
     split[:6], split[6:] = joints[:6], 0.5 * joints[6]
     return split
 
 
 def _sum_jaw(joints: Numbers) -> Array:
-    """(8,) with one angle a finger to (7,) with the total jaw angle."""
+    """Convert (8,) with one angle per finger to (7,) with the total jaw angle."""
     summed = np.empty(7)
     summed[:6], summed[6] = joints[:6], joints[6] + joints[7]
     return summed
@@ -233,11 +233,11 @@ def _normal_force_n(contact: sapien.physx.PhysxContact, dt_s: float) -> float:
 
 
 class Arms:
-    """Two arms that follow joint targets, feel wrenches, and can be saved and restored whole.
+    """Two arms that follow joint targets, react to wrenches, and can be saved and restored whole.
 
-    Make the scene with `enable_tgs = False` in the simulator's scene configuration: the TGS
-    solver's velocities are those of its last substep, less than half of the true ones, and it
-    shows a link under a constant wrench as moving.
+    Make the scene with `enable_tgs = False` in the simulator's scene configuration. The TGS
+    solver's velocities are those of its last substep, less than half of the true ones, and a link
+    under a constant wrench seems to move.
     """
 
     def __init__(self, scene: sapien.Scene, *, render: bool) -> None:
@@ -257,20 +257,20 @@ class Arms:
 
     @property
     def mounted(self) -> tuple[Instrument, Instrument]:
-        """The instruments on the left and right arm."""
+        """Return the instruments on the left and right arm."""
         return self._mounted[0].instrument, self._mounted[1].instrument
 
     def mount(self, instrument_name: str) -> None:
-        """Put another tool on the right arm, at rest at the same joints and targets.
+        """Mount another tool on the right arm, at rest at the same joints and targets.
 
-        Values beyond the new tool's limits are brought to the limit.
+        Values beyond the new tool's limits are clipped to the limit.
 
         Raises:
             ValueError: the right arm has no such tool.
         """
         if instrument_name not in self._right:
             raise ValueError(
-                f"no {instrument_name!r} for the right arm: choose from {sorted(self._right)}"
+                f"no {instrument_name!r} for the right arm; choose from {sorted(self._right)}"
             )
         old = self._mounted[RIGHT_ARM]
         if old.instrument.name == instrument_name:
@@ -283,40 +283,40 @@ class Arms:
         right.set_drive_targets(_split_jaw(right.limited(targets)))
 
     def limited(self, joints: Array) -> Array:
-        """Joints (2, 7) brought within the mounted instruments' limits."""
+        """Clip joints (2, 7) to the mounted instruments' limits."""
         return np.clip(joints, self.limits[..., 0], self.limits[..., 1])
 
     def command(self, command: JointCommand) -> None:
-        """Set the drive targets; joint targets beyond a limit are brought to the limit."""
+        """Set the drive targets; joint targets beyond a limit are clipped to the limit."""
         self.settle()
         self.drive(self.limited(command.joints))
 
     def drive(self, joints: Array) -> None:
-        """Set drive targets (2, 7) within the limits, in the midst of a control step."""
+        """Set drive targets (2, 7) within the limits, during a control step."""
         for psm, row in zip(self._mounted, joints, strict=True):
             psm.set_drive_targets(_split_jaw(row))
 
     def set_joints(self, joints: Array) -> None:
-        """Teleport both arms to joints (2, 7), at rest, with the drives holding them there."""
+        """Teleport both arms to joints (2, 7), at rest, with the same drive targets."""
         for psm, row in zip(self._mounted, joints, strict=True):
             psm.set_joints(row)
 
     @property
     def joints(self) -> Array:
-        """(2, 7) measured joints; the jaw is the sum of both finger angles."""
+        """Return the (2, 7) measured joints; the jaw is the sum of both finger angles."""
         return np.array([psm.joints() for psm in self._mounted])
 
     @property
     def joint_velocities(self) -> Array:
-        """(2, 7) measured joint velocities (rad/s, m/s)."""
+        """Return the (2, 7) measured joint velocities (rad/s, m/s)."""
         return np.array([psm.joint_velocities() for psm in self._mounted])
 
     def T_world_tool(self) -> Array:
-        """(2, 4, 4) tool frames, from the simulator's links."""
+        """Return the (2, 4, 4) tool frames, from the simulator's links."""
         return np.array([psm.T_world_tool() for psm in self._mounted])
 
     def contact_shapes(self) -> ContactShapes:
-        """The surfaces of both arms that tissue can touch, where they are now."""
+        """Return the surfaces of both arms that tissue can touch, at their current poses."""
         poses = [link.entity_pose for link in self._patch_links]
         T = np.array([pose.to_transformation_matrix() for pose in poses], float)
         world = self._patch_points @ T[:, :3, :3].transpose(0, 2, 1)  # (8, abw, 3)
@@ -330,7 +330,7 @@ class Arms:
         )
 
     def link_velocities(self) -> tuple[Array, Array]:
-        """(8, 3) linear (m/s) and angular (rad/s) velocity of the patches' link origins, world."""
+        """Return (8, 3) linear (m/s) and angular velocities (rad/s) of the links, world frame."""
         links = self._patch_links
         return (
             np.array([link.linear_velocity for link in links], float),
@@ -346,7 +346,7 @@ class Arms:
             self._patch_links[i].add_force_torque(forces[i], torques[i])
 
     def contact_forces_n(self) -> ContactForces:
-        """Rigid contact of the last step: arm against arm, and arms against the actor `LIVER`."""
+        """Return the rigid contact of the last step: between the arms, and of arms with `LIVER`."""
         between = liver = 0.0
         for contact in self._scene.get_contacts():
             owners = {body.entity.name.split(":")[0] for body in contact.bodies}
@@ -357,12 +357,12 @@ class Arms:
         return ContactForces(between_arms_n=between, on_liver_n=liver)
 
     def state(self) -> dict[str, NDArray]:
-        """Everything that the next step depends on; rows: left, then the right arm's tools."""
+        """Return all that the next step depends on; rows: left, then the right arm's tools."""
         self.settle()
         return self.snapshot()
 
     def snapshot(self) -> dict[str, NDArray]:
-        """As `state`, but leaves the simulator alone: good for checks, not to restore exactly."""
+        """Return `state` without settling: good for checks, not for an exact restore."""
         psms = self._all
         return {
             "qpos": np.stack([psm.articulation.get_qpos() for psm in psms]),
@@ -372,7 +372,7 @@ class Arms:
         }
 
     def restore(self, state: dict[str, NDArray]) -> None:
-        """Return to a state of `state()`, bit for bit."""
+        """Restore a state of `state()`, bit for bit."""
         tools = list(self._right)
         name = tools[int(np.argmax(state["mounted"][1:]))]
         for psm in self._right.values():
@@ -385,7 +385,7 @@ class Arms:
 
     @property
     def joint_ranges(self) -> Array:
-        """(3, 8, 2) lowest and highest joints of each row of `state`, one angle a finger."""
+        """Return the (3, 8, 2) joint limits of each row of `state`, one angle per finger."""
         return np.stack(
             [np.stack([_split_jaw(q) for q in psm.limits.T], axis=1) for psm in self._all]
         )
@@ -393,9 +393,9 @@ class Arms:
     def settle(self) -> None:
         """Make positions and velocities the simulator's only memory.
 
-        It keeps link states that differ by a rounding from what `set_qpos` computes. Writing the
-        joints back before each control step and save makes a restored run repeat bit for bit, and
-        a saved run equal to one that was not saved.
+        The simulator keeps link states that differ by a rounding from the result of `set_qpos`.
+        Writing the joints back before each control step and save makes a restored run repeat bit
+        for bit, and makes saving leave the run unchanged.
         """
         for psm in self._mounted:
             psm.write(psm.articulation.get_qpos(), psm.articulation.get_qvel())

@@ -1,8 +1,8 @@
 """Our own meshes of shaft, wrist and fingers, each in its link frame, coloured, for rendering.
 
-Everything is swept: a closed section carried along a path, with flat ends. Fingers are modelled
-in tool axes (x pivot, y closing, z forward) for the finger on the +y side; the other one is its
-half-turn about z. The inner faces lie in the plane y = 0, where the fingers meet.
+Every mesh is swept: a closed section moved along a path, with flat ends. Fingers are modelled in
+tool axes (x pivot, y closing, z forward) for the finger on the +y side; a half turn about z gives
+the other one. The inner faces lie in the plane y = 0, where the fingers meet.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from tissue_sim.tools.psm import T_YAW_TOOL_AXES
 
 MM = 1e-3
 SHAFT_VISUAL_LENGTH_M = 0.40
-_CREASE_RAD = np.deg2rad(35.0)  # sharper edges than this are shaded as edges
+_CREASE_RAD = np.deg2rad(35.0)  # edges sharper than this are shaded as edges
 _X, _Y, _Z = np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finish:
-    """Surface look: linear base colour and the metallic-roughness model of glTF."""
+    """Surface appearance: linear base colour and the metallic-roughness model of glTF."""
 
     rgb: tuple[float, float, float]
     metallic: float
@@ -49,29 +49,29 @@ class Part:
 
 
 def link_parts(instrument: Instrument) -> dict[str, list[Part]]:
-    """The parts of each visible link of `urdf.py`."""
+    """Return the parts of each visible link of `urdf.py`."""
     finger = _FINGERS[instrument.name](instrument)
     return {
         "shaft": _shaft(),
         "wrist": _wrist(instrument.pitch_to_yaw_m),
         "palm": _palm(),
         "finger_plus": finger,
-        "finger_minus": _moved(finger, np.diag([-1.0, -1.0, 1.0, 1.0])),
+        "finger_minus": _transform_parts(finger, np.diag([-1.0, -1.0, 1.0, 1.0])),
     }
 
 
 def write_link_meshes(instrument: Instrument, directory: Path) -> dict[str, str]:
-    """Write one GLB a link; returns the file name of each link."""
+    """Write one GLB per link; return the file name of each link."""
     files = {}
     for link, parts in link_parts(instrument).items():
-        scene = trimesh.Scene([finished(part) for part in parts])
+        scene = trimesh.Scene([with_finish(part) for part in parts])
         files[link] = f"{link}.glb"
         (directory / files[link]).write_bytes(scene.export(file_type="glb", include_normals=True))
     return files
 
 
-def finished(part: Part) -> trimesh.Trimesh:
-    """Its mesh with its finish as a material, shaded smooth but for its edges."""
+def with_finish(part: Part) -> trimesh.Trimesh:
+    """Return the part's mesh with its finish as a material, shaded smooth except at its edges."""
     shaded = trimesh.graph.smooth_shade(part.mesh, angle=_CREASE_RAD)
     shaded.visual = TextureVisuals(
         material=PBRMaterial(
@@ -85,14 +85,14 @@ def finished(part: Part) -> trimesh.Trimesh:
 
 def _shaft() -> list[Part]:
     r, back = SHAFT_RADIUS_M, -SHAFT_VISUAL_LENGTH_M
-    tube = _turned([(back, r), (-12 * MM, r)])
-    collar = _turned([(-12 * MM, r), (-7.5 * MM, r), (-6.5 * MM, 0.85 * r)])
+    tube = _revolve([(back, r), (-12 * MM, r)])
+    collar = _revolve([(-12 * MM, r), (-7.5 * MM, r), (-6.5 * MM, 0.85 * r)])
     cheeks = [_cheek(_Z, _Y, side * 2.9 * MM, -7 * MM, 0.0) for side in (-1, 1)]
     return [Part(mesh=tube, finish=COMPOSITE), *_steel(collar, *cheeks), _pin(_Y, 3.85 * MM)]
 
 
 def _wrist(pitch_to_yaw_m: float) -> list[Part]:
-    """The clevis: x forward, a tongue about the pitch axis z, two cheeks about the yaw axis y."""
+    """Return the clevis: x forward, a tongue about pitch axis z, two cheeks about yaw axis y."""
     tongue = _cheek(_X, _Z, 0.0, 0.55 * pitch_to_yaw_m, 0.0, half_thickness=2.2 * MM)
     cheeks = [
         _cheek(_X, _Y, side * 2.7 * MM, 0.35 * pitch_to_yaw_m, pitch_to_yaw_m) for side in (-1, 1)
@@ -109,7 +109,7 @@ def _palm() -> list[Part]:
 
 
 def _grasper_finger(instrument: Instrument) -> list[Part]:
-    """A fenestrated loop with two rows of teeth."""
+    """Return a fenestrated loop with two rows of teeth."""
     half, start, tip = _pad(instrument)
     rail, gap = 0.75 * MM, 0.25 * MM  # half width of the loop's bar; depth of the teeth
     mid = instrument.finger_half_width_m + 0.6 * half - rail
@@ -126,7 +126,7 @@ def _grasper_finger(instrument: Instrument) -> list[Part]:
 
 
 def _clip_applier_finger(instrument: Instrument) -> list[Part]:
-    """A slim channel: a back and two rails with the clip's groove between, a hook at the tip."""
+    """Return a slim channel: a back, two rails with the clip's groove between, a tip hook."""
     half, start, tip = _pad(instrument)
     width = instrument.finger_half_width_m + 0.8 * half
     rail = 0.32 * width
@@ -140,7 +140,7 @@ def _clip_applier_finger(instrument: Instrument) -> list[Part]:
 
 
 def _scissor_finger(instrument: Instrument) -> list[Part]:
-    """A tapered blade that bows sideways; its cutting edge runs along the plane x = 0."""
+    """Return a tapered blade that bows sideways; its cutting edge runs along the plane x = 0."""
     half, start, tip = _pad(instrument)
     s = np.linspace(0.0, 1.0, 14)
     taper = 1.0 - 0.65 * s**1.5
@@ -174,7 +174,7 @@ def _pad(instrument: Instrument) -> tuple[float, float, float]:
 
 
 def _shank(instrument: Instrument, *, half_width_m: float) -> list[trimesh.Trimesh]:
-    """The eye about the yaw axis, on the finger's own side of x = 0, and the arm to the pad."""
+    """Return the eye about the yaw axis, on the finger's side of x = 0, and the arm to the pad."""
     half, start, _ = _pad(instrument)
     eye = _prism(_disc(2.5 * MM), _X, 0.15 * MM, 1.5 * MM)
     stations = np.array([(0.85 * MM, 0.8 * MM, 1.0 * MM), (0.0, half, start + 0.8 * MM)])
@@ -210,7 +210,7 @@ def _cheek(
     half_thickness: float = 0.7 * MM,
     radius: float = 2.7 * MM,
 ) -> trimesh.Trimesh:
-    """A plate square to `axis`, from `begin` along `forward`, rounded about the eye of a pin."""
+    """Return a plate normal to `axis`, from `begin` along `forward`, rounded around a pin's eye."""
     side = 1.0 if eye > begin else -1.0
     arc = np.linspace(-np.pi / 2, np.pi / 2, 11)
     nose = np.column_stack([eye + side * radius * np.cos(arc), radius * np.sin(arc)])
@@ -228,32 +228,32 @@ def _steel(*meshes: trimesh.Trimesh) -> list[Part]:
     return [Part(mesh=mesh, finish=STEEL) for mesh in meshes]
 
 
-def _moved(parts: Sequence[Part], T: Array) -> list[Part]:
+def _transform_parts(parts: Sequence[Part], T: Array) -> list[Part]:
     return [Part(mesh=part.mesh.copy().apply_transform(T), finish=part.finish) for part in parts]
 
 
-def _turned(profile: Sequence[tuple[float, float]]) -> trimesh.Trimesh:
-    """A solid of revolution about z from (z, radius) stations."""
+def _revolve(profile: Sequence[tuple[float, float]]) -> trimesh.Trimesh:
+    """Return a solid of revolution about z from (z, radius) stations."""
     rings = [np.column_stack([_disc(r, 32), np.full(32, z)]) for z, r in profile]
     return _loft(np.stack(rings))
 
 
 def _prism(section: Array, axis: Array, begin: float, end: float) -> trimesh.Trimesh:
-    """A flat section (k, 2) carried along a coordinate axis; it spans the next two, in order."""
+    """Move a flat section (k, 2) along a coordinate axis; it spans the next two axes, in order."""
     u, v = np.roll(axis, 1), np.roll(axis, 2)
     flat = section[:, :1] * u + section[:, 1:] * v
     return _loft(np.stack([flat + begin * axis, flat + end * axis]))
 
 
 def _sweep(path: Array, section: Array, *, binormal: Array) -> trimesh.Trimesh:
-    """A section (k, 2) along a path (n, 3) in a plane: spans the path's normal and the binormal."""
+    """Sweep a section (k, 2) along a plane path (n, 3); it spans the path's normal and binormal."""
     normal = np.zeros_like(path)
     normal[:] = np.cross(binormal, unit(np.gradient(path, axis=0)))
     return _loft(path[:, None] + section[:, :1] * normal[:, None] + section[:, 1:] * binormal)
 
 
 def _loft(rings: Array) -> trimesh.Trimesh:
-    """A closed surface through rings (n, k, 3) of equal length, with flat convex ends."""
+    """Return a closed surface through rings (n, k, 3) of equal length, with flat convex ends."""
     n, k = rings.shape[:2]
     i, j = np.arange(n - 1)[:, None] * k, np.arange(k)
     a, b = i + j, i + (j + 1) % k
@@ -272,7 +272,7 @@ def _disc(radius: float, n: int = 20) -> Array:
 
 
 def _rounded(half_u: float, half_v: float, radius: float, n: int = 4) -> Array:
-    """A rectangle (4 n, 2) with rounded corners, counter-clockwise."""
+    """Return a rectangle (4 n, 2) with rounded corners, counter-clockwise."""
     corner = np.linspace(0.0, np.pi / 2, n)
     points = []
     for quarter, (u, v) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):

@@ -1,6 +1,6 @@
-"""The exchangeable instruments of a PSM: wrist and jaw figures, and the surfaces that touch.
+"""The exchangeable instruments of a PSM: wrist and jaw dimensions, and contact surfaces.
 
-Figures come from the tool table of the da Vinci research kit unless marked "assumed".
+The numbers come from the tool table of the da Vinci research kit unless marked "assumed".
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ PATCH_LINKS = ("shaft", "wrist", "finger_plus", "finger_minus")
 
 @dataclass(frozen=True, kw_only=True)
 class Instrument:
-    """One tool. `jaw` is the TOTAL opening angle: each finger stands at half of it.
+    """One tool. `jaw` is the TOTAL opening angle: each finger opens by half of it.
 
-    A finger pad runs from `finger_start_m` to `yaw_to_tip_m`, both measured from the yaw axis
+    A finger pad extends from `finger_start_m` to `yaw_to_tip_m`, both measured from the yaw axis
     along the finger. Its rounded edge (radius: the half thickness) adds to the half width.
     """
 
@@ -36,7 +36,7 @@ class Instrument:
     finger_half_width_m: float
     finger_half_thickness_m: float
     finger_start_m: float
-    jaw_torque_nm: float  # bounds the pinch: force at distance r from the yaw axis <= torque / r
+    jaw_torque_nm: float  # limits the pinch: force at distance r from the yaw axis <= torque / r
 
 
 INSTRUMENTS = {
@@ -47,7 +47,7 @@ INSTRUMENTS = {
         wrist_pitch_limit_rad=radians(80),
         wrist_yaw_limit_rad=radians(80),
         jaw_range_rad=(radians(-20), radians(80)),
-        finger_half_width_m=0.0025,  # pad figures of all three: assumed
+        finger_half_width_m=0.0025,  # pad dimensions of all three: assumed
         finger_half_thickness_m=0.0012,
         finger_start_m=0.008,
         jaw_torque_nm=0.16,  # assumed: 8 N at 20 mm
@@ -81,19 +81,19 @@ INSTRUMENTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class LinkPatches:
-    """Touching surfaces of one instrument, a row per `PATCH_LINKS`, each in its own link frame.
+    """Contact surfaces of one instrument, a row per `PATCH_LINKS`, each in its own link frame.
 
     A patch is every point within `radius_m` of {a + t (b - a) + s w, t in [0, 1], s in [-1, 1]}.
     """
 
     a_link_m: Array  # (4, 3)
     b_link_m: Array  # (4, 3)
-    w_link_m: Array  # (4, 3), zero for shaft and wrist: these are capsules
+    w_link_m: Array  # (4, 3), zero for shaft and wrist, which are capsules
     radius_m: Array  # (4,)
 
 
 def link_patches(instrument: Instrument) -> LinkPatches:
-    """The patches of shaft, wrist, finger+ and finger-, for the link frames of `urdf.py`."""
+    """Return the patches of shaft, wrist, finger+ and finger-, for the link frames of `urdf.py`."""
     start, tip = instrument.finger_start_m, instrument.yaw_to_tip_m
     half = instrument.finger_half_thickness_m
     width = (instrument.finger_half_width_m, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The rigid-body solver, configured for articulations that feel forces."""
+"""Configure the rigid-body solver for articulations under external forces."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import sapien
 
 
 def physics_system() -> sapien.physx.PhysxCpuSystem:
-    """A CPU solver with projected Gauss-Seidel.
+    """Return a CPU solver with projected Gauss-Seidel.
 
-    The temporal variant reports link velocities of under half the true ones while a drive
-    moves, and drive steps overshoot. These settings are global to the process, so all of them
-    are set, whatever another scene has left.
+    The temporal variant (TGS) reports link velocities of less than half the true ones while a drive
+    moves, and its drive steps overshoot. These settings are global to the process. So all of them
+    are set, in case another scene changed them.
     """
     sapien.physx.set_shape_config(sapien.physx.PhysxShapeConfig())
     sapien.physx.set_body_config(sapien.physx.PhysxBodyConfig())

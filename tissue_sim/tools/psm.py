@@ -1,10 +1,10 @@
 """Kinematics of the da Vinci patient-side manipulator (PSM), from its modified DH table.
 
-The RCM frame is the base frame of the table: origin at the remote centre, shaft along -z at
-zero. The tool frame has its origin at the tip, z forward along the jaws' mid-line, x along the
-yaw axis (about which the fingers open) and y = z x x, the closing direction.
+The RCM frame is the base frame of the table: origin at the remote centre, shaft along -z at zero.
+The tool frame has its origin at the tip, z forward along the jaws' mid-line, x along the yaw axis
+(about which the fingers open) and y = z x x, the closing direction.
 
-Source: da Vinci research kit, large needle driver; both wrist joints carry -90 deg, so that
+Source: da Vinci research kit, large needle driver; both wrist joints have an offset of -90 deg, so
 the tool is straight at zero.
 """
 
@@ -46,7 +46,9 @@ def _revolute(name: str, alpha_deg: float, theta_deg: float, limit_deg: float, d
     )
 
 
-INSERTION_AT_RCM_M = 0.4318 - 0.4162  # the wrist-pitch axis is at the remote centre here
+INSERTION_AT_RCM_M = (
+    0.4318 - 0.4162
+)  # the insertion that puts the wrist-pitch axis at the remote centre
 
 DH_TABLE = (
     _revolute("outer_yaw", 90, 90, 91),
@@ -62,11 +64,11 @@ JOINT_NAMES = tuple(row.name for row in DH_TABLE)
 T_YAW_TOOL_AXES = np.array(
     [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 )
-"""Last DH frame to tool axes placed at the yaw axis (the tip is `yaw_to_tip_m` further on)."""
+"""Last DH frame to tool axes, at the yaw axis; the tip is `yaw_to_tip_m` ahead."""
 
 
 def dh_table(instrument: Instrument) -> tuple[DhRow, ...]:
-    """The six rows with the wrist of this instrument."""
+    """Return the six rows with this instrument's wrist."""
     pitch, yaw = instrument.wrist_pitch_limit_rad, instrument.wrist_yaw_limit_rad
     return (
         *DH_TABLE[:4],
@@ -76,12 +78,12 @@ def dh_table(instrument: Instrument) -> tuple[DhRow, ...]:
 
 
 def joint_limits(instrument: Instrument) -> Array:
-    """(6, 2) lower and upper limits: rad, and m for the insertion."""
+    """Return the (6, 2) lower and upper limits: rad, and m for the insertion."""
     return np.array([(row.lower, row.upper) for row in dh_table(instrument)])
 
 
 def dh_transform(row: DhRow, joint: float = 0.0) -> Array:
-    """(4, 4) pose of a joint's frame in its parent's, at a joint value (rad or m)."""
+    """Return the (4, 4) pose of a joint's frame in its parent's, at a joint value (rad or m)."""
     theta = row.theta_rad + (0.0 if row.prismatic else joint)
     d = row.d_m + (joint if row.prismatic else 0.0)
     ca, sa, ct, st = cos(row.alpha_rad), sin(row.alpha_rad), cos(theta), sin(theta)
@@ -96,7 +98,7 @@ def dh_transform(row: DhRow, joint: float = 0.0) -> Array:
 
 
 def joint_frames(joints: Sequence[float] | Array, instrument: Instrument) -> Array:
-    """(6, 4, 4) poses of the six DH frames in the RCM frame; each turns or slides along its z."""
+    """Return the (6, 4, 4) DH frames in the RCM frame; each turns about or slides along its z."""
     frames, T = [], np.eye(4)
     for row, joint in zip(dh_table(instrument), joints, strict=True):
         T = T @ dh_transform(row, float(joint))
@@ -105,12 +107,15 @@ def joint_frames(joints: Sequence[float] | Array, instrument: Instrument) -> Arr
 
 
 def T_yaw_tool(instrument: Instrument) -> Array:
-    """(4, 4) tool frame in the last DH frame."""
+    """Return the (4, 4) tool frame in the last DH frame."""
     T = T_YAW_TOOL_AXES.copy()
     T[:3, 3] = instrument.yaw_to_tip_m * T[:3, 2]
     return T
 
 
 def forward_kinematics(joints: Sequence[float] | Array, instrument: Instrument) -> Array:
-    """(4, 4) `T_rcm_tool` of the joints (6,): yaw, pitch, insertion (m), roll, wrist pitch, yaw."""
+    """Return `T_rcm_tool` (4, 4) of the joints (6,).
+
+    They are yaw, pitch, insertion (m), roll, wrist pitch and wrist yaw.
+    """
     return joint_frames(joints, instrument)[-1] @ T_yaw_tool(instrument)

@@ -1,8 +1,8 @@
-"""The URDF of a PSM with one instrument, written from the DH table so that both agree exactly.
+"""Write the URDF of a PSM with one instrument from the DH table, so that both agree exactly.
 
-Each joint's origin is its DH transform at zero and its axis is z: turning about z and sliding
-along z commute, so origin times joint motion is the DH transform. Every centre of mass lies at
-its link's origin, so that the simulator's link velocities and wrenches refer to the link frame.
+The origin of each joint is its DH transform at zero and its axis is z. Turning about z and sliding
+along z commute, so origin times joint motion is the DH transform. Every centre of mass lies at its
+link's origin, so the simulator's link velocities and wrenches refer to the link frame.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ LINK_OF_JOINT = {
     "wrist_pitch": "wrist",
     "wrist_yaw": "palm",
 }
-FINGER_SIDES = {"finger_plus": -1, "finger_minus": 1}  # sense of opening about x_tool
+FINGER_SIDES = {"finger_plus": -1, "finger_minus": 1}  # sign of opening about x_tool
 JOINT_ORDER = (*LINK_OF_JOINT, *FINGER_SIDES)
 
-_INERTIAS = {  # mass (kg), moment of inertia (kg m2): assumed, light beside the drives
+_INERTIAS = {  # mass (kg), moment of inertia (kg m2); assumed: light compared with the drives
     "base": (1.0, 1e-2),
     "outer_yaw": (0.10, 1e-3),
     "outer_pitch": (0.10, 1e-3),
@@ -50,7 +50,7 @@ def _cache_directory() -> tempfile.TemporaryDirectory[str]:
 
 @cache
 def urdf_path(instrument: Instrument, *, visuals: bool) -> Path:
-    """The URDF as a file, with its meshes beside it; kept until the process ends."""
+    """Return the path of the URDF, with its meshes beside it; it exists until the process ends."""
     directory = Path(tempfile.mkdtemp(prefix=instrument.name, dir=_cache_directory().name))
     path = directory / "psm.urdf"
     path.write_text(urdf(instrument, _write_meshes(instrument, directory) if visuals else {}))
@@ -58,7 +58,7 @@ def urdf_path(instrument: Instrument, *, visuals: bool) -> Path:
 
 
 def urdf(instrument: Instrument, mesh_files: dict[str, str]) -> str:
-    """URDF text; `mesh_files` gives the visual of each link that has one, empty for none."""
+    """Return the URDF text; `mesh_files` gives the visual of each link that has one."""
     collisions = _collisions(instrument)
     links = [_link(name, collisions.get(name, ""), mesh_files.get(name)) for name in _INERTIAS]
     joints, parent = [], "base"
@@ -137,7 +137,10 @@ def _joint(
 
 
 def _origin(T: Array) -> str:
-    """URDF origin of a pose: fixed-axis roll, pitch, yaw; roll 0 where pitch is +-90 deg."""
+    """Return the URDF origin of a pose: fixed-axis roll, pitch, yaw.
+
+    Roll is 0 where pitch is +-90 deg.
+    """
     R = T[:3, :3]
     cos_pitch = hypot(R[0, 0], R[1, 0])
     pitch = atan2(-R[2, 0], cos_pitch)

@@ -1,4 +1,4 @@
-"""Simple bodies: boxes and rods of one material, as real `Tissue`s; how to load and settle them."""
+"""Simple bodies: boxes and rods of one material, as real `Tissue`s; load and settle them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tissue_sim.patient.organ import TUBES, LiverBed, Organ
 from tissue_sim.structures.tubes import Tubes
 
 EPS = float(np.finfo(np.float32).eps)
-SETTLED_M = 1e-8  # a step: about what positions of a decimetre are rounded to
+SETTLED_M = 1e-8  # per step: about the rounding of a position of a decimetre
 RUBBER = Material(young_pa=50e3, poisson=0.3)
-FREE = (0.0, 0.0, 0.0)
-NOWHERE = LiverBed(
+NO_GRAVITY = (0.0, 0.0, 0.0)
+FAR_BED = LiverBed(
     point_m=np.array([0.0, 0.0, -9.0]),
     normal=np.array([0.0, 0.0, 1.0]),
     along=np.array([1.0, 0.0, 0.0]),
@@ -28,7 +28,7 @@ NOWHERE = LiverBed(
 
 
 def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[Array, Indices]:
-    """Vertices and tetrahedra of a box from the origin: six to a cell, all along one diagonal."""
+    """Return vertices and tetrahedra of a box from the origin: six per cell, on one diagonal."""
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
     vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(vertices)).reshape([n + 1 for n in cells])
@@ -43,14 +43,14 @@ def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[
 
 
 def rod(n_ring: int = 9, *, radius_m: float = 0.0015, spacing_m: float = 0.00175) -> Sweep:
-    """A straight tube along x."""
+    """Return a straight tube along x."""
     line = np.zeros((n_ring, 3))
     line[:, 0] = spacing_m * np.arange(n_ring)
     return sweep(line, np.full(n_ring, radius_m), sectors=6, lumen=0.5)
 
 
 def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
-    """An organ that is one body: no tubes, ties, anchors or bed unless given."""
+    """Return an organ of one body: no tubes, ties, anchors or bed unless given."""
     none = np.zeros((1, 13), np.int32)
     parts: dict[str, Any] = {
         "region": np.zeros(len(tets), np.int32),
@@ -63,18 +63,18 @@ def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
         "tie_weights": np.zeros((0, 4)),
         "bed_vertices": np.zeros(0, np.int32),
         "remnants": np.zeros((0, 2), np.int32),
-        "bed": NOWHERE,
+        "bed": FAR_BED,
     }
     return Organ(vertices=vertices, tets=tets, **(parts | given))
 
 
 def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -> Tissue:
-    """The organ as tissue, of one material unless None.
+    """Return the organ as tissue, of one material unless None.
 
-    Solved tightly, and free of gravity and damping unless configured.
+    It is solved tightly, without gravity and damping unless configured.
     """
     tight = {
-        "gravity_m_s2": FREE,
+        "gravity_m_s2": NO_GRAVITY,
         "damping_per_s": 0.0,
         "viscosity_s": 0.0,
         "iterations": 400,
@@ -89,37 +89,37 @@ def tissue_of(organ: Organ, material: Material | None = RUBBER, **config: Any) -
 
 
 def put(tissue: Tissue, positions: Array) -> Array:
-    """Move the vertices at rest to positions (n, 3); returns them as rounded by the tissue."""
+    """Move the vertices to positions (n, 3), at rest; return them as rounded by the tissue."""
     tissue.positions()[:] = positions
     tissue.host("velocity")[:] = 0.0
     return tissue.positions().astype(float)
 
 
-def creeping(vertices: Array, tets: Indices, material: Material, **organ: Any) -> Tissue:
-    """A body so damped that it does not overshoot."""
+def overdamped(vertices: Array, tets: Indices, material: Material, **organ: Any) -> Tissue:
+    """Return a body with so much damping that it does not overshoot."""
     return tissue_of(
         organ_of(vertices, tets, **organ), material, step_s=0.002, damping_per_s=2000.0
     )
 
 
-def settle(tissue: Tissue, load: Array | None = None, most: int = 400) -> Array:
-    """Step under a load (n, 3) N until nothing moves; the positions.
+def settle(tissue: Tissue, load: Array | None = None, max_steps: int = 400) -> Array:
+    """Step under a load (n, 3) N until nothing moves; return the positions.
 
     Raises:
-        ArithmeticError: it still moves after so many steps.
+        ArithmeticError: the body still moves after `max_steps` steps.
     """
     if load is not None:
         tissue.host("load")[0, : tissue.n_vertex()] = load
-    for _ in range(most):
+    for _ in range(max_steps):
         before = tissue.positions().astype(float)
         tissue.step()
         if np.abs(tissue.positions() - before).max() < SETTLED_M:
             return tissue.positions().astype(float)
-    raise ArithmeticError("the body does not come to rest")
+    raise ArithmeticError("the body does not settle")
 
 
 def face_share(vertices: Array, tets: Indices, axis: int, at: float) -> Array:
-    """(n_vertex,) area of a plane side of the body that each vertex carries, m^2."""
+    """Return the (n_vertex,) area of a plane side of the body per vertex, m^2."""
     faces, _ = boundary_faces(tets)
     corners = vertices[faces]
     side = np.isclose(corners[:, :, axis], at).all(axis=1)
@@ -133,10 +133,9 @@ def face_share(vertices: Array, tets: Indices, axis: int, at: float) -> Array:
 def astride(
     tubes: Tubes, tube: str, station_m: float, *, beyond_m: float, askew_rad: float = 0.0
 ) -> Array:
-    """`T_world_tool` of jaws that close square across a tube at a station, from the front.
+    """Return `T_world_tool` of jaws that close square across a tube at a station, from the front.
 
-    The tip reaches `beyond_m` past the tube's centre; `askew_rad` turns the jaws about their own
-    axis.
+    The tip is `beyond_m` beyond the tube's centre; `askew_rad` turns the jaws about their own axis.
     """
     point, along = tubes.point(tube, station_m)
     z = unit(AWAY - (AWAY @ along) * along)

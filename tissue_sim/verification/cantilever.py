@@ -1,4 +1,4 @@
-"""A cantilever against Timoshenko's beam, on ever finer meshes."""
+"""A cantilever against Timoshenko's beam, on finer and finer meshes."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ LOADINGS = ("by its weight", "at its end")
 
 @dataclass(frozen=True, kw_only=True)
 class Cantilever:
-    """How far a beam held at one end sinks.
+    """The deflection of a beam that is fixed at one end.
 
     Attributes:
         loaded: one of `LOADINGS`.
-        cells: (n,), across the beam.
-        tip_m: (n,), how far the tip of each mesh sinks.
-        along_m, sunk_m: (k,), the line of the finest mesh.
+        cells: (n,), number across the beam.
+        tip_m: (n,), deflection of each mesh's tip.
+        along_m, sunk_m: (k,), deflection curve of the finest mesh.
     """
 
     loaded: str
@@ -41,28 +41,28 @@ class Cantilever:
 
     @property
     def excess(self) -> Array:
-        """(n,), how much farther the beam sinks than the mesh."""
+        """Return (n,) the relative excess of the beam's deflection over the mesh's."""
         return timoshenko_m(np.array(LENGTH_M), self.loaded) / self.tip_m - 1
 
     @property
-    def most_excess(self) -> Array:
-        """(n,), its bound.
+    def max_excess(self) -> Array:
+        """Return (n,) the bound of `excess`.
 
-        A linear tetrahedron cannot bend: under a curvature k its strain misses k h / sqrt(6)
-        (mean square) along the beam and k h / 2 in shear. Against the beam's energy
-        E k^2 W^2 / 24 the mesh is too stiff by c (h / W)^2, c = 2 + 3 G / E, at most doubled by
-        the coupling of the lateral strains.
+        A linear tetrahedron cannot bend: under a curvature k its strain misses k h / sqrt(6) (mean
+        square) along the beam and k h / 2 in shear. Against the beam's energy E k^2 W^2 / 24 the
+        mesh is too stiff by c (h / W)^2, c = 2 + 3 G / E, at most doubled by the coupling of the
+        lateral strains.
         """
         return 2 * (2 + 3 * SHEAR_MODULUS / BEAM.young_pa) / self.cells**2
 
     @property
     def order(self) -> Array:
-        """(n - 1,), the excess's observed order in the cell, from each mesh to the next."""
+        """Return (n - 1,) the observed order of the excess in the cell size."""
         return -np.diff(np.log(self.excess)) / np.diff(np.log(self.cells))
 
 
 def timoshenko_m(along_m: Array, loaded: str) -> Array:
-    """How far the beam sinks at a distance from its held end."""
+    """Return the beam's deflection at a distance from its fixed end."""
     x, bending, shear = along_m, BEAM.young_pa * INERTIA, SHEAR_FACTOR * SHEAR_MODULUS * AREA
     if loaded == "at its end":
         return END_LOAD_N * (x**2 * (3 * LENGTH_M - x) / (6 * bending) + x / shear)
@@ -71,7 +71,7 @@ def timoshenko_m(along_m: Array, loaded: str) -> Array:
 
 
 def cantilever(loaded: str, cells: Sequence[int] = (1, 2, 4, 6)) -> Cantilever:
-    """Let beams of ever more cells across sink."""
+    """Compute the deflection of beams with more and more cells across."""
     lines = [_line(n, loaded) for n in cells]
     along_m, sunk_m = lines[-1]
     return Cantilever(
@@ -84,7 +84,7 @@ def cantilever(loaded: str, cells: Sequence[int] = (1, 2, 4, 6)) -> Cantilever:
 
 
 def _line(n: int, loaded: str) -> tuple[Array, Array]:
-    """Sections' places, and how far each sinks: weighted as the load at its end is spread."""
+    """Return the sections' places and deflections, weighted as the load at the end."""
     rest, tets = box((LENGTH_M, WIDTH_M, WIDTH_M), (5 * n, n, n))
     weight = GRAVITY_M_S2 if loaded == "by its weight" else 0.0
     tissue = tissue_of(

@@ -1,4 +1,4 @@
-"""A clip's squeeze: a block between springs in closed form, and a real tube's lumen."""
+"""A clip's squeeze: a block between springs in closed form, and the lumen of a real tube."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tissue_sim.patient.material import Material
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, closure, grip_n, latch
-from tissue_sim.verification.bodies import astride, box, creeping, face_share, settle
+from tissue_sim.verification.bodies import astride, box, face_share, overdamped, settle
 
 BLOCK_M = (0.003, 0.003, 0.002)
 SOFT = Material(young_pa=50e3, poisson=0.0)
@@ -24,14 +24,14 @@ SETTLE_STEPS, SQUEEZE_STEPS = 45, 60
 
 @dataclass(frozen=True, kw_only=True)
 class SqueezedBlock:
-    """A block between the plates of springs that join its upper and lower side.
+    """A block between springs that join its upper and lower side.
 
     Attributes:
-        stiffness: (n,), all springs' together over the block's E A / H.
-        height: (n,), over its height at rest.
+        stiffness: (n,), total of the springs over the block's E A / H.
+        height: (n,), over the height at rest.
         expected: (n,): (k c + 1) / (k + 1) with k the stiffness and c = `SQUEEZED_TO`: two
-            springs in series. Exact, as fixed-corotated tissue without lateral contraction is
-            linear in its stretch.
+            springs in series. This is exact, as fixed-corotated tissue without lateral
+            contraction is linear in its stretch.
     """
 
     stiffness: Array
@@ -41,12 +41,12 @@ class SqueezedBlock:
 
 @dataclass(frozen=True, kw_only=True)
 class Closure:
-    """A tube's lumen under a clip of several strengths.
+    """A tube's lumen under clips of different strengths.
 
     Attributes:
         squeeze: (n,), springs' stiffness over that of the world's clip.
-        lumen: (n,), smallest area of the lumen under the clip over that at rest.
-        grip_n: (n,), how hard the legs press, N.
+        lumen: (n,), smallest area of the lumen under the clip over the area at rest.
+        grip_n: (n,), force of the legs, N.
     """
 
     tube: str
@@ -56,7 +56,7 @@ class Closure:
 
 
 def squeezed_block(stiffness: Sequence[float]) -> SqueezedBlock:
-    """Squeeze a block with ever stiffer springs."""
+    """Squeeze a block with springs of each stiffness."""
     k = np.array(stiffness)
     return SqueezedBlock(
         stiffness=k,
@@ -75,7 +75,7 @@ def clip_closure(anatomy: Anatomy, tube: str, squeeze: Sequence[float]) -> Closu
     held = []
     for share in squeeze:
         tissue.restore(settled)
-        held.append(_clipped(Tubes(tissue, organ), tube, share))
+        held.append(_latch_and_settle(Tubes(tissue, organ), tube, share))
     return Closure(
         tube=tube,
         squeeze=np.array(squeeze),
@@ -84,8 +84,8 @@ def clip_closure(anatomy: Anatomy, tube: str, squeeze: Sequence[float]) -> Closu
     )
 
 
-def _clipped(tubes: Tubes, tube: str, share: float) -> tuple[float, float]:
-    """Lumen and grip under a clip of a share of the world's stiffness."""
+def _latch_and_settle(tubes: Tubes, tube: str, share: float) -> tuple[float, float]:
+    """Return lumen and grip under a clip with a share of the normal stiffness."""
     middle = 0.5 * tubes.length_m[tube]
     T_world_tool = astride(tubes, tube, middle, beyond_m=CLIP_LENGTH_M / 2)
     clip = latch(tubes, T_world_tool, number=1, time_s=0.0)
@@ -96,11 +96,11 @@ def _clipped(tubes: Tubes, tube: str, share: float) -> tuple[float, float]:
 
 
 def _height(stiffness: float) -> float:
-    """Of the block at rest between springs, over its height without them."""
+    """Return the block's height at rest between springs, over its height without them."""
     height = BLOCK_M[2]
     rest, tets = box(BLOCK_M, (3, 3, 2))
     lower, upper = (np.flatnonzero(rest[:, 2] == z) for z in (0.0, height))
-    tissue = creeping(rest, tets, SOFT, fixed=rest[:, 2] == 0.0)
+    tissue = overdamped(rest, tets, SOFT, fixed=rest[:, 2] == 0.0)
     tissue.add_links(
         0,
         np.stack([lower, upper], axis=1),

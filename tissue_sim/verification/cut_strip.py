@@ -1,13 +1,14 @@
-"""A strip cut across: how it gapes when cut through, and how it yields to a slit in its middle.
+"""A strip cut across: the gap of a complete cut, and the compliance of a central slit.
 
-Without lateral contraction (Poisson's ratio 0) both have a closed form. Cut through, a strip held
-stretched at both ends gapes by what it was stretched. With a slit of length 2 a, a strip of width
-2 b under a stress s lengthens more than the whole one by the work of the slit's opening,
+Without lateral contraction (Poisson's ratio 0) both have a closed form. A strip that is held
+stretched at both ends and then cut through opens a gap equal to its elongation. With a slit of
+length 2 a, a strip of width 2 b under a stress s lengthens more than the whole strip by the work of
+the slit's opening,
 
     d = 2 pi s b / E  integral from 0 to a / b of u F(u)^2 du,
 
-since dU/da = 2 K^2 / E a thickness, with K = s sqrt(pi a) F(a / b) at both ends of the slit and
-F of Tada, 1973 (to 0.1 %).
+since dU/da = 2 K^2 / E per thickness, with K = s sqrt(pi a) F(a / b) at both ends of the slit and F
+of Tada, 1973 (to 0.1 %).
 """
 
 from __future__ import annotations
@@ -24,23 +25,23 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import part_vertices
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.verification.bodies import box, creeping, face_share, organ_of, settle, tissue_of
+from tissue_sim.verification.bodies import box, face_share, organ_of, overdamped, settle, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 
 LENGTH_M, WIDTH_M = 0.024, 0.008
 TISSUE = Material(young_pa=50e3, poisson=0.0)
 SLIT = 0.5  # length over the width
-ROUNDED_M = 1e-9  # places at rest are known to this
-STRESS = 1e-3  # over Young's modulus: the answer is linear
+ROUNDED_M = 1e-9  # accuracy of rest positions
+STRESS = 1e-3  # over Young's modulus: the response is linear
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slit:
-    """What a slit adds to a strip's lengthening.
+    """The elongation that a slit adds to a strip.
 
     Attributes:
-        cells: (n,), across the strip.
-        yield_m: (n,), on each mesh; expected_m: by the closed form.
+        cells: (n,), number across the strip.
+        yield_m: (n,), on each mesh; expected_m: from the closed form.
     """
 
     cells: Array
@@ -49,30 +50,30 @@ class Slit:
 
     @property
     def shortfall(self) -> Array:
-        """(n,), how much less the mesh yields. A mesh is always stiffer."""
+        """Return (n,) the relative shortfall of the mesh's elongation. A mesh is always stiffer."""
         return 1 - self.yield_m / self.expected_m
 
     @property
-    def most_shortfall(self) -> Array:
-        """(n,), its bound: the singular field is missed within a cell of the slit's ends."""
+    def max_shortfall(self) -> Array:
+        """Return (n,) the bound of `shortfall`: a mesh misses the stress near the slit's ends."""
         return 1.25 * 2 / (SLIT * self.cells)
 
     @property
     def order(self) -> Array:
-        """(n - 1,), observed order in the cell; 1, as stress at the slit's ends is singular."""
+        """Return (n - 1,) the observed order in the cell size; 1, as the stress is singular."""
         return -np.diff(np.log(self.shortfall)) / np.diff(np.log(self.cells))
 
 
 @dataclass(frozen=True, kw_only=True)
 class WholeCut:
-    """How far a stretched strip gapes when cut through."""
+    """The gap of a stretched strip after a complete cut."""
 
     stretched_m: Array
     gap_m: Array
 
 
 def slit(cells: Sequence[int] = (8, 16, 32)) -> Slit:
-    """Slit strips of ever finer meshes, and find their rest under a pull."""
+    """Cut slits in strips of finer and finer meshes, and find their equilibrium under a pull."""
     work, _ = quad(lambda u: u * _shape_factor(u) ** 2, 0.0, SLIT)
     return Slit(
         cells=np.array(cells),
@@ -88,7 +89,7 @@ def whole_cut(strains: Sequence[float], *, cells: int = 2) -> WholeCut:
 
 
 def cut_across(tissue: Tissue, length_m: float) -> tuple[Indices, Indices]:
-    """Sever a strip at mid-length, symmetrically; vertices of both banks, in pairs."""
+    """Sever a strip at mid-length, symmetrically; return the vertices of both banks, in pairs."""
     rest, tets = tissue.organs[0].vertices, tissue.tets()
     off = np.abs(rest - [LENGTH_M / 2, 0.0, WIDTH_M / 2])
     in_cut = (off[:, 0] < ROUNDED_M) & (off[:, 2] < length_m / 2 + ROUNDED_M)
@@ -99,9 +100,9 @@ def cut_across(tissue: Tissue, length_m: float) -> tuple[Indices, Indices]:
         if in_cut[list(face)].all()
     }
     n = tissue.n_vertex()
-    parted, parents = part_vertices(tets, severed, np.flatnonzero(in_cut).tolist(), n)
+    split, parents = part_vertices(tets, severed, np.flatnonzero(in_cut).tolist(), n)
     tissue.duplicate(0, parents)
-    tets[:] = parted
+    tets[:] = split
     tissue.rewire(0)
     return np.array(parents, np.int32), np.arange(n, n + len(parents), dtype=np.int32)
 
@@ -128,7 +129,7 @@ def _yield_m(cells: int) -> float:
 
 def _gap_m(stretched_m: float, cells: int) -> float:
     rest, tets = _strip(cells)
-    tissue = creeping(rest, tets, TISSUE, fixed=np.isin(rest[:, 0], (0.0, LENGTH_M)))
+    tissue = overdamped(rest, tets, TISSUE, fixed=np.isin(rest[:, 0], (0.0, LENGTH_M)))
     tissue.positions()[:, 0] *= 1 + stretched_m / LENGTH_M
     left, right = cut_across(tissue, WIDTH_M)
     x = settle(tissue)

@@ -1,7 +1,7 @@
-"""A block on a tilted plate of an instrument: it holds below the angle of friction, slides above.
+"""A block on a tilted plate of an instrument: it sticks below the friction angle, slides above.
 
 A rigid block slides with g (sin a - mu cos a). The step resolves the contact: a light body that
-bounces off the penalty within a step sees more friction than this.
+bounces off the penalty within a step would have more friction than this.
 """
 
 from __future__ import annotations
@@ -21,60 +21,64 @@ SIZE_M = (0.06, 0.06, 0.02)
 GRAVITY_M_S2 = 9.81
 STEP_S = 1.0 / 960.0
 WATCHED_STEPS = 192
-PLATE, PLATE_HALF_M, PLATE_RADIUS_M = 0, 0.2, 0.003  # row of the contact shapes; half its side
-CREEP = 0.01  # of a slide without friction: sticking and shearing, before the block rests
+PLATE, PLATE_HALF_M, PLATE_RADIUS_M = (
+    0,
+    0.2,
+    0.003,
+)  # row of the contact shapes; half of the plate's side
+CREEP = 0.01  # share of a frictionless slide: sticking and shearing before the block rests
 FRICTION_ERROR = 1 / float(PREDICT) - 1
-"""Most by which sliding friction exceeds mu N: friction is held to its cone where the inertial
-motion is linearised, and its spring is stretched by the rest of the step."""
+"""Largest relative excess of sliding friction over mu N: friction is limited to its cone at the
+point of linearisation, and the rest of the step stretches its spring further."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionCone:
-    """A block on plates of several slopes.
+    """A block on plates of different slopes.
 
     Attributes:
         friction: mu.
         slope: (n,), tan of the plate's angle.
-        slid_m: (n,), how far the block came, down the plate.
-        most_m, least_m: (n,), how far a rigid block does, with friction of mu N and of
+        slid_m: (n,), distance that the block slid down the plate.
+        max_m, min_m: (n,), distances of a rigid block, with friction of mu N and of
             (1 + `FRICTION_ERROR`) mu N.
-        creep_m: (n,), what a block that holds may come.
+        creep_m: (n,), largest distance of a block that sticks.
         ratio: (n,), of the friction to the normal force at the end.
     """
 
     friction: float
     slope: Array
     slid_m: Array
-    most_m: Array
-    least_m: Array
+    max_m: Array
+    min_m: Array
     creep_m: Array
     ratio: Array
 
 
 def friction_cone(friction: float, slope_over_friction: Sequence[float]) -> FrictionCone:
-    """Lay the block on each slope and let go."""
+    """Place the block on each slope and release it."""
     slope = friction * np.array(slope_over_friction)
     slides = [_slide(friction, s) for s in slope]
     return FrictionCone(
         friction=friction,
         slope=slope,
         slid_m=np.array([slid for slid, _ in slides]),
-        most_m=rigid_slide_m(slope, friction),
-        least_m=rigid_slide_m(slope, friction * (1 + FRICTION_ERROR)),
+        max_m=rigid_slide_m(slope, friction),
+        min_m=rigid_slide_m(slope, friction * (1 + FRICTION_ERROR)),
         creep_m=CREEP * rigid_slide_m(slope, 0.0),
         ratio=np.array([ratio for _, ratio in slides]),
     )
 
 
 def rigid_slide_m(slope: Array, friction: float) -> Array:
-    """How far a rigid block slides, in implicit Euler's steps."""
+    """Return how far a rigid block slides, in steps of implicit Euler."""
     angle = np.arctan(slope)
     pull = GRAVITY_M_S2 * np.maximum(np.sin(angle) - friction * np.cos(angle), 0.0)
     return pull * STEP_S**2 * WATCHED_STEPS * (WATCHED_STEPS + 1) / 2
 
 
 def _slide(friction: float, slope: float) -> tuple[float, float]:
-    """How far the block slides along x, m, and the ratio of its contact forces."""
+    """Return how far the block slides along x, m, and the ratio of its contact forces."""
     angle = np.arctan(slope)
     gravity = GRAVITY_M_S2 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
     rest, tets = box(SIZE_M, (4, 4, 2))
@@ -91,7 +95,7 @@ def _slide(friction: float, slope: float) -> tuple[float, float]:
 
 
 def _place_plate(tissue: Tissue, friction: float) -> None:
-    """A plate whose upper side is z = 0; the other shapes stay away."""
+    """Place a plate whose upper side is z = 0; the other shapes stay away."""
     place = {
         "a": [-PLATE_HALF_M, 0.0, -PLATE_RADIUS_M],
         "b": [PLATE_HALF_M, 0.0, -PLATE_RADIUS_M],
@@ -105,7 +109,7 @@ def _place_plate(tissue: Tissue, friction: float) -> None:
 
 
 def _sink(tissue: Tissue, gravity_m_s2: float) -> None:
-    """Lower the block as deep as the contact carries its weight."""
+    """Lower the block to the depth at which the contact carries its weight."""
     n = tissue.n_vertex()
     weight = tissue.host("mass")[0, :n].sum() * gravity_m_s2
     below = np.isclose(tissue.organs[0].vertices[:, 2], 0.0).sum()

@@ -1,8 +1,8 @@
-"""The tissue's energies again, in float64 and derived another way than the kernels.
+"""The tissue's energies in float64, derived in another way than in the kernels.
 
-Each potential gives its energy (J), its gradient (n, 3) in N, and its Hessian (3 n, 3 n) in N/m
-at positions x (n, 3). The Hessian is exact unless asked to be `projected`: then each element's
-is positive semi-definite, by the eigenvalues of its own matrix.
+Each potential gives its energy (J), its gradient (n, 3) in N, and its Hessian (3 n, 3 n) in N/m at
+positions x (n, 3). The Hessian is exact unless `projected`: then each element's Hessian is made
+positive semi-definite through the eigenvalues of its own matrix.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tissue_sim.patient.mesher import Indices
 _LEVI_CIVITA = np.zeros((3, 3, 3))
 _LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
 _LEVI_CIVITA[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
-_FLATTEST = 1e-6  # of a sum of two singular values, which divides
+_FLATTEST = 1e-6  # smallest sum of two singular values in a division
 
 
 class Potential(Protocol):
@@ -33,7 +33,7 @@ class Potential(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Elements:
-    """Fixed-corotated tetrahedra: mu |F - R|^2 + lambda / 2 (J - 1)^2 a volume, F = R S.
+    """Fixed-corotated tetrahedra: mu |F - R|^2 + lambda / 2 (J - 1)^2 per volume, F = R S.
 
     Attributes:
         tets: (n_tet, 4).
@@ -48,7 +48,7 @@ class Elements:
     lam: Array
 
     def deformation(self, x: Array) -> Array:
-        """F of every element, (n_tet, 3, 3)."""
+        """Return F of every element, (n_tet, 3, 3)."""
         return np.einsum("eai,eaj->eij", x[self.tets], self.gradients)
 
     def energy(self, x: Array) -> float:
@@ -60,25 +60,25 @@ class Elements:
     def gradient(self, x: Array) -> Array:
         F = self.deformation(x)
         pressure = self.lam * (np.linalg.det(F) - 1.0)
-        P = 2 * _scaled(self.mu, F - _rotation(F)[0]) + _scaled(pressure, _cofactor(F))
+        P = 2 * _scale(self.mu, F - _rotation(F)[0]) + _scale(pressure, _cofactor(F))
         forces = np.einsum("e,eij,eaj->eai", self.volume, P, self.gradients)
-        return _gathered(self.tets, forces, len(x))
+        return _gather(self.tets, forces, len(x))
 
     def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
         F = self.deformation(x)
         turn = _rotation(F)[1]
         cofactor = _cofactor(F).reshape(-1, 9)
         pressure = self.lam * (np.linalg.det(F) - 1.0)
-        H = 2 * _scaled(self.mu, np.eye(9) - turn) + _scaled(pressure, _cofactor_slope(F))
-        H += _scaled(self.lam, cofactor[:, :, None] * cofactor[:, None, :])
-        H = _scaled(self.volume, _projected(H) if projected else H).reshape(-1, 3, 3, 3, 3)
+        H = 2 * _scale(self.mu, np.eye(9) - turn) + _scale(pressure, _cofactor_slope(F))
+        H += _scale(self.lam, cofactor[:, :, None] * cofactor[:, None, :])
+        H = _scale(self.volume, _project(H) if projected else H).reshape(-1, 3, 3, 3, 3)
         blocks = np.einsum("eaj,eijkl,ebl->eaibk", self.gradients, H, self.gradients, optimize=True)
-        return _assembled(self.tets, blocks, len(x))
+        return _assemble(self.tets, blocks, len(x))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
-    """k / 2 |w . x - p|^2 with the weights w of a spring over the vertices: ties and anchors.
+    """Ties and anchors: k / 2 |w . x - p|^2 with a spring's weights w over the vertices.
 
     Attributes:
         weights: (n_spring, n_vertex).
@@ -104,7 +104,7 @@ class Springs:
 
 @dataclass(frozen=True, kw_only=True)
 class Links:
-    """k / 2 (l - L)^2 with l the distance of two vertices: strands, and a clip's squeeze."""
+    """Strands and a clip's squeeze: k / 2 (l - L)^2 with l the distance of two vertices."""
 
     ends: Indices  # (n_link, 2)
     length_m: Array  # (n_link,), L
@@ -118,7 +118,7 @@ class Links:
         apart = self._apart(x)
         length = np.linalg.norm(apart, axis=1)
         pull = (self.stiffness * (1 - self.length_m / length))[:, None] * apart
-        return _gathered(self.ends, np.stack([-pull, pull], axis=1), len(x))
+        return _gather(self.ends, np.stack([-pull, pull], axis=1), len(x))
 
     def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
         apart = self._apart(x)
@@ -126,9 +126,9 @@ class Links:
         along = apart[:, :, None] * apart[:, None, :] / (length**2)[:, None, None]
         across = 1 - self.length_m / length
         across = np.maximum(across, 0.0) if projected else across
-        K = _scaled(self.stiffness, along + _scaled(across, np.eye(3) - along))
+        K = _scale(self.stiffness, along + _scale(across, np.eye(3) - along))
         blocks = np.einsum("ab,eik->eaibk", np.array([[1.0, -1.0], [-1.0, 1.0]]), K)
-        return _assembled(self.ends, blocks, len(x))
+        return _assemble(self.ends, blocks, len(x))
 
     def _apart(self, x: Array) -> Array:
         return x[self.ends[:, 1]] - x[self.ends[:, 0]]
@@ -136,18 +136,18 @@ class Links:
 
 @dataclass(frozen=True, kw_only=True)
 class Bed:
-    """k / 2 depth^2 for each vertex that lies in the liver's soft surface."""
+    """The liver bed: k / 2 depth^2 for each vertex inside the liver's soft surface."""
 
-    vertices: Indices  # those that can touch
+    vertices: Indices  # the vertices that can touch the bed
     point_m: Array
     normal: Array
     along: Array
     edge_m: float
     thickness_m: float
-    stiffness: float  # N/m a vertex
+    stiffness: float  # N/m per vertex
 
     def depth(self, x: Array) -> Array:
-        """(n_vertices,), m; 0 outside the bed."""
+        """Return the (n_vertices,) depth, m; 0 outside the bed."""
         offset = x[self.vertices] - self.point_m
         height = offset @ self.normal
         inside = (height < 0) & (height > -self.thickness_m) & (offset @ self.along > self.edge_m)
@@ -165,11 +165,11 @@ class Bed:
         touching = self.vertices[self.depth(x) > 0]
         block = self.stiffness * np.outer(self.normal, self.normal)
         blocks = np.broadcast_to(block[:, None, :], (len(touching), 1, 3, 1, 3))
-        return _assembled(touching[:, None], blocks, len(x))
+        return _assemble(touching[:, None], blocks, len(x))
 
 
 def _rotation(F: Array) -> tuple[Array, Array]:
-    """Rotation nearest to each F, (n, 3, 3), and its slope dR/dF, (n, 9, 9)."""
+    """Return the rotation nearest to each F, (n, 3, 3), and its derivative dR/dF, (n, 9, 9)."""
     U, s, Vt = np.linalg.svd(F)
     sign = np.sign(np.linalg.det(U @ Vt))
     U[:, :, 2] *= sign[:, None]
@@ -178,42 +178,42 @@ def _rotation(F: Array) -> tuple[Array, Array]:
     for i, j in ((0, 1), (0, 2), (1, 2)):
         twist = U[:, :, i, None] * Vt[:, None, j] - U[:, :, j, None] * Vt[:, None, i]
         twist = twist.reshape(-1, 9)
-        slope += _scaled(
+        slope += _scale(
             1 / np.maximum(s[:, i] + s[:, j], _FLATTEST), twist[:, :, None] * twist[:, None, :]
         )
     return U @ Vt, slope
 
 
 def _cofactor(F: Array) -> Array:
-    """dJ/dF, (n, 3, 3)."""
+    """Return dJ/dF, (n, 3, 3)."""
     return np.stack([np.cross(F[:, k - 2], F[:, k - 1]) for k in range(3)], axis=1)
 
 
 def _cofactor_slope(F: Array) -> Array:
-    """d2J/dF2, (n, 9, 9)."""
+    """Return d2J/dF2, (n, 9, 9)."""
     slope = np.einsum("ikm,jln,emn->eijkl", _LEVI_CIVITA, _LEVI_CIVITA, F, optimize=True)
     return slope.reshape(-1, 9, 9)
 
 
-def _projected(H: Array) -> Array:
-    """The nearest positive semi-definite matrices."""
+def _project(H: Array) -> Array:
+    """Return the nearest positive semi-definite matrices."""
     value, vector = np.linalg.eigh(H)
     return (vector * np.maximum(value, 0.0)[:, None]) @ vector.transpose(0, 2, 1)
 
 
-def _scaled(factor: Array, matrices: Array) -> Array:
+def _scale(factor: Array, matrices: Array) -> Array:
     return factor[:, None, None] * matrices
 
 
-def _gathered(corners: Indices, forces: Array, n: int) -> Array:
-    """Sum of the corners' forces (m, k, 3) at each vertex, (n, 3)."""
+def _gather(corners: Indices, forces: Array, n: int) -> Array:
+    """Sum the corners' forces (m, k, 3) at each vertex, (n, 3)."""
     out = np.zeros((n, 3))
     np.add.at(out, corners, forces)
     return out
 
 
-def _assembled(corners: Indices, blocks: NDArray[np.float64], n: int) -> csr_matrix:
-    """(3 n, 3 n) sum of the elements' matrices (m, k, 3, k, 3)."""
+def _assemble(corners: Indices, blocks: NDArray[np.float64], n: int) -> csr_matrix:
+    """Sum the elements' matrices (m, k, 3, k, 3) in one matrix (3 n, 3 n)."""
     place = 3 * corners[:, :, None].astype(np.int64) + np.arange(3)  # (m, k, 3)
     row = np.broadcast_to(place[:, :, :, None, None], blocks.shape)
     column = np.broadcast_to(place[:, None, None], blocks.shape)

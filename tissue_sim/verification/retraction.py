@@ -1,7 +1,7 @@
-"""How far the stepped tissue is from the converged static solution after a retraction.
+"""The difference between stepped tissue and the converged static solution after a retraction.
 
-The infundibulum is grasped and drawn off the liver and sideways, then held. Grasped vertices are
-moved, not pulled: the answer is the tissue's alone.
+The infundibulum is grasped, pulled off the liver and sideways, then held. Grasped vertices are
+displaced, not pulled by a force: the result depends on the tissue alone.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from tissue_sim.patient.axes import RIGHT
 from tissue_sim.patient.organ import Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 
-GRASPED_M = 0.005  # from the middle of the infundibulum: as wide as a grasper
-GRASPED_SHARE = 0.6  # of the way along the infundibulum
-SIDEWAYS = 0.5  # share of the pull; the rest is off the liver
+GRASPED_M = 0.005  # radius about the middle of the infundibulum: the width of a grasper
+GRASPED_SHARE = 0.6  # place along the infundibulum
+SIDEWAYS = 0.5  # share of the pull; the rest is away from the liver
 INCREMENTS = 8  # of the static solution
 TIGHT = {
     "iterations": 400,
     "tolerance": 1e-5,
     "settled_j": 0.0,
-}  # what is left of an error then is not the solver's
+}  # the remaining error is then not the solver's
 MAX_ERROR_M = 1e-4  # a tenth of the thinnest tube's radius
 SPRINGS = ("tie_stiffness", "link_stiffness", "anchor_stiffness")
 
@@ -37,12 +37,12 @@ class Retraction:
 
     Attributes:
         tets, vertices: size of the mesh.
-        shift_m: how far the grasp was moved.
+        shift_m: displacement of the grasp.
         held_s: (n,), times since the motion ended.
-        largest_m: (n,), largest distance of a vertex from its place at rest.
+        largest_m: (n,), largest distance of a vertex from its static position.
         rms_m: (n,), root mean square of the distances.
-        lag_m: (n,), the largest when every step is solved tightly: inertia and viscosity alone.
-        broken: springs that broke on the way; the static solution is without them.
+        lag_m: (n,), the largest distance with a tight solver: inertia and viscosity alone.
+        broken: number of springs that broke; the static solution has none of the broken ones.
         static_m: (n_vertex, 3), the static solution.
     """
 
@@ -66,17 +66,17 @@ def retraction(
     moving_s: float = 1.0,
     held_s: Sequence[float] = (0.0, 0.25, 0.5, 1.0, 2.0),
 ) -> Retraction:
-    """Draw the grasped infundibulum smoothly, hold it, and compare with the static solution.
+    """Pull the grasped infundibulum smoothly, hold it, and compare with the static solution.
 
     Raises:
-        ArithmeticError: duct and artery touch, which `statics_of` leaves out.
+        ArithmeticError: duct and artery touch; `statics_of` leaves this contact out.
     """
     shift = shift_m * pull_direction(organ)
     tight = _grasped_tissue(organ, stiffness_scale, replace(config, **TIGHT))
-    exact = list(_drawn(tight, shift, moving_s, held_s))
+    exact = list(_pull_and_hold(tight, shift, moving_s, held_s))
     tissue = _grasped_tissue(organ, stiffness_scale, config)
     whole = _springs(tissue)
-    positions = list(_drawn(tissue, shift, moving_s, held_s))
+    positions = list(_pull_and_hold(tissue, shift, moving_s, held_s))
     broken = whole - _springs(tissue)
     static = _static(tissue, shift)
     errors, lags = (np.linalg.norm(np.array(x) - static, axis=2) for x in (positions, exact))
@@ -94,7 +94,7 @@ def retraction(
 
 
 def grasped(organ: Organ) -> NDArray[np.bool_]:
-    """(n_vertex,), the sac's vertices near the middle of the infundibulum."""
+    """Return (n_vertex,) whether a vertex is of the sac and near the infundibulum's middle."""
     neck = organ.sac_rings[0, 0]
     axis = organ.vertices[organ.sac_rings[:, 0]]
     along = np.linalg.norm(axis - organ.vertices[neck], axis=1)
@@ -105,7 +105,7 @@ def grasped(organ: Organ) -> NDArray[np.bool_]:
 
 
 def pull_direction(organ: Organ) -> Array:
-    """Unit vector off the liver and to the surgeon's right."""
+    """Return the unit vector off the liver and to the surgeon's right."""
     return SIDEWAYS * RIGHT + np.sqrt(1 - SIDEWAYS**2) * organ.bed.normal
 
 
@@ -114,10 +114,10 @@ def _grasped_tissue(organ: Organ, stiffness_scale: float, config: TissueConfig) 
     return Tissue([held], stiffness_scale=[stiffness_scale], config=config)
 
 
-def _drawn(
+def _pull_and_hold(
     tissue: Tissue, shift: Array, moving_s: float, held_s: Sequence[float]
 ) -> Iterator[Array]:
-    """Positions at the times since the motion's end."""
+    """Yield the positions at the times since the motion's end."""
     (organ,) = tissue.organs
     held = np.flatnonzero(grasped(organ))
     h = tissue.config.step_s
@@ -131,9 +131,9 @@ def _drawn(
 
 
 def _static(tissue: Tissue, shift: Array) -> Array:
-    """The rest position under gravity, then the grasp's shift, with the springs still whole."""
+    """Return the static solution under gravity and the grasp's shift, without broken springs."""
     if _tubes_touch(tissue):
-        raise ArithmeticError("duct and artery touch: the static solution leaves that out")
+        raise ArithmeticError("duct and artery touch: the static solution leaves this contact out")
     statics = statics_of(tissue)
     hanging = equilibrium(statics, tissue.host("rest")[0, : tissue.n_vertex()])
     moved = np.where(grasped(tissue.organs[0])[:, None], shift, 0.0)

@@ -1,7 +1,7 @@
 """The converged static solution of a tissue: Newton's method with line search, in float64.
 
-It shares no code with the kernels that step the tissue, so it checks them too. Contact with
-instruments and of duct with artery is left out.
+It shares no code with the kernels that step the tissue, so it checks them too. It leaves out
+contact with instruments and between duct and artery.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ ARMIJO = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class Statics:
-    """What holds a tissue in shape.
+    """The energies and constraints of a tissue.
 
     Attributes:
         potentials: the energies of the positions.
         load: (n, 3), constant forces, N.
-        fixed: (n,), vertices whose place is given.
+        fixed: (n,), whether a vertex has a prescribed position.
     """
 
     potentials: tuple[Potential, ...]
@@ -42,24 +42,24 @@ class Statics:
     fixed: NDArray[np.bool_]
 
     def energy(self, x: Array) -> float:
-        """J."""
+        """Return the energy, J."""
         return sum(p.energy(x) for p in self.potentials) - float((self.load * x).sum())
 
     def gradient(self, x: Array) -> Array:
-        """(n, 3), N."""
+        """Return the gradient (n, 3), N."""
         return reduce(add, (p.gradient(x) for p in self.potentials)) - self.load
 
     def hessian(self, x: Array, *, projected: bool) -> csr_matrix:
-        """(3 n, 3 n), N/m."""
+        """Return the Hessian (3 n, 3 n), N/m."""
         return reduce(add, (p.hessian(x, projected=projected) for p in self.potentials))
 
     def residual_n(self, x: Array) -> float:
-        """Largest force on a free vertex that nothing balances."""
+        """Return the largest unbalanced force on a free vertex."""
         return float(np.abs(self.gradient(x)[~self.fixed]).max())
 
 
 def statics_of(tissue: Tissue, b: int = 0) -> Statics:
-    """The energies of one environment as it is now: cuts, clips and broken springs included."""
+    """Return the energies of one environment now, including cuts, clips and broken springs."""
     n, host = tissue.n_vertex(b), lambda name: tissue.host(name)[b]
     gravity = np.array(tissue.config.gravity_m_s2)
     load = host("load")[:n].astype(float) + host("mass")[:n, None].astype(float) * gravity
@@ -69,48 +69,48 @@ def statics_of(tissue: Tissue, b: int = 0) -> Statics:
 
 
 def equilibrium(statics: Statics, start: Array) -> Array:
-    """Positions (n, 3) at which every free vertex is balanced to `RESIDUAL_N`.
+    """Return positions (n, 3) at which every free vertex is balanced to `RESIDUAL_N`.
 
     Args:
-        statics: what holds the tissue.
-        start: (n, 3), where to begin; fixed vertices stay there.
+        statics: the energies and constraints.
+        start: (n, 3), initial positions; fixed vertices stay there.
 
     Raises:
-        ArithmeticError: it does not converge.
+        ArithmeticError: the iteration does not converge.
     """
     x = start.astype(float)
     for _ in range(MAX_ITERATIONS):
         if statics.residual_n(x) < RESIDUAL_N:
             return x
-        x = _searched(statics, x, _downhill(statics, x))
+        x = _line_search(statics, x, _downhill(statics, x))
     raise ArithmeticError(f"no equilibrium: {statics.residual_n(x)} N unbalanced")
 
 
 def displaced(statics: Statics, start: Array, shift: Array, *, increments: int) -> Array:
-    """The equilibrium after moving fixed vertices by shift (n, 3), followed from `start`.
+    """Return the equilibrium after fixed vertices move by shift (n, 3), followed from `start`.
 
-    Every increment starts where the linear response to it leads, so that the branch is kept.
+    Every increment starts at the linear response to it, so the solution stays on its branch.
     """
     x = start.astype(float)
     for _ in range(increments):
         move = np.where(statics.fixed[:, None], shift / increments, 0.0)
         H = statics.hessian(x, projected=True)
-        x = x + move + _solved(statics, H, -statics.gradient(x) - (H @ move.ravel()).reshape(-1, 3))
+        x = x + move + _solve(statics, H, -statics.gradient(x) - (H @ move.ravel()).reshape(-1, 3))
         x = equilibrium(statics, x)
     return x
 
 
 def _downhill(statics: Statics, x: Array) -> Array:
-    """Newton's step; with projected Hessians where the exact one does not lead downhill."""
+    """Return Newton's step, with projected Hessians if the exact one does not lead downhill."""
     gradient = statics.gradient(x)
-    step = _solved(statics, statics.hessian(x, projected=False), -gradient)
+    step = _solve(statics, statics.hessian(x, projected=False), -gradient)
     if (step * gradient).sum() < 0:
         return step
-    return _solved(statics, statics.hessian(x, projected=True), -gradient)
+    return _solve(statics, statics.hessian(x, projected=True), -gradient)
 
 
-def _solved(statics: Statics, H: csr_matrix, force: Array) -> Array:
-    """Displacement (n, 3) of the free vertices under a force (n, 3)."""
+def _solve(statics: Statics, H: csr_matrix, force: Array) -> Array:
+    """Return the displacement (n, 3) of the free vertices under a force (n, 3)."""
     free = np.flatnonzero(np.repeat(~statics.fixed, 3))
     step = np.zeros(force.size)
     factors = splu(
@@ -123,10 +123,10 @@ def _solved(statics: Statics, H: csr_matrix, force: Array) -> Array:
     return step.reshape(-1, 3)
 
 
-def _searched(statics: Statics, x: Array, step: Array) -> Array:
-    """The longest of the halved steps that lowers energy enough, or halves the residual.
+def _line_search(statics: Statics, x: Array, step: Array) -> Array:
+    """Take the longest of the halved steps that lowers energy enough or halves the residual.
 
-    Near the end the energy's change drowns in its rounding; the residual's does not.
+    Near the end, rounding hides the change of energy, but not the change of the residual.
     """
     energy, slope = statics.energy(x), float((statics.gradient(x) * step).sum())
     residual, share = statics.residual_n(x), 1.0
@@ -136,7 +136,7 @@ def _searched(statics: Statics, x: Array, step: Array) -> Array:
         if lower or statics.residual_n(ahead) < 0.5 * residual:
             return ahead
         share /= 2
-    raise ArithmeticError(f"no equilibrium: {residual} N unbalanced, and no step lowers the energy")
+    raise ArithmeticError(f"no equilibrium: {residual} N unbalanced, no step lowers the energy")
 
 
 def _elements(tissue: Tissue, b: int) -> Elements:

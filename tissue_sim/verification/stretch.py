@@ -1,4 +1,4 @@
-"""A bar pulled at both ends against the stationary point of its energy."""
+"""A bar pulled at both ends, against the stationary point of its energy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import Material
-from tissue_sim.verification.bodies import EPS, SETTLED_M, box, creeping, face_share, settle
+from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
 
 SIZE_M = (0.02, 0.008, 0.008)
 YOUNG_PA = 50e3
@@ -21,12 +21,12 @@ class Stretch:
     """Principal stretches of a bar under tractions.
 
     Attributes:
-        poisson: of the material.
-        stress_over_young: (n,), traction a rest area over Young's modulus.
+        poisson: Poisson's ratio.
+        stress_over_young: (n,), traction per rest area over Young's modulus.
         measured: (n, 3), along and twice across.
         expected: (n, 2), along and across.
-        uneven: (n,), largest distance of a vertex from the even stretch, over the length.
-        tolerance: what is left to settle, and the noise of a force in a strain.
+        uneven: (n,), largest distance of a vertex from the uniform stretch, over the length.
+        tolerance: the remaining motion, and the effect of a force's noise on a strain.
     """
 
     poisson: float
@@ -38,25 +38,28 @@ class Stretch:
 
 
 def stretch(poisson: float, stress_over_young: Sequence[float]) -> Stretch:
-    """Pull a bar evenly: F is uniform then, which linear elements hold exactly.
+    """Pull a bar evenly: F is then uniform, which linear elements represent exactly.
 
-    Only pulled: a free body that is pressed turns over.
+    The bar is only pulled, as a free body under pressure turns over.
     """
     material = Material(young_pa=YOUNG_PA, poisson=poisson)
-    pulled = [_pulled(material, share * YOUNG_PA) for share in stress_over_young]
+    pulled = [_pull(material, share * YOUNG_PA) for share in stress_over_young]
     return Stretch(
         poisson=poisson,
         stress_over_young=np.array(stress_over_young),
         measured=np.array([s for s, _ in pulled]),
         expected=np.array([stretches(share * YOUNG_PA, material) for share in stress_over_young]),
         uneven=np.array([uneven for _, uneven in pulled]),
-        # the noise of a force is eps of the largest stress in it
+        # the noise of a force is eps times its largest stress
         tolerance=100 * SETTLED_M / SIZE_M[0] + 100 * EPS / (1 - 2 * poisson),
     )
 
 
 def stretches(stress_pa: float, material: Material) -> tuple[float, float]:
-    """Along and across a bar: where mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 - P s_1 is least."""
+    """Return the stretches along and across a bar.
+
+    They minimise mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 - P s_1.
+    """
     mu, lam = material.lame
 
     def unbalanced(s: Sequence[float]) -> list[float]:
@@ -71,13 +74,13 @@ def stretches(stress_pa: float, material: Material) -> tuple[float, float]:
     return along, across
 
 
-def _pulled(material: Material, stress_pa: float) -> tuple[Array, float]:
-    """Principal stretches (3,) of the settled bar, and how uneven they are."""
+def _pull(material: Material, stress_pa: float) -> tuple[Array, float]:
+    """Return the principal stretches (3,) of the settled bar, and how uneven they are."""
     rest, tets = box(SIZE_M, (5, 2, 2))
     load = np.zeros_like(rest)
     ends = face_share(rest, tets, 0, SIZE_M[0]) - face_share(rest, tets, 0, 0.0)
     load[:, 0] = stress_pa * ends
-    x = settle(creeping(rest, tets, material), load)
+    x = settle(overdamped(rest, tets, material), load)
     x, rest = x - x.mean(axis=0), rest - rest.mean(axis=0)
     F = np.linalg.lstsq(rest, x, rcond=None)[0].T
     return np.linalg.svd(F)[1], float(np.abs(x - rest @ F.T).max() / SIZE_M[0])

@@ -1,4 +1,4 @@
-"""A soft cantilever let go under gravity: how its place depends on the step's length."""
+"""A soft cantilever released under gravity: how its motion depends on the step's length."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ SOFT = Material(young_pa=5e3, poisson=0.3)
 LONGEST_S = 1.0 / 480.0
 FOLLOWED_S = 0.05  # half a swing
 HALVINGS = 4
-ORDER_TOLERANCE = 0.25  # log2 of the ratios 1.7 to 2.4: terms of the next order at wh about 0.1
+ORDER_TOLERANCE = 0.25  # log2 of ratios from 1.7 to 2.4: next-order terms at wh of about 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimeStep:
-    """A corner's place after half a swing.
+    """A corner's position after half a swing.
 
     Attributes:
-        step_s: (n,), each half of the one before.
-        time_s, sunk_m: for each step, the corner's way.
-        end_m: (n, 3), where it is in the end.
+        step_s: (n,), each half of the previous one.
+        time_s, sunk_m: for each step, the corner's path.
+        end_m: (n, 3), its final position.
     """
 
     step_s: Array
@@ -35,17 +35,17 @@ class TimeStep:
 
     @property
     def change_m(self) -> Array:
-        """(n - 1,), how far halving the step moves the end."""
+        """Return (n - 1,) how far halving the step moves the final position."""
         return np.linalg.norm(np.diff(self.end_m, axis=0), axis=1)
 
     @property
     def order(self) -> Array:
-        """(n - 2,), observed order in the step; implicit Euler's is 1."""
+        """Return the (n - 2,) observed order in the step; it is 1 for implicit Euler."""
         return np.log2(self.change_m[:-1] / self.change_m[1:])
 
 
 def time_step() -> TimeStep:
-    """Follow the swing with ever shorter steps."""
+    """Simulate the swing with shorter and shorter steps."""
     steps = [LONGEST_S / 2**k for k in range(HALVINGS)]
     ways = [_swing(h) for h in steps]
     return TimeStep(
@@ -57,7 +57,7 @@ def time_step() -> TimeStep:
 
 
 def _swing(step_s: float) -> Array:
-    """(n + 1, 3) places of the free end's last corner, step after step."""
+    """Return (n + 1, 3) positions of the free end's last corner, step by step."""
     rest, tets = box(SIZE_M, (4, 2, 2))
     tissue = tissue_of(
         organ_of(rest, tets, fixed=rest[:, 0] == 0),

@@ -1,11 +1,11 @@
-"""A body left to swing in its lowest mode: how its energy decays.
+"""A body that vibrates in its lowest mode: how its energy decays.
 
 In a mode of angular frequency w, with mass-proportional damping c, implicit Euler's step h is
 
     v' = (v - h w^2 q) / (1 + c h + w^2 h^2),    q' = q + h v',
 
-so that the energy falls by 1 + c h + w^2 h^2 a step on average: as exp(-(c + w^2 h) t) for short
-steps. Of that, c is the tissue's damping and w^2 h the method's.
+so the energy falls by a factor 1 + c h + w^2 h^2 per step on average: as exp(-(c + w^2 h) t) for
+short steps. c is the tissue's damping and w^2 h the method's.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ from tissue_sim.verification.bodies import box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import statics_of
 
 SIZE_M = (0.02, 0.01, 0.01)
-SWING_M = 1e-4  # of the fastest vertex: half a percent of the length
+SWING_M = 1e-4  # amplitude of the fastest vertex: half a percent of the length
 SWINGS = 3.0
-TOLERANCE = 2 * SWING_M / SIZE_M[0]  # of the energy at the start: the swing is not quite linear
+TOLERANCE = (
+    2 * SWING_M / SIZE_M[0]
+)  # share of the initial energy: the vibration is not quite linear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,11 +33,11 @@ class Vibration:
     """Energy of a free vibration.
 
     Attributes:
-        step_s, damping_per_s: of the simulation.
-        frequency_rad_s: w, of the mode.
+        step_s, damping_per_s: settings of the simulation.
+        frequency_rad_s: w of the mode.
         time_s: (n,).
-        energy: (n,), elastic and kinetic, over its start.
-        expected: (n,), by the closed form.
+        energy: (n,), elastic and kinetic, over the initial energy.
+        expected: (n,), from the closed form.
     """
 
     step_s: float
@@ -47,13 +49,13 @@ class Vibration:
 
     @property
     def envelope(self) -> Array:
-        """(n,), how the energy falls on average."""
+        """Return (n,) the average decay of the energy."""
         h, c, w = self.step_s, self.damping_per_s, self.frequency_rad_s
         return (1 + c * h + (w * h) ** 2) ** (-self.time_s / h)
 
 
 def vibration(step_s: float, damping_per_s: float) -> Vibration:
-    """Let a body held at one end swing."""
+    """Let a body that is fixed at one end vibrate."""
     rest, tets = box(SIZE_M, (4, 2, 2))
     tissue = tissue_of(
         organ_of(rest, tets, fixed=rest[:, 0] == 0), step_s=step_s, damping_per_s=damping_per_s
@@ -77,7 +79,7 @@ def vibration(step_s: float, damping_per_s: float) -> Vibration:
 
 
 def lowest_mode(tissue: Tissue) -> tuple[float, Array]:
-    """Angular frequency (rad/s) and shape (n, 3) of the slowest vibration about the rest shape."""
+    """Return angular frequency (rad/s) and shape (n, 3) of the lowest mode about the rest shape."""
     statics, n = statics_of(tissue), tissue.n_vertex()
     free = np.repeat(~statics.fixed, 3)
     K = statics.hessian(tissue.host("rest")[0, :n].astype(float), projected=False)

@@ -1,4 +1,4 @@
-"""A pinched block's volume against its bulk modulus, towards incompressibility."""
+"""The volume of a pulled block against its bulk modulus, towards incompressibility."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from tissue_sim.frames import Array
 from tissue_sim.patient.material import Material
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.verification.bodies import box, creeping, face_share, settle
+from tissue_sim.verification.bodies import box, face_share, overdamped, settle
 
 SIDE_M = 0.01
 YOUNG_PA = 50e3
@@ -22,10 +22,10 @@ class Volume:
     """Change of a block's volume under a load.
 
     Attributes:
-        poisson: (n,).
-        change: (n,), of the volume, over the volume at rest.
+        poisson: (n,), Poisson's ratios.
+        change: (n,), change of the volume over the volume at rest.
         expected: (n,), sum f . x / (3 K V): for any load, by virtual work, on any mesh that can
-            stretch evenly.
+            stretch uniformly.
         strain: (n,), the largest displacement over the side.
     """
 
@@ -36,7 +36,7 @@ class Volume:
 
     @property
     def tolerance(self) -> Array:
-        """(n,), the quadratic terms that the linear law leaves out: strain for strain."""
+        """Return (n,) the quadratic terms that the linear law neglects, relative to the strain."""
         young_over_bulk = 3 * (1 - 2 * self.poisson)
         return 10 * young_over_bulk * self.strain**2
 
@@ -56,7 +56,7 @@ def volume(poisson: Sequence[float]) -> Volume:
 
 
 def _load(rest: Array, tets: Indices) -> Array:
-    """(n, 3) N: two opposite pulls of equal size."""
+    """Return (n, 3) N: two opposite pulls of equal size."""
     top, bottom = (face_share(rest, tets, 2, z) for z in (SIDE_M, 0.0))
     middle = np.exp(-((rest[:, :2] - SIDE_M / 2) ** 2).sum(axis=1) / (0.3 * SIDE_M) ** 2)
     load = np.zeros_like(rest)
@@ -65,7 +65,7 @@ def _load(rest: Array, tets: Indices) -> Array:
 
 
 def _change(rest: Array, tets: Indices, load: Array, poisson: float) -> tuple[float, float]:
-    tissue = creeping(rest, tets, Material(young_pa=YOUNG_PA, poisson=poisson))
+    tissue = overdamped(rest, tets, Material(young_pa=YOUNG_PA, poisson=poisson))
     x = settle(tissue, load)
     strain = np.abs(x - x.mean(0) - rest + rest.mean(0)).max() / SIDE_M
     return float(tissue.volumes().sum() / SIDE_M**3 - 1), float(strain)

@@ -9,7 +9,7 @@ from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_TURN, glb, show, wxyz
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.tools.instrument_meshes import finished, link_parts
+from tissue_sim.tools.instrument_meshes import link_parts, with_finish
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument
 from tissue_sim.tools.psm import T_yaw_tool
 
@@ -52,7 +52,7 @@ class InstrumentLayer:
 
 def _glbs(instrument: Instrument) -> dict[str, bytes]:
     return {
-        link: glb(*(finished(part) for part in parts))
+        link: glb(*(with_finish(part) for part in parts))
         for link, parts in link_parts(instrument).items()
     }
 

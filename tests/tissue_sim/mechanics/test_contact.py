@@ -14,7 +14,7 @@ from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 from tissue_sim.tools.instruments import INSTRUMENTS, link_patches
-from tissue_sim.verification.bodies import EPS, NOWHERE, box, organ_of, put, tissue_of
+from tissue_sim.verification.bodies import EPS, FAR_BED, box, organ_of, put, tissue_of
 from tissue_sim.verification.statics import equilibrium, statics_of
 
 CAPSULE, CAPSULE_RADIUS_M = 4, 0.003
@@ -73,7 +73,7 @@ def test_what_is_held_into_the_bed_comes_to_rest_at_the_worlds_step() -> None:
     """Springs of 60 N/m hold its lower side 2 mm deep; the bed's push would throw it out."""
     rest, tets = box((0.01,) * 3, (2, 2, 2))
     below = np.flatnonzero(rest[:, 2] == 0.0).astype(np.int32)
-    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.array([0.0, 0.0, 0.002])}))
+    bed = LiverBed(**(vars(FAR_BED) | {"point_m": np.array([0.0, 0.0, 0.002])}))
     tissue = Tissue([organ_of(rest, tets, bed=bed, bed_vertices=below)])
     for _ in range(120):
         tissue.step()
@@ -88,7 +88,7 @@ def test_a_light_body_does_not_bounce_on_the_bed_at_the_step_of_the_world(
     size: tuple[float, float, float],
 ) -> None:
     rest, tets = box(size, (4, 4, 2))
-    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.zeros(3)}))
+    bed = LiverBed(**(vars(FAR_BED) | {"point_m": np.zeros(3)}))
     config = TissueConfig()
     tissue = tissue_of(
         organ_of(rest + 1e-3 * bed.normal, tets, bed=bed),
@@ -102,7 +102,7 @@ def test_a_light_body_does_not_bounce_on_the_bed_at_the_step_of_the_world(
 
 def test_beside_the_bed_tissue_falls_on() -> None:
     rest, tets = box((0.002,) * 3, (1, 1, 1))
-    bed = LiverBed(**(vars(NOWHERE) | {"point_m": np.zeros(3), "edge_m": 0.005}))
+    bed = LiverBed(**(vars(FAR_BED) | {"point_m": np.zeros(3), "edge_m": 0.005}))
     tissue = tissue_of(organ_of(rest, tets, bed=bed), gravity_m_s2=(0.0, 0.0, -9.81))
     for _ in range(10):
         tissue.step()
