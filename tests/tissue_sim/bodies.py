@@ -1,4 +1,4 @@
-"""What the stages of a step leave behind: forces, and the stiffness as a dense matrix."""
+"""Results of a step's stages: forces, and the stiffness as a dense matrix."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from tissue_sim.mechanics.tissue import Tissue
 
 
 def forces(tissue: Tissue, *stages: str) -> Array:
-    """(n, 3) forces of the given stages of a step alone, N, where the vertices are now."""
+    """Return the (n, 3) forces of the given stages alone, N, at the current positions."""
     for stage in ("predict", *stages):
         tissue.stages[stage].launch()
     return tissue.host("force")[0, : tissue.n_vertex()].astype(float)
 
 
 def dense_stiffness(tissue: Tissue) -> NDArray[np.float64]:
-    """(3 n, 3 n) matrix of the blocks that `forces` left."""
+    """Return the (3 n, 3 n) matrix of the blocks that `forces` left."""
     n = tissue.n_vertex()
     K = np.zeros((n, 3, n, 3))
     row, column, block = (tissue.host(name)[0] for name in ("row", "column", "block"))

@@ -1,4 +1,4 @@
-"""A world to share: building one costs more than resetting it."""
+"""A shared world: building one costs more than resetting it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Patients' tubes come to rest, and clips and cuts put into them as the tools would do it."""
+"""Settled tubes of patients, and clips and cuts made in them as the tools would make them."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}
 
 
 def settled(seed: int) -> Tubes:
-    """A patient's tubes, come to rest; made once a seed and put back each time."""
+    """Return a patient's settled tubes; computed once per seed and restored each time."""
     if seed not in _SETTLED:
         patient = anatomy_from_seed(seed)
         organ = build_organ(patient)
@@ -34,13 +34,13 @@ def run(tubes: Tubes, steps: int = HALF_SECOND) -> None:
 
 
 def clip_at(tubes: Tubes, tube: str, share: float = 0.5, **how: float) -> Clip:
-    """A clip latched at a share of the tube's length."""
+    """Latch a clip at a share of the tube's length."""
     station = share * tubes.length_m[tube]
     T = astride(tubes, tube, station, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
     return latch(tubes, T, number=1, time_s=0.0)
 
 
 def cut_at(tubes: Tubes, tube: str, station_m: float, **how: float) -> tuple[Cut, ...]:
-    """Blades closed across the tube at a station."""
+    """Close the blades across the tube at a station."""
     T = astride(tubes, tube, station_m, **({"beyond_m": BLADE_LENGTH_M / 2} | how))
     return sever(tubes, T, time_s=0.0)

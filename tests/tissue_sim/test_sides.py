@@ -1,4 +1,4 @@
-"""On which side of a finger a tube lies: all of it on one, and each stump for itself."""
+"""Laws of sides: a tube lies on one side of a finger, and each stump on its own."""
 
 import numpy as np
 import pytest
@@ -26,56 +26,56 @@ def outer(rings: np.ndarray) -> np.ndarray:
     return rings[..., 1 + (rings.shape[-1] - 1) // 2 :].ravel()
 
 
-def agreed(tubes: Tubes, believed: dict[float, np.ndarray]) -> np.ndarray:
-    """(n_vertex,) sides after the vote; the vertices given are on the finger, on a side each."""
+def sides_after_vote(tubes: Tubes, sides: dict[float, np.ndarray]) -> np.ndarray:
+    """Return the (n_vertex,) sides after the vote; the given vertices touch the finger."""
     shape, side = (tubes.tissue.host(name)[0] for name in ("contact_shape", "contact_side"))
-    for value, vertices in believed.items():
+    for value, vertices in sides.items():
         shape[vertices], side[vertices] = FINGER, value
     t = tubes.tissue.arrays
     wp.launch(ring_sides, dim=t.n_ring.shape, inputs=[t], device="cpu")
     return side
 
 
-def test_a_tube_is_on_the_side_where_most_of_its_corners_are(tubes: Tubes) -> None:
+def test_a_tube_is_on_the_side_of_most_of_its_corners(tubes: Tubes) -> None:
     ring = tubes.below["duct"]
-    side = agreed(tubes, {1.0: outer(ring[3:6]), -1.0: outer(ring[6:8])})
+    side = sides_after_vote(tubes, {1.0: outer(ring[3:6]), -1.0: outer(ring[6:8])})
     assert (side[outer(ring[3:8])] == 1.0).all()
 
 
-def test_rings_that_do_not_touch_the_finger_part_the_vote(tubes: Tubes) -> None:
+def test_rings_that_do_not_touch_the_finger_divide_the_vote(tubes: Tubes) -> None:
     ring = tubes.below["duct"]
-    side = agreed(tubes, {1.0: outer(ring[2:5]), -1.0: outer(ring[6:8])})
+    side = sides_after_vote(tubes, {1.0: outer(ring[2:5]), -1.0: outer(ring[6:8])})
     assert (side[outer(ring[2:5])] == 1.0).all()
     assert (side[outer(ring[6:8])] == -1.0).all()
 
 
-def test_another_finger_has_no_say(tubes: Tubes) -> None:
+def test_corners_on_another_finger_do_not_vote(tubes: Tubes) -> None:
     ring = tubes.below["duct"]
     tubes.tissue.host("contact_shape")[0, outer(ring[4])] = OTHER
     tubes.tissue.host("contact_side")[0, outer(ring[4])] = -1.0
-    side = agreed(tubes, {1.0: outer(ring[5])})
+    side = sides_after_vote(tubes, {1.0: outer(ring[5])})
     assert (side[outer(ring[4])] == -1.0).all()
     assert (side[outer(ring[5])] == 1.0).all()
 
 
-def test_each_stump_has_its_side_and_the_upper_ones_end_votes(tubes: Tubes) -> None:
-    """The cut ring's corners of the upper stump are vertices that the cut made."""
+def test_each_stump_has_its_own_side_and_the_upper_stumps_end_votes(tubes: Tubes) -> None:
+    """The upper stump's corners of the cut ring are vertices that the cut made."""
     assert part_ring(tubes, "duct", CUT, np.ones(tubes.below["duct"].shape[1], bool))
     below, above = tubes.below["duct"], tubes.above["duct"]
     end = outer(above[CUT])
-    side = agreed(
+    side = sides_after_vote(
         tubes, {1.0: outer(below[3 : CUT + 1]), -1.0: np.append(outer(below[6:8]), end[:2])}
     )
     assert (side[outer(below[3 : CUT + 1])] == 1.0).all()
     assert (side[outer(below[6:8])] == -1.0).all()
-    side = agreed(tubes, {1.0: end[:2]})
+    side = sides_after_vote(tubes, {1.0: end[:2]})
     assert (side[end[:2]] == -1.0).all()
 
 
-def test_a_ring_that_hangs_by_a_corner_is_one_tube(tubes: Tubes) -> None:
+def test_a_ring_joined_at_one_corner_is_one_tube(tubes: Tubes) -> None:
     given_way = np.ones(tubes.below["duct"].shape[1], bool)
     given_way[-1] = False
     assert part_ring(tubes, "duct", CUT, given_way)
     below, above = tubes.below["duct"], tubes.above["duct"]
-    side = agreed(tubes, {1.0: outer(below[2 : CUT + 1]), -1.0: outer(above[CUT])[:2]})
+    side = sides_after_vote(tubes, {1.0: outer(below[2 : CUT + 1]), -1.0: outer(above[CUT])[:2]})
     assert (side[outer(above[CUT])[:2]] == 1.0).all()

@@ -1,4 +1,4 @@
-"""A world at work: instruments that reach the tissue, a clip and a cut; and what is the same."""
+"""A world in use: instruments that reach the tissue, a clip and a cut; comparison of states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TUBE = "duct"
 
 
 def reach(k: int) -> JointCommand:
-    """Both instruments into the field, side by side, the jaws working: they meet tissue."""
+    """Move both instruments into the field, side by side, with working jaws: they touch tissue."""
     q = np.tile([0.09, 0.15, 0.10, 0.1, 0.0, 0.0, 0.4], (2, 1))
     q[RIGHT_ARM] = [-0.22, 0.0, 0.10, 0.0, 0.1, 0.0, 0.5]
     q[:, 2] += 0.0012 * min(k, 30)
@@ -44,7 +44,7 @@ def run(world: World, first: int, last: int) -> list[list[np.ndarray]]:
 
 
 def assert_same(a: Any, b: Any) -> None:
-    """Equal bit for bit, whatever they are made of."""
+    """Assert that two objects of any type are equal bit for bit."""
     if isinstance(a, dict):
         assert a.keys() == b.keys()
         for name in a:
@@ -63,7 +63,7 @@ def assert_same(a: Any, b: Any) -> None:
 
 
 def clip_and_cut(world: World, share: float = 0.47) -> None:
-    """A clip and, above it, a cut, put into the tissue and the record as the tools do."""
+    """Put a clip and, above it, a cut into the tissue and the record, as the tools do."""
     length = world.tubes.length_m[TUBE]
     T = astride(world.tubes, TUBE, 0.3 * length, beyond_m=CLIP_LENGTH_M / 2)
     clip = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)

@@ -1,4 +1,4 @@
-"""Is an organ fit to be simulated? Refuse broken elements and parts that nothing holds."""
+"""Check that an organ can be simulated: refuse broken elements and parts that nothing holds."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tissue_sim.patient.organ import Organ
 
 
 def require_sound_organ(organ: Organ) -> None:
-    """Refuse an organ with unsound elements, or of which a part hangs in the air.
+    """Refuse an organ that has broken elements or a part that nothing holds.
 
-    Parts are joined by ties and strands. One body alone may be free; of several, each must be
-    joined to the rest, or held at fixed vertices or at the liver bed.
+    Ties and strands join parts. A single body may be free; of several parts, each must be joined to
+    the rest, or held at fixed vertices or at the liver bed.
 
     Raises:
-        ValueError: naming the element or the part.
+        ValueError: the organ is refused; the message names the element or the part.
     """
     require_sound_elements(organ.vertices, organ.tets)
     n = len(organ.vertices)

@@ -1,4 +1,4 @@
-"""Laws of the mesh's connections: the matrix pattern, the surface, and the parting of vertices."""
+"""Laws of the mesh's connections: matrix pattern, surface, and splitting of vertices."""
 
 from itertools import permutations
 
@@ -16,11 +16,11 @@ from tissue_sim.verification.bodies import box, rod
 N_VERTEX = 9
 EVEN = np.array(
     [p for p in permutations(range(4)) if np.linalg.det(np.eye(4)[list(p)]) > 0]
-)  # the turns of a tetrahedron, which keep its volume positive
+)  # the rotations of a tetrahedron, which keep its volume positive
 
 
 def elements(corners: int) -> st.SearchStrategy[Indices]:
-    """Some elements of so many corners, each corner once."""
+    """Return some elements with this number of corners, each corner once."""
     one = st.permutations(range(N_VERTEX)).map(lambda p: p[:corners])
     return st.lists(one, max_size=6).map(
         lambda rows: np.array(rows, np.int32).reshape(len(rows), corners)
@@ -78,7 +78,7 @@ def test_the_boundary_of_a_box_is_a_closed_outward_surface(cells: tuple[int, int
 
 
 def cut_rod(share: float) -> tuple[Indices, Indices, list[int], int]:
-    """A rod whose middle ring's faces are severed where y is in the given lower share."""
+    """Sever the faces of a rod's middle ring where y is in the given lower share."""
     tube = rod()
     ring = tube.rings[len(tube.rings) // 2]
     y = tube.vertices[ring, 1]
@@ -105,7 +105,7 @@ def test_a_severed_rod_is_in_two_parts() -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.8])
-def test_a_rod_cut_in_part_stays_one(share: float) -> None:
+def test_a_rod_cut_in_part_stays_in_one_part(share: float) -> None:
     _, new, parents, n = cut_rod(share)
     assert n_parts(new, n + len(parents)) == 1
     if share >= 0.5:
@@ -113,18 +113,20 @@ def test_a_rod_cut_in_part_stays_one(share: float) -> None:
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
-def test_parting_moves_no_element(share: float) -> None:
-    """Each new vertex stands where its parent does: every corner keeps its place."""
+def test_splitting_moves_no_element(share: float) -> None:
+    """Each new vertex has its parent's position, so every corner keeps its place."""
     old, new, parents, n = cut_rod(share)
     origin = np.concatenate([np.arange(n), parents])
     np.testing.assert_array_equal(origin[new], old)
     vertices = rod().vertices
     volumes = signed_volumes(np.concatenate([vertices, vertices[parents]]), new)
     np.testing.assert_array_equal(volumes, signed_volumes(vertices, old))
-    assert set(np.unique(new)) == set(range(n + len(parents)))  # no vertex is left without element
+    assert set(np.unique(new)) == set(
+        range(n + len(parents))
+    )  # no vertex is left without an element
 
 
-def test_nothing_severed_parts_nothing() -> None:
+def test_without_severed_faces_nothing_is_split() -> None:
     tube = rod()
     tets, parents = part_vertices(tube.tets, set(), list(range(len(tube.vertices))), 99)
     assert parents == []

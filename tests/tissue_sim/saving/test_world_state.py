@@ -1,4 +1,4 @@
-"""A state that is not whole and sound is refused in one line, and the world stays as it was."""
+"""Laws of restoring: a broken state is refused in one line, and the world does not change."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,7 +23,7 @@ SEED = 10_005
 
 @pytest.fixture(scope="module")
 def treated(one_world: World) -> World:
-    """With tools at the tissue, a clip and a cut; no test changes it."""
+    """Return a world with tools at the tissue, a clip and a cut; no test changes it."""
     one_world.reset(anatomy_from_seed(SEED))
     run(one_world, 0, 40)
     clip_and_cut(one_world)
@@ -36,7 +36,7 @@ def saved(treated: World) -> dict[str, Any]:
 
 
 def parts(node: Any, path: tuple = ()) -> Iterator[tuple[tuple, Any]]:
-    """Path and value of everything a state is made of, down to its arrays."""
+    """Yield path and value of every part of a state, down to its arrays."""
     named = node.items() if isinstance(node, dict) else enumerate(node)
     for name, part in named:
         yield (*path, name), part
@@ -44,10 +44,10 @@ def parts(node: Any, path: tuple = ()) -> Iterator[tuple[tuple, Any]]:
             yield from parts(part, (*path, name))
 
 
-def replaced(node: Any, path: tuple, value: Any) -> Any:
-    """A copy with another value at a path; `DELETED` takes the part away."""
+def with_value(node: Any, path: tuple, value: Any) -> Any:
+    """Return a copy with another value at a path; `DELETED` removes the part."""
     name, *rest = path
-    new = replaced(node[name], tuple(rest), value) if rest else value
+    new = with_value(node[name], tuple(rest), value) if rest else value
     if isinstance(node, tuple):
         return tuple(part if k != name else new for k, part in enumerate(node))
     kept = {k: part for k, part in node.items() if k != name}
@@ -57,28 +57,28 @@ def replaced(node: Any, path: tuple, value: Any) -> Any:
 DELETED = object()
 
 
-def assert_refused(world: World, state: Any, *said: object) -> None:
+def assert_refused(world: World, state: Any, *words: object) -> None:
     before, tissue = world.state(), world.tissue
-    with pytest.raises(ValueError) as caught:  # noqa: PT011  what it says is checked below
+    with pytest.raises(ValueError) as caught:  # noqa: PT011  the message is checked below
         world.restore(state)
     line = str(caught.value)
     assert "\n" not in line
     assert len(line) < 200
-    assert all(str(word) in line for word in said), line
+    assert all(str(word) in line for word in words), line
     assert world.tissue is tissue
     assert_same(world.state(), before)
 
 
-def test_every_part_must_be_there(treated: World, saved: dict[str, Any]) -> None:
+def test_every_part_is_required(treated: World, saved: dict[str, Any]) -> None:
     for path, _ in parts(saved):
         if isinstance(path[-1], str):
-            assert_refused(treated, replaced(saved, path, DELETED), path[-1])
+            assert_refused(treated, with_value(saved, path, DELETED), path[-1])
 
 
-def test_no_other_part_may_be_there(treated: World, saved: dict[str, Any]) -> None:
+def test_no_other_part_is_allowed(treated: World, saved: dict[str, Any]) -> None:
     for path, part in [((), saved), *parts(saved)]:
         if isinstance(part, dict):
-            other = replaced(saved, path, part | {"bile": 1}) if path else part | {"bile": 1}
+            other = with_value(saved, path, part | {"bile": 1}) if path else part | {"bile": 1}
             assert_refused(treated, other, "bile")
 
 
@@ -92,30 +92,32 @@ SPOILED = {
 
 
 @pytest.mark.parametrize("spoil", SPOILED.values(), ids=SPOILED)
-def test_every_part_must_be_as_it_was_made(treated: World, saved: dict[str, Any], spoil) -> None:
+def test_every_part_must_have_its_type_and_shape(
+    treated: World, saved: dict[str, Any], spoil
+) -> None:
     for path, part in parts(saved):
         if not isinstance(part, dict | Record):
-            assert_refused(treated, replaced(saved, path, spoil(part)), path[0])
+            assert_refused(treated, with_value(saved, path, spoil(part)), path[0])
 
 
 @pytest.mark.parametrize("state", [None, 3, "state", [], {}, ({},)], ids=repr)
-def test_what_is_no_state_is_refused(treated: World, state: Any) -> None:
+def test_an_object_that_is_not_a_state_is_refused(treated: World, state: Any) -> None:
     assert_refused(treated, state)
 
 
 @given(data=st.data(), bad=st.sampled_from([np.nan, np.inf, -np.inf]))
-def test_one_number_that_is_not_finite_is_enough(
+def test_a_state_with_one_number_that_is_not_finite_is_refused(
     treated: World, saved: dict[str, Any], data: st.DataObject, bad: float
 ) -> None:
     numbers = [p for p, a in parts(saved) if isinstance(a, np.ndarray) and a.dtype.kind == "f"]
     path = data.draw(st.sampled_from(numbers))
     array = dict(parts(saved))[path].copy()
     array.flat[data.draw(st.integers(0, array.size - 1))] = bad
-    assert_refused(treated, replaced(saved, path, array), *path, "finite")
+    assert_refused(treated, with_value(saved, path, array), *path, "finite")
 
 
 def spare(world: World) -> int:
-    """The first vertex that is not in use."""
+    """Return the first vertex that is not in use."""
     return world.tissue.n_vertex()
 
 
@@ -146,19 +148,19 @@ def test_numbers_out_of_range_are_refused(
 ) -> None:
     array = saved[path[0]][path[1]].copy()
     array.flat[array.size // 3] = value(treated) if callable(value) else value
-    assert_refused(treated, replaced(saved, path, array), "/".join(path), "to")
+    assert_refused(treated, with_value(saved, path, array), "/".join(path), "to")
 
 
 def test_elements_of_another_mesh_are_refused(treated: World, saved: dict[str, Any]) -> None:
     tet = saved["tissue"]["tet"].copy()
     tet[0, [3, 300]] = tet[0, [300, 3]]
-    assert_refused(treated, replaced(saved, ("tissue", "tet"), tet), "volume[0, 3]")
+    assert_refused(treated, with_value(saved, ("tissue", "tet"), tet), "volume[0, 3]")
 
 
-def test_a_topology_that_the_matrix_has_no_room_for_is_refused(
+def test_a_topology_too_large_for_the_matrix_is_refused(
     treated: World, saved: dict[str, Any]
 ) -> None:
-    """Elements all over the body couple more vertices than neighbours do."""
+    """Elements across the whole body couple more vertices than neighbours do."""
     tissue = saved["tissue"]
     tet, volume = tissue["tet"].copy(), tissue["volume"].copy()
     rng = np.random.default_rng(0)
@@ -169,7 +171,9 @@ def test_a_topology_that_the_matrix_has_no_room_for_is_refused(
 
 def test_both_right_tools_cannot_be_mounted(treated: World, saved: dict[str, Any]) -> None:
     for mounted in ([True, True, True], [True, False, False], [False, True, False]):
-        assert_refused(treated, replaced(saved, ("arms", "mounted"), np.array(mounted)), "mounted")
+        assert_refused(
+            treated, with_value(saved, ("arms", "mounted"), np.array(mounted)), "mounted"
+        )
 
 
 def spoiled_records(record: Record) -> dict[str, Any]:
@@ -203,12 +207,12 @@ def spoiled_records(record: Record) -> dict[str, Any]:
     }
 
 
-def test_a_record_of_what_cannot_be_is_refused(treated: World, saved: dict[str, Any]) -> None:
+def test_an_impossible_record_is_refused(treated: World, saved: dict[str, Any]) -> None:
     for spoiled in spoiled_records(treated.record).values():
         assert_refused(treated, saved | {"record": spoiled}, "state/record")
 
 
-def test_a_refusal_leaves_no_trace_in_what_follows(
+def test_a_refusal_does_not_change_later_steps(
     treated: World, saved: dict[str, Any], one_world: World
 ) -> None:
     once = run(one_world, 40, 60)
@@ -216,13 +220,13 @@ def test_a_refusal_leaves_no_trace_in_what_follows(
     seen = one_world.observe().vector()
     for name in ("tissue", "arms", "record"):
         with pytest.raises(ValueError, match=name):
-            one_world.restore(replaced(saved, (name,), DELETED))
+            one_world.restore(with_value(saved, (name,), DELETED))
     np.testing.assert_array_equal(one_world.observe().vector(), seen)
     assert_same(run(one_world, 40, 60), once)
     one_world.restore(saved)
 
 
-def test_a_state_after_a_cut_goes_to_a_fresh_world_and_back(
+def test_a_state_after_a_cut_can_be_restored_in_a_new_world_and_back(
     treated: World, saved: dict[str, Any]
 ) -> None:
     fresh = World()
@@ -249,7 +253,7 @@ def test_a_restored_world_shares_nothing_with_the_state(
 
 @given(joints=st.lists(st.floats(-1, 1), min_size=14, max_size=14))
 def test_types_are_checked_in_depth(joints: list[float]) -> None:
-    """A tuple of a fixed length, of any length, and a choice of types."""
+    """Check tuples of a fixed length and of any length, and unions."""
     require_type(tuple(joints), tuple[float, ...], "x")
     require_type(None, float | None, "x")
     for wrong, kind in (

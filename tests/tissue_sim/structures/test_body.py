@@ -1,4 +1,4 @@
-"""Laws of the body that holds the organ: it moves as told, at the speed it moves, and whole."""
+"""Laws of the body: it moves as commanded, at the right speed, and with all its parts."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def sway(k: int) -> np.ndarray:
 
 
 def held(world: World) -> dict[str, np.ndarray]:
-    """What the body holds, where it is now."""
+    """Return the current points of the parts that the body holds."""
     tissue, n = world.tissue, len(world.organ.bed_vertices)
     (liver,) = (e for e in world.scene.entities if e.name == LIVER)
     return {
@@ -39,7 +39,7 @@ def held(world: World) -> dict[str, np.ndarray]:
     }
 
 
-def test_everything_it_holds_goes_by_the_offset_in_one_control_step(world):
+def test_everything_it_holds_moves_by_the_offset_in_one_control_step(world):
     start = held(world)
     for k in range(1, 20):
         world.shift_body(sway(k))
@@ -64,7 +64,7 @@ def test_fixed_ends_have_the_velocity_at_which_they_move(world):
     assert not world.tissue.host("velocity")[0, : len(world.organ.fixed)][world.organ.fixed].any()
 
 
-def test_the_tissue_follows_so_that_it_hangs_as_before(world):
+def test_the_tissue_follows_and_hangs_as_before(world):
     for _ in range(60):
         hold(world)
     before = world.tissue.positions().astype(float)
@@ -77,19 +77,19 @@ def test_the_tissue_follows_so_that_it_hangs_as_before(world):
     assert np.linalg.norm(moved, axis=1).max() < 3e-4
 
 
-def test_staying_where_it_is_changes_nothing(world):
+def test_a_zero_offset_changes_nothing(world):
     for _ in range(5):
         hold(world)
-    untold = world.state()
+    without_command = world.state()
     world.reset(anatomy_from_seed(SEED))
     for _ in range(5):
         world.shift_body(np.zeros(3))
         hold(world)
     for name, values in world.state()["tissue"].items():
-        np.testing.assert_array_equal(values, untold["tissue"][name], err_msg=name)
+        np.testing.assert_array_equal(values, without_command["tissue"][name], err_msg=name)
 
 
-def test_a_state_saved_in_motion_goes_on_bit_for_bit(world):
+def test_a_state_saved_in_motion_continues_bit_for_bit(world):
     for k in range(1, 6):
         world.shift_body(sway(k))
         hold(world)

@@ -31,7 +31,7 @@ def other(tube: str) -> str:
 
 
 @pytest.mark.parametrize("tube", TUBES)
-def test_a_clip_astride_closes_the_lumen_and_holds(tubes: Tubes, tube: str) -> None:
+def test_a_clip_across_a_tube_closes_the_lumen_and_holds(tubes: Tubes, tube: str) -> None:
     clip = clip_at(tubes, tube)
     assert clip.complete == (True,)
     assert [c.tube for c in clip.crossings] == [tube]
@@ -45,7 +45,7 @@ def test_a_clip_astride_closes_the_lumen_and_holds(tubes: Tubes, tube: str) -> N
 
 
 @pytest.mark.parametrize("tube", TUBES)
-def test_the_harder_the_squeeze_the_smaller_the_lumen(tube: str) -> None:
+def test_the_lumen_decreases_with_the_squeeze(tube: str) -> None:
     under = clip_closure(anatomy_from_seed(0), tube, [0.01, 0.1, 1.0])
     assert np.all(np.diff(under.lumen) < 0)
     assert np.all(np.diff(under.grip_n) > 0)
@@ -55,8 +55,8 @@ def test_the_harder_the_squeeze_the_smaller_the_lumen(tube: str) -> None:
 
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("askew_deg", [0.0, 20.0, 40.0])
-def test_a_clip_set_askew_has_that_tilt(tube: str, askew_deg: float) -> None:
-    """At rest the tube is a polyline: between rings its direction is known to one bend."""
+def test_a_clip_placed_askew_has_that_tilt(tube: str, askew_deg: float) -> None:
+    """At rest the tube is a polyline, so its direction between rings is known to one bend."""
     tubes = settled(0)
     clip = clip_at(tubes, tube, askew_rad=np.deg2rad(askew_deg))
     centres = tubes.centres(tube)
@@ -87,7 +87,7 @@ def test_a_clip_closed_on_nothing_is_lost_and_changes_nothing(tubes: Tubes) -> N
 
 
 @pytest.mark.parametrize("tube", TUBES)
-def test_under_a_lost_clip_the_lumen_opens_again(tubes: Tubes, tube: str) -> None:
+def test_the_lumen_opens_again_under_a_detached_clip(tubes: Tubes, tube: str) -> None:
     clip = clip_at(tubes, tube)
     run(tubes)
     ring = clip.crossings[0].ring
@@ -119,7 +119,7 @@ def test_a_cut_makes_two_parts_and_keeps_volume_and_mass(tubes: Tubes, tube: str
     assert tubes.in_two_parts(tube)
     assert not tubes.in_two_parts(other(tube))
     assert tubes.severed_rings(tube).tolist() == [cut.ring]
-    # a ring of 13 vertices is slid, duplicated, and weighed again, each in float32
+    # a ring of 13 vertices is slid, duplicated and given new masses, all in float32
     after = tubes.tissue.volumes().sum(), rest_volume(tubes), masses(tubes)
     np.testing.assert_allclose(after, before, rtol=10 * EPS)
     assert tubes.tissue.n_vertex() == n + 13
@@ -129,7 +129,7 @@ def test_a_cut_makes_two_parts_and_keeps_volume_and_mass(tubes: Tubes, tube: str
 
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("offset_m", [-0.0008, -0.0003, 0.0, 0.0006])
-def test_the_cut_is_where_the_blades_were(tube: str, offset_m: float) -> None:
+def test_the_cut_is_at_the_blades(tube: str, offset_m: float) -> None:
     tubes = settled(3)
     station = 0.5 * tubes.length_m[tube] + offset_m
     point, _ = tubes.point(tube, station)
@@ -137,7 +137,7 @@ def test_the_cut_is_where_the_blades_were(tube: str, offset_m: float) -> None:
     assert cut.station_m == pytest.approx(station, abs=1e-6)
     ring = tubes.below[tube][cut.ring]
     centre = tubes.tissue.positions()[ring].mean(axis=0)
-    # the ring keeps its own plane, a bend off the blades': a few hundredths of its radius
+    # the ring keeps its plane, a bend away from the blades' plane: a few percent of its radius
     assert np.linalg.norm(centre - point) < 0.1 * tubes.radius_m(tube)
     assert tubes.stations_m[tube][cut.ring] == pytest.approx(station, abs=1e-6)
     assert np.all(np.diff(tubes.stations_m[tube]) > 0)
@@ -165,7 +165,7 @@ def test_stumps_of_a_stretched_tube_move_apart(tubes: Tubes, tube: str) -> None:
 
 
 @pytest.mark.parametrize("tube", TUBES)
-def test_half_a_cut_leaves_one_part(tubes: Tubes, tube: str) -> None:
+def test_half_a_cut_leaves_the_tube_in_one_part(tubes: Tubes, tube: str) -> None:
     (cut,) = cut_at(tubes, tube, 0.5 * tubes.length_m[tube], beyond_m=0.0)
     assert not cut.whole
     assert not tubes.in_two_parts(tube)
@@ -205,7 +205,7 @@ def test_cutting_one_tube_does_not_touch_the_other(tubes: Tubes, tube: str) -> N
 
 
 def rate_of(tubes: Tubes, cut: Cut, side: str, *squeezed: float) -> float:
-    """What a whole cut leaks to one side past clips that leave these shares of the lumen."""
+    """Return a whole cut's leak to one side, past clips that leave these shares of the lumen."""
     lumen = tubes.rest_lumen_m2(cut.tube)[cut.ring]
     length = cut.station_m if side == "body" else tubes.length_m[cut.tube] - cut.station_m
     way = [FlowSegment(length_m=length, area_m2=lumen)]
@@ -232,7 +232,7 @@ def test_an_open_stump_leaks_and_a_clipped_one_does_not(tubes: Tubes, tube: str)
     assert leak.side == "body"
 
 
-def test_a_half_closed_clip_leaks_by_its_opening() -> None:
+def test_the_leak_of_a_half_closed_clip_follows_from_its_opening() -> None:
     tubes = settled(0)
     clip = clip_at(tubes, "artery", 0.25)
     (cut,) = cuts = cut_at(tubes, "artery", 0.5 * tubes.length_m["artery"])
@@ -256,7 +256,7 @@ def test_of_two_cuts_only_the_outer_stumps_leak() -> None:
     assert [(x.side, x.ring) for x in found] == [("body", low.ring), ("gallbladder", high.ring)]
 
 
-def test_the_gallbladders_stump_runs_dry_with_it() -> None:
+def test_the_leak_of_the_gallbladders_stump_ends_when_the_gallbladder_is_empty() -> None:
     tubes = settled(0)
     cuts = cut_at(tubes, "duct", 0.5 * tubes.length_m["duct"])
     full, half, empty = (

@@ -1,4 +1,4 @@
-"""Laws of a clip's hold: what weakens it, what it withstands, how it slips, how it lies."""
+"""Laws of a clip's hold: what weakens it, which pulls it holds, how it slips, where it lies."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ from tissue_sim.surgery.slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, upd
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
 SEED = 10_000
-BURST_PA = 26_000.0  # 195 mmHg, the highest pressure a cystic duct's closure has to hold
+BURST_PA = 26_000.0  # 195 mmHg, the highest pressure that a closed cystic duct must hold
 STEP_S = 1.0 / 30.0
 rotations = st.builds(
     lambda axis, angle: axis_angle(np.add(axis, (0.0, 0.0, 2.0)), angle),
@@ -46,7 +46,7 @@ def clipped(tube: str, **how: float) -> tuple[Tubes, Clip]:
 
 
 def clipped_and_cut(tube: str, cuff_m: float, **how: float) -> tuple[Tubes, Clip]:
-    """A clip, and the tube cut above it with this cuff between them."""
+    """Latch a clip and cut the tube above it, with this cuff between them."""
     tubes, clip = clipped(tube, **how)
     cut_at(tubes, tube, clip.crossings[0].station_m + 0.5 * CLIP_WIDTH_M + cuff_m)
     assert tubes.in_two_parts(tube)
@@ -59,7 +59,7 @@ def holds(tubes: Tubes, clip: Clip) -> Array:
 
 
 def pull_of(tubes: Tubes, clip: Clip, along_n: float, across_n: float = 0.0) -> Pull:
-    """A pull up the tube and square to it."""
+    """Return a pull up the tube and across it."""
     crossing = clip.crossings[0]
     _, tangent = tubes.point(crossing.tube, crossing.station_m)
     across = np.cross(tangent, [0.3, 0.5, 0.8])
@@ -83,7 +83,7 @@ def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
         x = tubes.tissue.positions().astype(float)
         a, b = x[inner], np.roll(x[inner], -1, axis=1)
         first, second = b[1:] - a[:-1], a[1:] - b[:-1]
-        push = 0.5 * BURST_PA * np.cross(first, second)  # outward, on each four-cornered face
+        push = 0.5 * BURST_PA * np.cross(first, second)  # outward, on each quadrilateral face
         outward = (a + b)[:-1] / 2 - x[inner].mean(axis=1, keepdims=True)[:-1]
         push *= np.sign((push * outward).sum(axis=(1, 2), keepdims=True))
         load = tubes.tissue.host("load")[0]
@@ -99,8 +99,8 @@ def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
 
 
-def test_a_hold_falls_with_tilt(tube: str) -> None:
-    """The springs hold as hard; it is the placement that weakens the hold."""
+def test_the_hold_decreases_with_tilt(tube: str) -> None:
+    """The springs are equally strong; the placement weakens the hold."""
     along = []
     for askew_deg in (0.0, 20.0, 40.0, 60.0):
         tubes, clip = clipped(tube, askew_rad=np.deg2rad(askew_deg))
@@ -109,14 +109,16 @@ def test_a_hold_falls_with_tilt(tube: str) -> None:
     assert along[-1] < 0.6 * along[0]
 
 
-def test_a_hold_falls_as_the_clip_nears_the_cut_end(tube: str) -> None:
+def test_the_hold_decreases_as_the_clip_nears_the_cut_end(tube: str) -> None:
     by_cuff = []
     for cuff_m in (2e-3, CUFF_MIN_M + 2e-4, 5e-4, 0.0, -5e-4):
         tubes, clip = clipped_and_cut(tube, cuff_m)
         along, across = holds(tubes, clip)
         by_cuff.append((along / grip_n(tubes, clip), across))
     by_cuff = np.array(by_cuff)
-    np.testing.assert_allclose(by_cuff[0], by_cuff[1], rtol=0.02)  # tilt aside, a cuff is a cuff
+    np.testing.assert_allclose(
+        by_cuff[0], by_cuff[1], rtol=0.02
+    )  # the length of a sufficient cuff does not matter
     assert by_cuff[0, 1] == LOCK_STRENGTH_N
     assert np.all(np.diff(by_cuff[1:, 0]) < 0.0)
     assert by_cuff[-1, 0] < 0.5 * by_cuff[0, 0]
@@ -124,8 +126,8 @@ def test_a_hold_falls_as_the_clip_nears_the_cut_end(tube: str) -> None:
     assert by_cuff[-1, 1] < TEST_PULL_N
 
 
-def test_near_the_cut_a_clip_loses_more_when_it_is_askew(tube: str) -> None:
-    """Its leading corner is over the end, so more is lost than with the cosine of the tilt."""
+def test_near_the_cut_a_tilted_clip_loses_more_hold(tube: str) -> None:
+    """Its leading corner is over the end, so it loses more than the cosine of the tilt."""
     square, askew = (
         clipped_and_cut(tube, CUFF_MIN_M, askew_rad=a) for a in (0.0, np.deg2rad(35.0))
     )
@@ -136,7 +138,7 @@ def test_near_the_cut_a_clip_loses_more_when_it_is_askew(tube: str) -> None:
     assert shares[1] < 0.9 * shares[0]
 
 
-def test_a_clip_around_part_of_a_tube_comes_off_at_any_pull(tube: str) -> None:
+def test_a_clip_around_part_of_a_tube_detaches_at_any_pull(tube: str) -> None:
     tubes, clip = clipped(tube, beyond_m=0.0)
     assert clip.complete == (False,)
     assert holds(tubes, clip).tolist() == [0.0, 0.0]
@@ -151,14 +153,16 @@ def test_pulls_along_and_across_add_up(tube: str) -> None:
         assert (apply_pull(tubes, clip, pull, STEP_S) is not clip) == moves
 
 
-def test_across_beyond_its_hold_it_comes_off(tube: str) -> None:
+def test_a_pull_across_beyond_the_hold_detaches_the_clip(tube: str) -> None:
     tubes, clip = clipped(tube)
     across = holds(tubes, clip)[1]
     assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.0, 1.01 * across), STEP_S).detached
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: float) -> None:
+def test_a_pull_along_beyond_the_hold_slides_the_clip_with_its_squeeze(
+    tube: str, sign: float
+) -> None:
     tubes, clip = clipped(tube)
     start, station, covered = (
         clip.crossings[0].ring,
@@ -171,7 +175,7 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
         before = T_world_clip(tubes, clip)
         clip = apply_pull(tubes, clip, pull, STEP_S)
         moved = np.linalg.norm(T_world_clip(tubes, clip)[:3, 3] - before[:3, 3])
-        # it glides, and on to the next ring without a jump of a whole ring
+        # it slides smoothly, also to the next ring, without a jump of a whole ring
         assert 0.99 < moved / (SLIP_SPEED_M_S * STEP_S) < 2.2
         assert clip.slid_m == pytest.approx((k + 1) * SLIP_SPEED_M_S * STEP_S)
     run(tubes, 2 * HALF_SECOND)
@@ -179,7 +183,9 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
     assert now.station_m == pytest.approx(station + sign * steps * SLIP_SPEED_M_S * STEP_S)
     assert abs(now.ring - start) >= 2
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
-    assert tubes.lumen_fraction(tube)[start - int(np.sign(sign)) * 1] > 0.8  # open again behind it
+    assert (
+        tubes.lumen_fraction(tube)[start - int(np.sign(sign)) * 1] > 0.8
+    )  # the lumen is open again behind it
     assert len(clip.vertices) == covered == tubes.tissue.host("covered").sum()
     point, _ = tubes.point(tube, now.station_m)
     middle = tubes.tissue.positions()[list(clip.vertices)].mean(axis=0)
@@ -187,24 +193,24 @@ def test_pulled_beyond_its_hold_it_slides_with_its_squeeze(tube: str, sign: floa
 
 
 @pytest.mark.parametrize("above", [False, True], ids=["below the cut", "above the cut"])
-def test_twice_its_hold_draws_a_clip_over_the_end(tube: str, above: bool) -> None:
+def test_a_pull_of_twice_the_hold_draws_a_clip_over_the_end(tube: str, above: bool) -> None:
     tubes, clip = clipped(tube)
     side = 1.0 if above else -1.0
     end = clip.crossings[0].station_m - side * (0.5 * CLIP_WIDTH_M + CUFF_MIN_M)
     cut_at(tubes, tube, end)
     pull = pull_of(tubes, clip, -side * 2.0 * holds(tubes, clip)[0])
-    way_m, steps = abs(end - clip.crossings[0].station_m), 0
+    path_m, steps = abs(end - clip.crossings[0].station_m), 0
     while not clip.lost:
         clip = apply_pull(tubes, clip, pull, STEP_S)
         run(tubes, 2)
         steps += 1
-    assert steps == int(np.ceil(way_m / (SLIP_SPEED_M_S * STEP_S) - 1e-6))
+    assert steps == int(np.ceil(path_m / (SLIP_SPEED_M_S * STEP_S) - 1e-6))
     assert clip.detached
     assert not tubes.tissue.host("covered").any()
     assert np.isfinite(tubes.tissue.positions()).all()
 
 
-def test_at_the_bodys_end_of_a_tube_it_goes_no_further(tube: str) -> None:
+def test_a_clip_stops_at_the_bodys_end_of_a_tube(tube: str) -> None:
     tubes, clip = clipped(tube, share=0.2)
     for _ in range(40):
         clip = slide(tubes, clip, -0.0005)
@@ -213,7 +219,7 @@ def test_at_the_bodys_end_of_a_tube_it_goes_no_further(tube: str) -> None:
     assert clip.slid_m == pytest.approx(0.2 * tubes.length_m[tube])
 
 
-def test_a_lost_clip_leaves_what_another_holds_covered(tube: str) -> None:
+def test_vertices_of_a_detached_clip_stay_covered_by_another_clip(tube: str) -> None:
     tubes, clip = clipped(tube)
     second = clip_at(tubes, tube)
     assert set(second.vertices) & set(clip.vertices)
@@ -223,7 +229,7 @@ def test_a_lost_clip_leaves_what_another_holds_covered(tube: str) -> None:
     assert not tubes.tissue.host("surface")[0, list(second.vertices)].any()
 
 
-def test_only_the_soft_filling_of_the_lumen_is_crushed_inside_out(tube: str) -> None:
+def test_only_the_soft_filling_of_the_lumen_is_inverted(tube: str) -> None:
     tubes, clip = clipped(tube)
     crushed = tubes.organ.region[tubes.tissue.volumes() <= 0.0]
     assert {REGIONS[k] for k in crushed} <= {f"{tube} lumen"}
@@ -246,7 +252,7 @@ def test_the_grip_does_not_depend_on_how_many_rings_of_the_mesh_lie_under_the_cl
 
 @given(R=rotations, shift=st.tuples(*3 * [st.floats(-1, 1)]))
 def test_a_rigid_fit_returns_the_motion(R: Array, shift: tuple[float, ...]) -> None:
-    """Also of points in a plane, which a reflection would fit as well."""
+    """It also holds for points in a plane, which a reflection would fit as well."""
     T = pose(R, np.array(shift))
     for points in (np.random.default_rng(0).normal(size=(12, 3)), np.eye(3)[:, [0, 1, 1]]):
         np.testing.assert_allclose(rigid_fit(points, transform(T, points)), T, atol=1e-6)
@@ -264,7 +270,7 @@ def test_a_clip_moves_as_one_with_its_tissue(tube: str, angle: float) -> None:
     np.testing.assert_allclose((inverse_pose(now) @ M @ before)[:3, 3], 0.0, atol=1e-7)
 
 
-def test_at_the_moment_it_closes_a_clip_is_where_the_jaws_are(tube: str) -> None:
+def test_a_clip_closes_at_the_pose_of_the_jaws(tube: str) -> None:
     tubes = settled(SEED)
     clip = clip_at(tubes, tube, askew_rad=0.5)
     np.testing.assert_allclose(T_world_clip(tubes, clip), clip.T_world_clip, atol=1e-6)

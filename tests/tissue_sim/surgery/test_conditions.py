@@ -1,4 +1,4 @@
-"""Laws of the field's conditions: shares, kept in the state, dye covers the share it says."""
+"""Laws of the field's conditions: they are shares, part of the state, and dye covers its share."""
 
 from dataclasses import replace
 
@@ -13,12 +13,12 @@ from tissue_sim.surgery.conditions import Conditions
 
 @pytest.mark.parametrize("name", ["grip", "dyed"])
 @pytest.mark.parametrize("value", [-0.01, 1.01, float("nan")])
-def test_what_is_no_share_is_refused(name, value):
+def test_a_value_that_is_not_a_share_is_refused(name, value):
     with pytest.raises(ValueError, match=f"conditions: {name} = .* must be from 0 to 1"):
         Conditions(**{name: value})
 
 
-def test_they_belong_to_the_state_and_a_new_patient_is_dry_and_clean(one_world):
+def test_conditions_are_part_of_the_state_and_a_new_patient_is_dry_and_clean(one_world):
     one_world.reset(anatomy_from_seed(3))
     one_world.conditions = Conditions(grip=0.2, dyed=0.4)
     saved = one_world.state()
@@ -36,7 +36,7 @@ def test_dye_covers_its_share_of_every_part_and_leaves_the_rest(dyed):
         assert covered.mean() == pytest.approx(dyed, abs=1e-3)
 
 
-def test_more_dye_covers_what_less_dye_covers():
+def test_more_dye_covers_everything_that_less_dye_covers():
     look = next(iter(looks(anatomy_from_seed(3), 0.0).values()))
     little, much = (colours(replace(look, dyed=dyed)) != colours(look) for dyed in (0.2, 0.5))
     assert np.all(much | ~little)

@@ -1,4 +1,4 @@
-"""Laws of damage: walls give way at their ultimate strength, there and not below."""
+"""Laws of damage: walls tear at their ultimate strength, and not below it."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def world(one_world: World) -> World:
 
 
 def bar(**config: float) -> Tubes:
-    """A straight duct of a duct's materials; ring 0 is fixed."""
+    """Return a straight duct of a duct's materials; ring 0 is fixed."""
     tube = rod(radius_m=RADIUS_M)
     region = np.where(tube.in_lumen, REGIONS.index("duct lumen"), REGIONS.index("duct wall"))
     fixed = np.zeros(len(tube.vertices), bool)
@@ -54,12 +54,12 @@ def bar(**config: float) -> Tubes:
 
 
 def mesh_section_m2() -> float:
-    """Of the bar's meshed wall: a hexagon less one of half its size."""
+    """Return the section of the bar's meshed wall: a hexagon minus one of half its size."""
     return 0.75 * 1.5 * np.sqrt(3.0) * RADIUS_M**2
 
 
 def pulled(tubes: Tubes, newtons: float) -> Array:
-    """The bar's vertices when its wall alone carries a pull along x, free to thin."""
+    """Return the bar's vertices if its wall alone carries a pull along x and can contract."""
     stress = newtons / mesh_section_m2()
     along, across = stretches(stress, MATERIALS["duct wall"])
     return tubes.organ.vertices * [along, across, across]
@@ -71,7 +71,7 @@ def real_strength_n() -> float:
 
 
 def loaded(tubes: Tubes) -> np.ndarray:
-    """(n_segment,) pulls along the duct where it is now, N."""
+    """Return the (n_segment,) pulls along the duct at its current positions, N."""
     tubes.tissue.load_walls()
     return tubes.tissue.host("segment_pull")[0, 0, : tubes.organ.neck_ring["duct"]].astype(float)
 
@@ -85,8 +85,8 @@ def test_the_pull_in_a_stretched_bar_is_stress_times_section(share: float, turn_
     np.testing.assert_allclose(loaded(tubes), newtons, rtol=1e-4)
 
 
-def test_the_pull_is_the_energys_slope_when_a_segment_lengthens() -> None:
-    """However crumpled: all beyond a segment is moved along it, so that it alone changes."""
+def test_the_pull_is_the_slope_of_the_energy_when_a_segment_lengthens() -> None:
+    """It holds however crumpled: all vertices beyond a segment move along it."""
     tubes, segment, step = bar(), 4, 2e-5
     tissue, rest = tubes.tissue, tubes.organ.vertices
     lumen = tubes.organ.region == REGIONS.index("duct lumen")
@@ -106,8 +106,8 @@ def test_the_pull_is_the_energys_slope_when_a_segment_lengthens() -> None:
     assert newtons == pytest.approx((energies[0] - energies[1]) / (2 * step), rel=2e-3)
 
 
-def test_a_tangle_is_no_pull() -> None:
-    """An inverted element's stress says nothing: what touches it reads slack, the rest does not."""
+def test_a_tangle_has_no_pull() -> None:
+    """An inverted element's stress has no meaning: the segments that touch it read slack."""
     tubes = bar()
     x = pulled(tubes, real_strength_n())
     ring, newtons = 4, real_strength_n()
@@ -120,9 +120,10 @@ def test_a_tangle_is_no_pull() -> None:
 
 
 def test_the_pull_in_a_bar_at_rest_under_load_is_the_load() -> None:
-    """Equilibrium, whatever the energy; the lumen, left out, is 1 : 400 of the section's stiffness.
+    """It follows from equilibrium, for any energy.
 
-    The end rings bulge: there the wall pulls askew.
+    The lumen, which is left out, has 1 : 400 of the section's stiffness. The end rings bulge: the
+    wall's pull is oblique there.
     """
     tubes = bar(step_s=0.002, damping_per_s=2000.0)
     tip, newtons = tubes.below["duct"][-1], 0.8
@@ -161,12 +162,12 @@ def test_a_torn_bar_is_in_two_parts_that_recoil() -> None:
     assert np.abs(loaded(tubes)).max() < 0.5 * real_strength_n()
 
 
-def test_a_nick_weakens_the_tube_by_its_share_and_the_tear_runs_from_it() -> None:
+def test_a_partial_cut_weakens_the_tube_by_its_share_and_the_tear_starts_there() -> None:
     tubes = bar()
     T = astride(tubes, "duct", tubes.stations_m["duct"][4], beyond_m=0.0)
     (cut,) = sever(tubes, T, time_s=0.0)
     assert not cut.whole
-    put(tubes.tissue, np.vstack([pulled(tubes, 1.0), pulled(tubes, 1.0)[_doubled(tubes)]]))
+    put(tubes.tissue, np.vstack([pulled(tubes, 1.0), pulled(tubes, 1.0)[_originals(tubes)]]))
     tubes.tissue.load_walls()
     load = worst_load(tubes, "duct")
     wall = (tubes.above["duct"] == tubes.below["duct"])[cut.ring, 1:]
@@ -179,13 +180,13 @@ def test_a_nick_weakens_the_tube_by_its_share_and_the_tear_runs_from_it() -> Non
     assert tubes.in_two_parts("duct")
 
 
-def _doubled(tubes: Tubes) -> np.ndarray:
-    """Of each vertex that a cut added, the one it came from."""
+def _originals(tubes: Tubes) -> np.ndarray:
+    """Return the original of each vertex that a cut added."""
     extra = tubes.above["duct"] != tubes.below["duct"]
     return tubes.below["duct"][extra][np.argsort(tubes.above["duct"][extra])]
 
 
-def test_a_clips_squeeze_is_no_pull_and_the_tube_tears_beside_it(world: World) -> None:
+def test_a_clips_squeeze_is_not_a_pull_and_the_tube_tears_beside_it(world: World) -> None:
     tubes = world.tubes
     T = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M / 2)
     clip = latch(tubes, T, number=1, time_s=0.0)
@@ -206,7 +207,7 @@ def test_a_clips_squeeze_is_no_pull_and_the_tube_tears_beside_it(world: World) -
     assert tubes.lumen_fraction("duct")[ring] < 0.1  # the clip still holds
 
 
-def test_tears_end_when_no_vertex_is_left_to_spare(world: World) -> None:
+def test_tears_stop_when_no_spare_vertex_is_left(world: World) -> None:
     tubes = world.tubes
     tubes.tissue.load_walls()
     load, torn = worst_load(tubes, "duct"), []
@@ -217,21 +218,21 @@ def test_tears_end_when_no_vertex_is_left_to_spare(world: World) -> None:
     assert len(set(rings)) == len(rings) >= 5
     assert torn[-1] is None
     T = astride(tubes, "artery", 0.5 * tubes.length_m["artery"], beyond_m=BLADE_LENGTH_M / 2)
-    assert sever(tubes, T, time_s=0.0) == ()  # scissors find no way either, and do not raise
+    assert sever(tubes, T, time_s=0.0) == ()  # scissors cannot cut either, and do not raise
     assert np.isfinite(tubes.tissue.positions()).all()
 
 
 def pull_at_the_neck(world: World, tube: str, newtons: float) -> None:
-    """A steady load on the tube's last ring, along it."""
+    """Apply a steady load to the tube's last ring, along the tube."""
     neck = world.tubes.below[tube][world.organ.neck_ring[tube]]
     centres = world.tubes.centres(tube)
     world.tissue.host("load")[0, neck] = newtons * unit(centres[-1] - centres[0]) / len(neck)
 
 
 @pytest.mark.parametrize("tube", TUBES)
-def test_a_tube_pulled_too_hard_is_torn_off_and_leaks(world: World, tube: str) -> None:
+def test_a_tube_pulled_too_hard_tears_and_leaks(world: World, tube: str) -> None:
     strength = worst_load(world.tubes, tube).holds_n
-    for newtons in np.arange(0.0, 4.0 * strength, 0.1):  # the sac takes its share
+    for newtons in np.arange(0.0, 4.0 * strength, 0.1):  # the sac carries a share
         pull_at_the_neck(world, tube, newtons)
         world.step(HOLD)
         if world.record.tears:
@@ -248,7 +249,7 @@ def test_a_tube_pulled_too_hard_is_torn_off_and_leaks(world: World, tube: str) -
     assert world.observe().severed.any()
 
 
-def test_a_tear_is_no_cut(world: World) -> None:
+def test_a_tear_is_not_a_cut(world: World) -> None:
     tubes = world.tubes
     length = tubes.length_m["duct"]
     clips = []
@@ -273,11 +274,11 @@ def test_a_tear_is_no_cut(world: World) -> None:
     world.record = replace(world.record, tears=(torn,))
     assert tubes.in_two_parts("duct")
     assert not tube_cut(world, "duct")
-    assert leaks(tubes, clips, world.record.openings) == ()  # clips hold on either side of it
+    assert leaks(tubes, clips, world.record.openings) == ()  # clips hold on both sides of it
     assert {x.side for x in leaks(tubes, (), world.record.openings)} == {"body", "gallbladder"}
 
 
-def test_each_patch_of_the_sac_goes_through_its_wall(world: World) -> None:
+def test_each_patch_of_the_sac_spans_the_walls_thickness(world: World) -> None:
     organ, pieces = world.organ, wall_pieces(world.organ)
     of_sac = (pieces[:, 0] == SAC) & (pieces[:, 1] >= 0)
     np.testing.assert_array_equal(of_sac, organ.region == REGIONS.index("gallbladder wall"))
@@ -302,7 +303,7 @@ def test_a_patch_tears_when_the_real_wall_would_be_stretched_too_far(world: Worl
     assert stiffness[opened] == pytest.approx(stiffness[worst], rel=1e-3)
 
 
-def test_a_hole_has_the_area_of_the_wall_that_is_gone(world: World) -> None:
+def test_a_hole_has_the_area_of_the_removed_wall(world: World) -> None:
     tissue, sac = world.tissue, world.sac
     assert sac.hole_m2() == 0.0
     assert hole_leak(sac) == ()
@@ -323,13 +324,13 @@ def test_a_hole_has_the_area_of_the_wall_that_is_gone(world: World) -> None:
     corners = tissue.positions()[skin.patches[CUT_LUMEN].coarse].astype(float)
     edges = corners[:, 1:] - corners[:, :1]
     seen = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum()
-    # quadrilaterals that are not flat: half the diagonals' product against two triangles
+    # the quadrilaterals are not flat: half the diagonals' product differs from two triangles
     assert sac.hole_m2() == pytest.approx(seen, rel=0.05)
     put(tissue, 2.0 * tissue.positions())
     assert sac.hole_m2() == pytest.approx(4.0 * seen, rel=0.05)
 
 
-def test_bile_leaks_by_the_holes_area_until_the_sac_is_empty(world: World) -> None:
+def test_bile_leaks_through_the_hole_until_the_sac_is_empty(world: World) -> None:
     world.sac.open(np.array([63, 64]))
     way = FlowSegment(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=world.sac.hole_m2())
     (leak,) = hole_leak(world.sac, fullness=0.5)
@@ -343,7 +344,7 @@ def test_bile_leaks_by_the_holes_area_until_the_sac_is_empty(world: World) -> No
     assert world.record.leaked_m3 == r.leaked_m3
 
 
-def test_a_wall_that_is_gone_leaves_nothing_that_falls(world: World) -> None:
+def test_a_removed_wall_leaves_no_falling_vertices(world: World) -> None:
     before = world.state()
     world.sac.open(np.arange(n_patches(world.organ), dtype=np.int32))
     gone = np.setdiff1d(world.organ.sac_rings[:, 11:], world.organ.tie_corners)
@@ -358,7 +359,7 @@ def test_a_wall_that_is_gone_leaves_nothing_that_falls(world: World) -> None:
 
 
 def on_the_sac(world: World, beyond_m: float) -> Array:
-    """`T_world_tool` of blades that meet on the body's front, across its axis."""
+    """Return `T_world_tool` of blades that meet on the body's front, across its axis."""
     rings = world.organ.sac_rings
     x = world.tissue.positions().astype(float)
     outer = x[rings[5:7, 11:]].reshape(-1, 3)
@@ -368,7 +369,7 @@ def on_the_sac(world: World, beyond_m: float) -> Array:
     return pose(np.stack([along, np.cross(z, along), z], axis=1), front + beyond_m * z)
 
 
-def test_blades_open_the_patches_they_meet_in(world: World) -> None:
+def test_blades_open_the_patches_where_they_meet(world: World) -> None:
     T = on_the_sac(world, 0.001)
     slit = world.sac.under_blades(T, BLADE_LENGTH_M)
     assert 1 <= len(slit) <= 6
@@ -395,7 +396,7 @@ def test_a_broken_attachment_is_an_injury(world: World, kind: str, event: str) -
 
 
 def test_the_sac_pressed_on_the_liver_is_an_injury(world: World) -> None:
-    """A load into the bed, spread over the sac that lies on it."""
+    """A load into the bed, spread over the part of the sac that lies on it, is an injury."""
     lying, n = world.organ.bed_vertices, world.organ.bed.normal
     for newtons in (1.0, 4.0):
         world.tissue.host("load")[0, lying] = -newtons * n / len(lying)

@@ -1,4 +1,4 @@
-"""Laws of clips in the world: judged against what was meant, pulled at, dropped, saved."""
+"""Laws of clips in the world: compared with the intended tube, pulled, dropped, saved."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def world(one_world: World) -> World:
 def put_right_tool(
     world: World, T_world_tool: Array, jaw_rad: float, intended: str | None = None
 ) -> Array:
-    """The right tool at a pose, its jaws this far open, for a step; returns the joints (2, 7)."""
+    """Put the right tool at a pose with its jaws open for a step; return the joints (2, 7)."""
     T_rcm = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
     joints = world.arms.joints
     tool = world.arms.mounted[RIGHT_ARM]
@@ -47,7 +47,7 @@ def put_right_tool(
 
 
 def close_applier(world: World, T_world_tool: Array, intended: str | None = None) -> Clip:
-    """The applier at a pose, open, and then closed at once."""
+    """Put the open applier at a pose and close it at once."""
     put_right_tool(world, T_world_tool, 0.6)
     put_right_tool(world, T_world_tool, 0.0, intended)
     return world.record.clips[-1]
@@ -58,7 +58,7 @@ def on_tube(world: World, tube: str, beyond_m: float = 0.5 * CLIP_LENGTH_M) -> A
 
 
 def bring_artery_to_duct(world: World, gap_m: float, towards: Array) -> None:
-    """Move the artery so that its middle lies beside the duct's, walls this far apart."""
+    """Move the artery's middle beside the duct's, with this gap between their walls."""
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in TUBES]
     apart = gap_m + sum(world.tubes.radius_m(t) for t in TUBES)
     x = world.tissue.positions()
@@ -71,10 +71,8 @@ def events(world: World) -> list[str]:
 
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("said", ["it", "the other", "nothing", "no tube"])
-def test_a_clip_is_judged_against_the_tube_that_is_meant(
-    world: World, tube: str, said: str
-) -> None:
-    """When nobody says, the tube nearest to the jaws is meant; a task without a tube means none."""
+def test_a_clip_is_compared_with_the_intended_tube(world: World, tube: str, said: str) -> None:
+    """Without an instruction the tube nearest to the jaws is intended; a task may intend none."""
     other = TUBES[1 - TUBES.index(tube)]
     intended = {"it": tube, "the other": other, "nothing": None, "no tube": ""}[said]
     clip = close_applier(world, on_tube(world, tube), intended)
@@ -83,7 +81,7 @@ def test_a_clip_is_judged_against_the_tube_that_is_meant(
     assert events(world) == [f"clip on {tube}"] * wrong
 
 
-def test_with_the_other_tube_behind_the_tip_the_one_between_the_jaws_is_meant(
+def test_the_tube_between_the_jaws_is_intended_although_the_other_is_nearer_to_the_tip(
     world: World,
 ) -> None:
     T = on_tube(world, "duct")
@@ -94,7 +92,7 @@ def test_with_the_other_tube_behind_the_tip_the_one_between_the_jaws_is_meant(
 
 
 @pytest.mark.parametrize("intended", TUBES)
-def test_one_clip_across_both_tubes_is_an_injury_and_good_for_neither(
+def test_one_clip_across_both_tubes_is_an_injury_and_counts_for_neither(
     world: World, intended: str
 ) -> None:
     T = on_tube(world, "duct", beyond_m=CLIP_LENGTH_M - 0.002)
@@ -111,7 +109,7 @@ def test_one_clip_across_both_tubes_is_an_injury_and_good_for_neither(
 
 
 def clipped_and_cut(world: World, cuff_m: float) -> None:
-    """The duct clipped and cut above the clip, which lies this far from the cut."""
+    """Clip the duct and cut it above the clip, at this distance from it."""
     clip = latch(world.tubes, on_tube(world, "duct"), number=1, time_s=0.0)
     station = clip.crossings[0].station_m
     high = astride(world.tubes, "duct", station + 0.008, beyond_m=0.5 * CLIP_LENGTH_M)
@@ -127,7 +125,7 @@ def clipped_and_cut(world: World, cuff_m: float) -> None:
     world.step(HOME)
 
 
-def test_scissors_under_a_clips_edge_leave_it_on_its_own_stump(world: World) -> None:
+def test_after_a_cut_under_a_clips_edge_the_clip_is_on_its_own_stump(world: World) -> None:
     at = world.tubes.stations_m["duct"][7]
     T = astride(world.tubes, "duct", at + 0.0008, beyond_m=0.5 * CLIP_LENGTH_M)
     clip = latch(world.tubes, T, number=1, time_s=0.0)
@@ -147,7 +145,7 @@ def test_scissors_under_a_clips_edge_leave_it_on_its_own_stump(world: World) -> 
     assert set(world.tubes.above["duct"][cut.ring]) <= set(clip.vertices)
 
 
-def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
+def test_the_test_pull_does_not_move_good_clips(world: World) -> None:
     clipped_and_cut(world, CUFF_MIN_M + 3e-4)
     before = [c.crossings[0].station_m for c in world.record.clips]
     pull_all_clips(world)
@@ -158,7 +156,7 @@ def test_the_test_pull_leaves_good_clips_where_they_are(world: World) -> None:
     assert not world.tissue.host("load").any()
 
 
-def test_the_test_pull_draws_a_weak_clip_off_and_the_stump_leaks(world: World) -> None:
+def test_the_test_pull_detaches_a_weak_clip_and_the_stump_leaks(world: World) -> None:
     clipped_and_cut(world, CUFF_MIN_M + 3e-4)
     clip = world.record.clips[0]
     world.tissue.host("link_stiffness")[0, list(clip.links)] *= 0.01
@@ -195,7 +193,7 @@ def test_a_clip_pulled_a_little_beyond_its_hold_slips_and_no_stump_holds(world: 
     assert not stumps_hold(world)
 
 
-def test_a_dropped_clip_falls_and_lies_in_the_field_and_fails_nothing(world: World) -> None:
+def test_a_dropped_clip_falls_into_the_field_and_is_not_a_failure(world: World) -> None:
     world.drop_clip()
     assert not world.record.clip_loaded
     assert nurse.is_needed(world, "clip_applier", clip=True)
@@ -219,13 +217,13 @@ def test_a_dropped_clip_falls_and_lies_in_the_field_and_fails_nothing(world: Wor
     assert world.record.dropped_clips == 1
     assert stumps_hold(world)
     assert events(world) == []
-    world.drop_clip()  # there is none to drop
+    world.drop_clip()  # the applier holds no clip
     assert len(world.record.clips) == 1
     world.equip("clip_applier")
     assert not nurse.is_needed(world, "clip_applier", clip=True)
 
 
-def test_over_the_liver_a_dropped_clip_lies_on_its_bed(world: World) -> None:
+def test_a_clip_dropped_over_the_liver_lands_on_its_bed(world: World) -> None:
     bed = world.organ.bed
     T = world.arms.T_world_tool()[RIGHT_ARM]
     T[:3, 3] = bed.point_m + 0.002 * bed.normal + 0.05 * bed.along
@@ -238,7 +236,7 @@ def test_over_the_liver_a_dropped_clip_lies_on_its_bed(world: World) -> None:
     assert abs((clip.T_world_clip[:3, 3] - bed.point_m) @ bed.normal) < 1e-9
 
 
-def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
+def test_a_restored_clip_continues_its_fall(world: World) -> None:
     world.drop_clip()
     world.step(HOME)
     saved = world.state()
@@ -254,7 +252,7 @@ def test_a_falling_clip_is_saved_and_falls_on_the_same(world: World) -> None:
 
 
 def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
-    """The artery can pass where the duct is severed, and no jaws can close on the gap."""
+    """The artery can pass where the duct is severed, and jaws cannot close on the gap."""
     clipped_and_cut(world, CUFF_MIN_M)
     saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
     upper = world.tissue.host("ring_above")[0, duct, ring].copy()
@@ -266,13 +264,13 @@ def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
     np.testing.assert_array_equal(world.tissue.host("ring_above")[0, duct, ring], upper)
 
 
-def test_of_several_crossings_the_one_in_the_jaws_middle_counts(world: World) -> None:
-    """The duct folded so that it passes the jaws' plane three times."""
+def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: World) -> None:
+    """The duct is folded so that it crosses the jaws' plane three times."""
     tubes, x = world.tubes, world.tissue.positions()
     rings = tubes.below["duct"][: world.organ.neck_ring["duct"] + 1]
     assert len(rings) >= 11
     T = on_tube(world, "duct")
-    places = {1: -1.0, 3: 1.0, 5: -1.0, 7: 1.0}  # x (mm) of some rings, either side of the plane
+    places = {1: -1.0, 3: 1.0, 5: -1.0, 7: 1.0}  # x (mm) of some rings, on both sides of the plane
     y_mm = {1: 4.0, 3: 2.0, 5: 0.2, 7: -3.0}
     for r in range(len(rings)):
         near = np.clip(r, 1, 7)

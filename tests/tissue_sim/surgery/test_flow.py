@@ -1,4 +1,4 @@
-"""Laws of outflow: Poiseuille through a thin tube, an orifice through a hole, and both in a row."""
+"""Laws of outflow: Poiseuille in a thin tube, an orifice at a hole, and both in series."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ AREAS_M2 = st.floats(1e-9, 1e-4)
 
 @pytest.mark.parametrize("fluid", [BILE, BLOOD])
 def test_a_thin_tube_obeys_poiseuille(fluid: Fluid) -> None:
-    """At a Reynolds number of 1e-3 the jet's share is 4 Re radius / length, some 1e-6."""
+    """At a Reynolds number of 1e-3 the jet's share is 4 Re radius / length, about 1e-6."""
     radius, length, pressure = 2e-6, 0.02, 1e3
     expected = np.pi * radius**4 * pressure / (8 * fluid.viscosity_pa_s * length)
     way = [FlowSegment(length_m=length, area_m2=np.pi * radius**2)]
@@ -40,7 +40,7 @@ def test_the_losses_add_up_to_the_pressure(
 
 
 @given(pressure=PRESSURES_PA, length=LENGTHS_M, area=AREAS_M2, share=st.floats(0.05, 0.95))
-def test_a_narrower_way_lets_less_through(
+def test_a_narrower_path_has_less_flow(
     pressure: float, length: float, area: float, share: float
 ) -> None:
     wide, narrow = (FlowSegment(length_m=length, area_m2=a) for a in (area, share * area))
