@@ -7,8 +7,8 @@ import pytest
 
 from controller.safety.ledger import Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
-from scenarios.episode import begin
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.run_episode import begin
 from scenarios.viewer.event_log import APART_S, EventLog
 
 STEP_S = 1 / 30
