@@ -1,1 +1,1 @@
-"""How to move: kinematics, expert, diffusion policy and safety."""
+"""How should the tools move to carry out an instruction?"""

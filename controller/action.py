@@ -1,4 +1,4 @@
-"""What a controller commands: hybrid-relative motions of both tools, a chunk at a time."""
+"""A controller's output: hybrid-relative motions of both tools, a chunk at a time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ ACTION_SIZE = 20
 
 @dataclass(frozen=True, kw_only=True)
 class ToolAction:
-    """One control step's motion. Rows: left, right arm; relative to the pose commanded last.
+    """The motion of one control step, relative to the last commanded pose. Rows: left, right arm.
 
     The hybrid frame is SRT's: translation in the endoscope's frame, rotation in the tool's.
 
     Attributes:
         move_endoscope_m: (2, 3) change of the tip's position.
         turn_tool: (2, 6) change of orientation, first two columns of the rotation matrix.
-        jaw_rad: (2,) total opening wanted; below zero presses.
+        jaw_rad: (2,) wanted total opening; below zero the fingers press on each other.
     """
 
     move_endoscope_m: Array
@@ -34,7 +34,7 @@ class ToolAction:
                 raise ValueError(f"action: {name} must be {shape} finite numbers, got {value!r}")
 
     def vector(self) -> Array:
-        """(`ACTION_SIZE`,): move, turn, jaw of the left arm, then of the right."""
+        """Return (`ACTION_SIZE`,): move, turn and jaw of the left arm, then of the right."""
         rows = (self.move_endoscope_m, self.turn_tool, np.reshape(self.jaw_rad, (2, 1)))
         return np.concatenate(rows, axis=1).ravel()
 
@@ -43,7 +43,7 @@ Chunk = tuple[ToolAction, ...]
 
 
 def hold(jaw_rad: Array) -> ToolAction:
-    """Stay where commanded, jaws at `jaw_rad` (2,)."""
+    """Return the action that stays at the commanded pose, with jaws at `jaw_rad` (2,)."""
     return ToolAction(
         move_endoscope_m=np.zeros((2, 3)),
         turn_tool=np.tile([1.0, 0.0, 0.0, 0.0, 1.0, 0.0], (2, 1)),

@@ -1,4 +1,4 @@
-"""What every controller can do."""
+"""The interface of every controller."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from tissue_sim.sensing.observation import Observation
 
 
 class Controller(Protocol):
-    """Turns an instruction and what is seen into the next motions."""
+    """Turns an instruction and an observation into the next motions."""
 
     def reset(self) -> None:
-        """Forget what was under way: an episode starts, or the tool was exchanged."""
+        """Forget the current motion: an episode starts, or a tool was exchanged."""
         ...
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """The next motions, at least one; a new instruction may cut them short."""
+        """Return the next motions, at least one; a new instruction may cut them short."""
         ...

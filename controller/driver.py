@@ -17,7 +17,7 @@ from tissue_sim.world import World
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """Where the arms stand to the endoscope, as a calibration gives it.
+    """Poses of the arms relative to the endoscope, as a calibration gives them.
 
     Attributes:
         T_rcm_endoscope: (2, 4, 4) for left and right arm.
@@ -29,7 +29,7 @@ class Rig:
 
 
 def rig_of(T_world_rcm: Array, T_world_endoscope: Array, instruments: tuple) -> Rig:
-    """The rig of known base and endoscope poses."""
+    """Return the rig of known base and endoscope poses."""
     return Rig(
         T_rcm_endoscope=inverse_pose(T_world_rcm) @ T_world_endoscope, instruments=instruments
     )
@@ -43,7 +43,7 @@ def rig_in(world: World) -> Rig:
 class Driver:
     """Keeps the commanded tool poses, so that small motions add up exactly.
 
-    A motion out of reach is refused for that arm: it holds, and `refused` counts it.
+    An arm refuses a motion out of its reach: it holds, and `refused` counts it.
     """
 
     def __init__(self, rig: Rig, joints: Array) -> None:
@@ -51,7 +51,7 @@ class Driver:
         self.attach(rig, joints)
 
     def attach(self, rig: Rig, joints: Array) -> None:
-        """Start anew from joints (2, 7), with these instruments."""
+        """Start again from joints (2, 7), with these instruments."""
         self._rig = rig
         self._joints = joints.copy()
         self._T_rcm_tool = np.stack(
@@ -59,20 +59,20 @@ class Driver:
         )
 
     def follow(self, joints: Array) -> None:
-        """Go on from joints (2, 7): they were commanded instead of those driven to last."""
+        """Continue from joints (2, 7), which were commanded instead of the last driven ones."""
         self.attach(self._rig, joints)
 
     def calibrate(self, rig: Rig) -> None:
-        """Take motions in this rig's endoscope frame from now on: the endoscope was moved."""
+        """Use this rig's endoscope frame from now on: the endoscope was moved."""
         self._rig = rig
 
     @property
     def joints(self) -> Array:
-        """(2, 7) joints commanded last."""
+        """Return the last commanded joints (2, 7)."""
         return self._joints.copy()
 
     def drive(self, action: ToolAction) -> JointCommand:
-        """Joint targets for one control step."""
+        """Return the joint targets of one control step."""
         for arm in range(2):
             self._drive_arm(arm, action)
         return JointCommand(joints=self._joints.copy())
@@ -93,7 +93,7 @@ class Driver:
 
 
 def motion_between(rig: Rig, start: Array, end: Array) -> ToolAction:
-    """The action that drives joints (2, 7) from `start` to `end`: the inverse of `Driver.drive`."""
+    """Return the action that drives joints (2, 7) from `start` to `end`; inverts `Driver.drive`."""
     moves, turns = np.zeros((2, 3)), np.zeros((2, 6))
     for arm, instrument in enumerate(rig.instruments):
         T_start, T_end = (forward_kinematics(q[arm, :6], instrument) for q in (start, end))

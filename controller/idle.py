@@ -1,4 +1,4 @@
-"""A controller that does nothing: what an evaluation must not pass."""
+"""A controller that does nothing: every evaluation must fail it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class ControllerIdle:
         del setup
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there is nothing to forget."""
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """Hold, jaws as they are."""
+        """Hold both arms, with the jaws as they are."""
         return (hold(observation.joints[:, 6]),)

@@ -3,7 +3,7 @@
 With x the yaw axis' direction and p the yaw axis' point, the pitch axis is square to x (the wrist
 axes cross at right angles) and to p (shaft and clevis lie in one plane through the remote
 centre): it is +-(p x x), normalised. The clevis then points along e = x x pitch axis, the wrist
-is p - a e, and the six angles are read off one after the other.
+is p - a e, and the six angles follow one after the other.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ class Unreachable(ValueError):
 def inverse_kinematics(
     T_rcm_tool: Array, instrument: Instrument, near: Sequence[float] | Array
 ) -> Array:
-    """Joints (6,) that put the tool at the pose, of two branches the one nearest to `near` (6,).
+    """Return joints (6,) that put the tool at the pose; of two branches the nearer to `near` (6,).
 
-    The wrist is taken to be beyond the remote centre (insertion over 15.6 mm), as it is inside
-    the body. Distance is the sum of absolute differences, a metre of insertion counted as a radian.
+    The wrist is assumed beyond the remote centre (insertion over 15.6 mm), inside the body.
+    Distance is the sum of absolute differences; a metre of insertion counts as a radian.
 
     Raises:
         Unreachable: both branches leave the limits, the yaw axis points at the remote centre, the
-            wrist stands in it, or the pose is not finite.
+            wrist is at the remote centre, or the pose is not finite.
     """
     require_pose(T_rcm_tool)
     near = [float(value) for value in near]
@@ -59,7 +59,7 @@ def inverse_kinematics(
 
 
 def require_pose(T_rcm_tool: Array) -> None:
-    """Raises Unreachable unless all (4, 4) entries are finite and the position is near the arm."""
+    """Raise Unreachable unless all (4, 4) entries are finite and the position is near the arm."""
     if T_rcm_tool.shape != (4, 4) or not np.abs(T_rcm_tool).max() < _FAR_M:  # NaN is not less
         raise Unreachable(f"the pose is not a finite (4, 4) matrix, or over {_FAR_M:g} m away")
 
@@ -108,7 +108,7 @@ def _joints(
 
 
 def _nearest_turn(roll: float, near: float) -> float:
-    """The roll plus whole turns nearest to `near`, among those within the limit (260 deg)."""
+    """Return the roll plus whole turns that is nearest to `near` within the limit (260 deg)."""
     turned = roll + 2 * pi * round((near - roll) / (2 * pi))
     limit = _ROLL_LIMIT_RAD + _LIMIT_TOLERANCE
     return turned - 2 * pi if turned > limit else turned + 2 * pi if turned < -limit else turned

@@ -1,7 +1,7 @@
 """Where the links of an arm are, and how points on them move with the joints.
 
-Joints are (7,) as in `controller.symbolic`, without the jaw where the tool frame is meant. All is
-in the RCM frame unless it says world; NaN in gives NaN out.
+Joints are (7,) as in `controller.symbolic`; functions of the tool frame take no jaw. Values are in
+the RCM frame unless marked as world; NaN in gives NaN out.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
-    """(6, 6) from the rates of joints (6,) to the tip's velocity (rows 0-2) and turning rate."""
+    """Return (6, 6): rates of joints (6,) to the tip's velocity (rows 0-2) and angular velocity."""
     return symbolic.tool_jacobian(instrument)(joints).reshape(6, 6).T
 
 
 def link_poses(joints: Array, instrument: Instrument) -> Array:
-    """(8, 4, 4) poses of `symbolic.MOVING_LINKS`.
+    """Return poses (8, 4, 4) of `symbolic.MOVING_LINKS`.
 
-    Origin and z axis are those of the link's joint; of the fingers' joints it is the x axis.
+    Origin and z axis are those of the link's joint; a finger's joint has the x axis instead.
     """
     columns = symbolic.link_poses(instrument)(joints).reshape(-1, 4, 4)
     return columns.transpose(0, 2, 1)
@@ -46,16 +46,16 @@ class Rates:
     def speeds_along(
         self, arms: Indices, links: Indices, points_m: Array, directions: Array
     ) -> Array:
-        """(n, 7) from the rates of an arm's joints, jaw included, to the speeds of its points.
+        """Return (n, 7): rates of an arm's joints, jaw included, to the speeds of its points.
 
-        A joint turns, or shifts, all links beyond it alike, and the jaw each finger about the wrist
-        yaw's axis.
+        A joint turns or shifts all links beyond it together; the jaw turns each finger about the
+        axis of the wrist yaw.
 
         Args:
-            arms: (n,) of each point.
-            links: (n,) for each point the row of its link in `PATCH_LINKS`.
-            points_m: (n, 3) where the points are now, world frame.
-            directions: (n, 3) along which the speeds count.
+            arms: (n,) arm of each point.
+            links: (n,) row of each point's link in `PATCH_LINKS`.
+            points_m: (n, 3) present positions, world frame.
+            directions: (n, 3) directions of the speeds.
         """
         n = len(points_m)
         weights = np.empty((n, 4, 3))
@@ -65,7 +65,7 @@ class Rates:
 
 
 def _shares(link: str) -> list[float]:
-    """(7,) how much of each joint's motion moves a link."""
+    """Return (7,): the share of each joint's motion that moves a link."""
     side = FINGER_SIDES.get(link)
     if side is not None:
         return [1.0] * len(LINK_OF_JOINT) + [side / 2]

@@ -1,8 +1,8 @@
-"""The general inverse kinematics: the pose within the joint limits that comes nearest to a target.
+"""General inverse kinematics: the pose within the joint limits that is nearest to a target.
 
-`controller.kinematics` has the closed form for poses in reach. This one, a bounded least-squares
-problem for Ipopt through CasADi, also answers where that has no answer: out of reach, beyond a
-joint limit, or singular.
+`controller.kinematics` has the closed form for poses in reach. This one solves a bounded
+least-squares problem with Ipopt through CasADi. It also has a solution where the closed form has
+none: out of reach, beyond a joint limit, or singular.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _REACHED = 1e-6  # rad
 _STRAIGHT = tuple(np.array([0.0, 0.0, 0.12, roll, 0.0, 0.0]) for roll in (0.0, pi))
 _MAX_ITERATIONS = 100
 _ONE_AT_A_TIME = Lock()  # Ipopt's linear solver (MUMPS) crashes in two threads at once
-_TOLERANCE = 1e-13  # of a square: joints at a limit are short of it by about its root
+_TOLERANCE = 1e-13  # of a square: joints at a limit stop short of it by about the root
 
 
 @dataclass(frozen=True, kw_only=True)
 class NearestPose:
-    """Joints within the limits, and what then remains between tool and target."""
+    """Joints within the limits, and the remaining error between tool and target."""
 
     joints: Array  # (6,)
     position_error_m: float
@@ -39,17 +39,17 @@ class NearestPose:
 
     @property
     def weighted_error(self) -> float:
-        """What is least (rad): the rotation's chord and the position's error as an angle."""
+        """Return the minimised error (rad): the rotation's chord and the position as an angle."""
         return hypot(
             self.position_error_m / METRES_PER_RADIAN, 2 * sin(self.rotation_error_rad / 2)
         )
 
 
 def solve_inverse(T_rcm_tool: Array, instrument: Instrument, near: Array) -> NearestPose:
-    """The nearest pose to a target that the joints (6,) can take, searched from `near` (6,).
+    """Return the joints (6,) whose pose is nearest to a target, searched from `near` (6,).
 
-    A local search (2 to 6 ms); where it does not reach the target, two more start from a straight
-    tool at either side of the roll, and the nearest result counts.
+    A local search (2 to 6 ms). If it does not reach the target, two more start from a straight
+    tool at either side of the roll, and the nearest result is returned.
 
     Raises:
         ValueError: the target or `near` is not finite, or the target is over 10 m away.

@@ -1,6 +1,6 @@
 """How far a shaft's line passes from its remote centre.
 
-Zero by construction for any joints of the DH table: what this watches is a measured shaft.
+Zero by construction for any joints of the DH table: this checks a measured shaft.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from math import hypot, inf, isfinite
 
 
 def shaft_offset_m(point_m: Iterable[float], axis: Iterable[float]) -> float:
-    """Distance of a line from the RCM, by a point (3,) of it from there and its direction (3,).
+    """Return a line's distance from the RCM; its point (3,) is relative to the RCM.
 
-    A line with NaN or without direction is infinitely far, so that no limit takes it for good.
+    A line with NaN or without direction (3,) is infinitely far, so that every limit rejects it.
     """
     (x, y, z), (a, b, c) = point_m, axis
     length = hypot(a, b, c)

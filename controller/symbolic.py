@@ -1,8 +1,8 @@
 """Kinematics of the PSM as CasADi functions, written from its DH table; derivatives are CasADi's.
 
 Joints are those of a `JointCommand` row (7,): outer yaw, outer pitch (rad), insertion (m), roll,
-wrist pitch, wrist yaw (rad), jaw (rad, total: each finger stands at half of it). Fingers stand
-where the jaw's sign says, also below zero, where real ones press on each other.
+wrist pitch, wrist yaw (rad), jaw (rad, total: each finger turns by half of it). Fingers follow the
+jaw below zero too, where real ones press on each other.
 """
 
 from __future__ import annotations
@@ -27,32 +27,32 @@ EYE = ca.SX.eye(4)
 
 @cache
 def tool_pose(instrument: Instrument) -> Function:
-    """Joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
+    """Return the function of joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
     joints = ca.SX.sym("joints", 6)
     return function("tool_pose", [joints], _T_rcm_tool(joints, instrument))
 
 
 @cache
 def tool_jacobian(instrument: Instrument) -> Function:
-    """Joints (6,) to the geometric Jacobian (6, 6): the tip's velocity, then the turning rate."""
+    """Return the function of joints (6,) to the geometric Jacobian (6, 6), velocity first."""
     joints = ca.SX.sym("joints", 6)
     return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
 
 
 @cache
 def link_poses(instrument: Instrument) -> Function:
-    """Joints (7,) to the poses of `MOVING_LINKS` in the RCM frame, side by side (4, 4 * 8)."""
+    """Return the function of joints (7,) to the poses of `MOVING_LINKS`, RCM frame (4, 4 * 8)."""
     joints = ca.SX.sym("joints", 7)
     return function("link_poses", [joints], ca.horzcat(*_links(joints, instrument).values()))
 
 
 @cache
 def rates(instruments: tuple[Instrument, ...]) -> Function:
-    """How the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
+    """Return how the tools of n arms move with joints (7, n); `T_world_rcm` as in `symbols`.
 
-    (6, 12) of each arm, for each joint dT/dq T^-1 without its last row: times a point of the tool
-    (world frame, homogeneous), this (3, 4) matrix is the point's velocity per unit rate of the
-    joint. It stands in a row, column after column.
+    (6, 12) for each arm: a row is dT/dq T^-1 of a joint without its last row, column after column.
+    This (3, 4) matrix times a point of the tool (world frame, homogeneous) is the point's velocity
+    per unit rate of the joint.
     """
     joints, T_world_rcm = symbols(instruments)
     arms = zip(ca.horzsplit(joints[:6, :]), ca.horzsplit(T_world_rcm, 4), instruments, strict=True)
@@ -61,7 +61,7 @@ def rates(instruments: tuple[Instrument, ...]) -> Function:
 
 
 def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:
-    """Of n arms the joints (7, n), and `T_world_rcm`, whose rows are columns here (4, 4 n)."""
+    """Return symbols of n arms: joints (7, n), and the transposed `T_world_rcm` (4, 4 n)."""
     n = len(instruments)
     return ca.SX.sym("joints", 7, n), ca.SX.sym("T_world_rcm", 4, 4 * n)
 
@@ -69,20 +69,20 @@ def symbols(instruments: Sequence[Instrument]) -> tuple[ca.SX, ca.SX]:
 def patch_poses(
     joints: ca.SX, T_world_rcm: ca.SX, instruments: Sequence[Instrument]
 ) -> list[ca.SX]:
-    """(4, 4) poses of all `PATCH_LINKS` in the world frame, arm after arm, from `symbols`."""
+    """Return poses (4, 4) of all `PATCH_LINKS`, world frame, arm after arm, from `symbols`."""
     arms = zip(ca.horzsplit(joints), ca.horzsplit(T_world_rcm, 4), instruments, strict=True)
     links = [_links(q, instrument, T.T) for q, T, instrument in arms]
     return [of_arm[name] for of_arm in links for name in PATCH_LINKS]
 
 
 class Function(threading.local):
-    """Of joints, or more of `INPUTS`, for numbers; `symbolic` is the same for symbols.
+    """A numeric function of joints, or of more of `INPUTS`; `symbolic` is its symbolic form.
 
-    Through a buffer and vectors of its own in each thread: a plain call takes several times longer.
+    Each thread has its own buffer and vectors: a plain call takes several times longer.
     """
 
     def __init__(self, symbolic: ca.Function) -> None:
-        """Called in each thread that uses it."""
+        """Make the buffers; Python calls this again in each thread that uses the function."""
         self.symbolic = symbolic
         self._buffer, self._run = symbolic.buffer()
         self._inputs = [np.empty(symbolic.numel_in(k)) for k in range(symbolic.n_in())]
@@ -92,7 +92,7 @@ class Function(threading.local):
         self._buffer.set_res(0, self._output.data)  # pyright: ignore[reportCallIssue]
 
     def __call__(self, *inputs: Array) -> Array:
-        """The output's entries (n,), column after column, for a vector of each input.
+        """Return the output's entries (n,), column after column, for a vector of each input.
 
         Raises:
             ValueError: a vector has another length than the function's input.
@@ -107,7 +107,7 @@ class Function(threading.local):
 
 
 def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> Function:
-    """Of joints, or more of `INPUTS`."""
+    """Make a numeric function of joints, or of more of `INPUTS`."""
     names, outputs = INPUTS[: len(inputs)], [ca.densify(output)]
     return Function(
         ca.Function(name, list(inputs), outputs, list(names), ["output"], {"cse": True})
@@ -115,7 +115,7 @@ def function(name: str, inputs: Sequence[ca.SX], output: ca.SX) -> Function:
 
 
 def entries(parts: Iterable[ca.SX]) -> ca.SX:
-    """(n,) of all parts, one after the other, each column after column."""
+    """Return the entries (n,) of all parts, one after the other, each column after column."""
     return ca.vertcat(*map(ca.vec, parts))
 
 
@@ -130,7 +130,7 @@ def _tool_jacobian(joints: ca.SX, instrument: Instrument) -> ca.SX:
 
 
 def _links(joints: ca.SX, instrument: Instrument, T_rcm: ca.SX = EYE) -> dict[str, ca.SX]:
-    """Poses of all moving links, in the frame in which the remote centre stands at `T_rcm`.
+    """Return poses of all moving links, in the frame in which `T_rcm` is the remote centre's pose.
 
     A DH link moves about or along its z, a finger about its x.
     """
@@ -170,7 +170,7 @@ def _translation(axis: int, distance: ca.SX | float) -> ca.SX:
 
 
 def _partials(T: ca.SX, joints: ca.SX) -> list[ca.SX]:
-    """dT/dq (4, 4) of each joint."""
+    """Return dT/dq (4, 4) for each joint."""
     columns = ca.horzsplit(ca.jacobian(ca.vec(T), joints))
     return [ca.reshape(column, 4, 4) for column in columns]
 

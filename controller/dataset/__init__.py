@@ -1,1 +1,1 @@
-"""Demonstrations on disk, in the layout of LeRobot's dataset v3, and back."""
+"""How are demonstrations kept on disk? In the layout of LeRobot's dataset v3."""

@@ -14,16 +14,16 @@ from tissue_sim.version import WORLD_VERSION
 
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """What an episode is, beside its frames.
+    """The description of an episode, without its frames.
 
     Attributes:
         seed: of the patient and of everything random.
         kind: as in the column of that name.
         scenario: a key of the scenarios' catalogue.
-        success: whether the procedure was passed.
-        failures: what stood against that: injuries, tasks that were not done.
+        success: whether the procedure passed.
+        failures: why it did not pass: injuries, tasks that were not done.
         anatomy: of the patient, as plain data.
-        versions: name to version of what it was made with.
+        versions: name to version of the software that made it.
     """
 
     seed: int
@@ -42,7 +42,7 @@ class DatasetEpisode:
     """Frames of one episode, 30 a second.
 
     Attributes:
-        columns: those that were asked for, by their names in `schema.FEATURES`: (n,) or (n, size);
+        columns: the requested ones, by their names in `schema.FEATURES`: (n,) or (n, size);
             strings are objects.
     """
 
@@ -53,10 +53,10 @@ class DatasetEpisode:
         return len(next(iter(self.columns.values())))
 
     def stretches(self) -> list[slice]:
-        """Runs of frames in which the expert alone led, unbroken by an exchange of tools.
+        """Return runs of frames that the expert alone led, without an exchange of tools.
 
-        What is imitated, a chunk of actions from first to last, must lie within one of them. What
-        was seen before may lie outside. Needs the columns `expert` and `segment`.
+        A chunk of actions to imitate must lie within one run; the frames before it may lie
+        outside. Needs the columns `expert` and `segment`.
         """
         expert, segment = self.columns["expert"], self.columns["segment"]
         run = np.where(expert, segment, -1)

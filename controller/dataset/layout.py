@@ -1,4 +1,4 @@
-"""Where things lie in a dataset: LeRobot's dataset v3, written from its public description."""
+"""The files of a dataset: LeRobot's dataset v3, written from its public description."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ DATA_FILE_MAX_MB = 100
 
 
 def data_path(file: int) -> str:
-    """Of the n-th file of frames."""
+    """Return the path of the n-th file of frames."""
     chunk, within = divmod(file, FILES_A_CHUNK)
     return DATA_PATH.format(chunk_index=chunk, file_index=within)
 
 
 def info(episodes: int, frames: int) -> dict[str, Any]:
-    """Content of meta/info.json; `calot` is ours."""
+    """Return the content of meta/info.json; the key `calot` is our own."""
     return {
         "codebase_version": CODEBASE_VERSION,
         "robot_type": "two simulated da Vinci PSMs",

@@ -1,4 +1,4 @@
-"""Parts into a dataset: built beside the old one, then put in its place."""
+"""Merge parts into a dataset: it is built beside the old one, then replaces it."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ BUILDING = ".merging"
 
 
 def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_FILE_MAX_MB) -> int:
-    """Makes the dataset `root` of these parts, in their order; returns how many frames it has.
+    """Make the dataset `root` of these parts, in their order; return its number of frames.
 
-    An older dataset there is replaced, and is whole until then; the parts are left as they are.
+    An older dataset at `root` stays intact until it is replaced; the parts are not changed.
 
     Raises:
-        ValueError: there is no part, or one is damaged, of another schema or another world.
-        OSError: it cannot be written.
+        ValueError: there is no part, or a part is damaged, or of another schema or world.
+        OSError: the dataset cannot be written.
     """
     if not parts:
         raise ValueError(f"{root}: there is no episode to make a dataset of")
@@ -66,7 +66,7 @@ def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
 
 
 class _DataFiles:
-    """Frames go into one file after another, an episode a row group."""
+    """Writes frames into one file after another, an episode a row group."""
 
     def __init__(self, root: Path, file_most_mb: float) -> None:
         self._root, self._most_bytes = root, file_most_mb * 2**20
@@ -74,7 +74,7 @@ class _DataFiles:
         self.frames = 0
 
     def add(self, table: pa.Table) -> dict[str, int]:
-        """Returns where the episode lies."""
+        """Write an episode; return where it lies."""
         if self._writer is None or self._size_bytes() > self._most_bytes:
             self._next()
         assert self._writer is not None
@@ -84,7 +84,7 @@ class _DataFiles:
         return {"data/chunk_index": chunk, "data/file_index": within}
 
     def close(self) -> None:
-        """The last file is whole."""
+        """Complete the last file."""
         if self._writer is not None:
             self._writer.close()
 
@@ -142,7 +142,7 @@ def _write_episodes(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def _write_tasks(path: Path) -> None:
-    """The words stand in what pandas, which LeRobot reads with, takes for the index."""
+    """Write the tasks; the texts are the index for pandas, which LeRobot reads with."""
     words = "__index_level_0__"
     table = pa.table({"task_index": pa.array(range(len(TEXTS)), pa.int64()), words: TEXTS})
     column = {"name": None, "pandas_type": "unicode", "numpy_type": "object", "metadata": None}

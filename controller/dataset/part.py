@@ -1,4 +1,4 @@
-"""One episode in a file of its own, as a worker leaves it: the dataset is merged from these."""
+"""One episode in its own file, as a worker writes it; a dataset is merged from these."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HEADER = b"calot"
 
 
 def part_bytes(episode: DatasetEpisode) -> bytes:
-    """The content of an episode's file.
+    """Return the content of an episode's file.
 
     Raises:
         ValueError: a column is missing, of another shape or type, or not finite; or there is no
@@ -34,10 +34,10 @@ def part_bytes(episode: DatasetEpisode) -> bytes:
 
 
 def read_part(path: Path) -> DatasetEpisode:
-    """Reads an episode's file back.
+    """Read an episode from its file.
 
     Raises:
-        ValueError: it is damaged, of another schema or of another world, in one line.
+        ValueError: the file is damaged, or of another schema or world; the message is one line.
     """
     try:
         table = pq.read_table(path, page_checksum_verification=True)
@@ -51,7 +51,7 @@ def read_part(path: Path) -> DatasetEpisode:
 
 
 def require_versions(schema_version: int, world_version: int) -> None:
-    """Raises ValueError unless both are today's."""
+    """Raise ValueError unless both versions are the present ones."""
     if schema_version != SCHEMA_VERSION:
         raise ValueError(f"its schema is {schema_version}, not {SCHEMA_VERSION}: collect anew")
     if world_version != WORLD_VERSION:
@@ -59,5 +59,5 @@ def require_versions(schema_version: int, world_version: int) -> None:
 
 
 def one_line(error: BaseException) -> str:
-    """What an error says, first line."""
+    """Return the first line of an error's message."""
     return next(iter(str(error).splitlines()), type(error).__name__)

@@ -1,4 +1,4 @@
-"""A dataset back into episodes, one at a time, checked."""
+"""Read and check the episodes of a dataset, one at a time."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
 
 def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Iterator[DatasetEpisode]:
-    """The episodes of a dataset in their order, with the columns asked for.
+    """Yield the episodes of a dataset in their order, with the requested columns.
 
-    The dataset's description is checked at once, an episode when its turn comes.
+    The dataset's description is checked at once, an episode when it is read.
 
     Raises:
-        ValueError: in one line: there is no dataset or no episode in it; its schema or its world
-            is another; columns are missing, unknown or of another shape, numbers not finite; a
-            file is missing or damaged.
+        ValueError: there is no dataset or no episode in it; its schema or world differs; columns
+            are missing, unknown or of another shape, numbers not finite; a file is missing or
+            damaged. The message is one line.
     """
     if unknown := [name for name in columns if name not in FEATURES]:
         raise ValueError(f"unknown columns {', '.join(unknown)}; there are {', '.join(FEATURES)}")
@@ -39,7 +39,7 @@ def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Itera
 
 
 def require_dataset(root: Path) -> None:
-    """Raises ValueError unless there is a dataset of today's schema and world, with episodes."""
+    """Raise ValueError unless there is a dataset of the present schema and world, with episodes."""
     path = root / layout.INFO_PATH
     try:
         found = json.loads(path.read_text())

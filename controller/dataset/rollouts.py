@@ -1,4 +1,4 @@
-"""A dataset as a planner learns from it: what was seen and said, and what should have been said."""
+"""A dataset as training data of a planner: observations, given and right instructions."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from planner.learned.rollout import NOT_SAID, Rollout
 from planner.task import TASKS
 
 COLUMNS = ("observation.state", "task_index", "task", "flag", "correction")
-OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that a planner does not know
+OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know
 LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
 def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rollout]:
-    """All of the datasets in these folders in which the tubes were taken in their order.
+    """Return the episodes of datasets in which the tubes were treated in the usual order.
 
-    Or all of them but those of some kinds, "recovery" say.
+    Episodes of the kinds in `leave_out`, for example "recovery", are left out.
 
     Raises:
-        ValueError: as of `read_episodes`, in one line.
+        ValueError: as `read_episodes` does.
     """
     left_out = (*OTHER_ORDERS, *leave_out)
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
@@ -34,7 +34,7 @@ def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rol
 
 
 def rollout_of(episode: DatasetEpisode) -> Rollout:
-    """One episode."""
+    """Convert one episode."""
     states, heard, task, flag, wanted = (episode.columns[name] for name in COLUMNS)
     corrected = heard >= len(TASKS)
     names = np.where(flag, wanted, "")
@@ -56,7 +56,7 @@ def _kind(episode: DatasetEpisode) -> str:
 def _task_said(
     heard: NDArray[np.int64], corrected: NDArray[np.bool_], task: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Under a correction, the task that was said last before it."""
+    """Return the task given in each frame; during a correction, the last task before it."""
     rows = np.where(corrected, -1, np.arange(len(heard)))
     last = np.maximum.accumulate(rows)
     return np.where(last < 0, task, heard[np.maximum(last, 0)])

@@ -1,4 +1,4 @@
-"""What a dataset holds: the columns of a frame, and the words that may be heard."""
+"""The schema of a dataset: the columns of a frame, and the texts of all instructions."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from planner.task import TASKS
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-SCHEMA_VERSION = 1  # raise when a column is added, dropped or means something else
+SCHEMA_VERSION = 1  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 
 
 @dataclass(frozen=True, kw_only=True)
 class Feature:
-    """A column: what a number of it is, and how many a frame has.
+    """A column: the type of its numbers, and how many a frame has.
 
     Attributes:
         dtype: numpy's name, or "string".
@@ -31,17 +31,17 @@ class Feature:
 
     @property
     def arrow(self) -> pa.DataType:
-        """As Arrow has it: a list of fixed length where a frame has several numbers."""
+        """Return Arrow's type: a list of fixed length if a frame has several numbers."""
         scalar = pa.type_for_alias(self.dtype)
         return scalar if self.size == 1 else pa.list_(scalar, self.size)
 
     @property
     def is_number(self) -> bool:
-        """Whether statistics of it make sense."""
+        """Return whether statistics of the column make sense."""
         return self.dtype not in ("string", "bool")
 
     def shape(self, frames: int) -> tuple[int, ...]:
-        """Of the array that holds it."""
+        """Return the shape of the column's array."""
         return (frames,) if self.size == 1 else (frames, self.size)
 
 
@@ -60,26 +60,25 @@ DEMONSTRATED: dict[str, Feature] = {
     "segment": Feature(dtype="int64"),
     "seed": Feature(dtype="int64"),
 }
-"""The columns of one episode by itself.
+"""The columns of one episode.
 
 observation.state: `Observation.vector()` before the action, without a tracker's noise.
-action: `ToolAction.vector()` as commanded, after the safety filter; where injected noise disturbed
-    it, as the expert asked.
+action: `ToolAction.vector()` as commanded, after the safety filter; if injected noise disturbed
+    it, as the expert asked for it.
 timestamp: s since the first frame; exchanges of tools and holds, in which policies pause,
     are left out.
-task_index: row of `TEXTS` that was heard, which is also in `instruction`.
-correction: of the 18, the one that was heard or, under the flag, the one that would have asked for
-    the motion that follows; "" when there is none.
-flag: a correction is wanted, since something went wrong and is not undone yet, or as a person gives
-    one.
-task: the one under way, 1 to 17.
+task_index: row of `TEXTS` that was given, which is also in `instruction`.
+correction: of the 18, the one that was given or, under the flag, the one that would have asked for
+    the motion that follows; "" if there is none.
+flag: a correction is needed, because something went wrong and is not undone yet, or because a
+    person gives one.
+task: the current one, 1 to 17.
 kind: of the episode: "nominal", "recovery:" and the perturbation's name, "correction", "order",
     "turns", "rollout", the last two perhaps with a perturbation's name as well; "intervention".
-    In a rollout, of a learned controller alone, `task`, `flag` and `correction` are what should
-    have been said.
-expert: False where a perturbation or noise led the arms, or a learned controller: not to be
-    imitated.
-segment: one more after each exchange of tools, or hold of the arms, where a policy begins anew.
+    In a rollout of a learned controller `task`, `flag` and `correction` are what should have been
+    given.
+expert: False if a perturbation, noise or a learned controller led the arms: not to be imitated.
+segment: one more after each exchange of tools or hold of the arms, where a policy starts again.
 """
 
 FEATURES: dict[str, Feature] = {
@@ -91,7 +90,7 @@ FEATURES: dict[str, Feature] = {
 
 
 def empty_columns() -> dict[str, np.ndarray]:
-    """The columns of an episode without frames."""
+    """Return the columns of an episode without frames."""
     return {
         name: np.empty(feature.shape(0), object if feature.dtype == "string" else feature.dtype)
         for name, feature in DEMONSTRATED.items()

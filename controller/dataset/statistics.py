@@ -1,4 +1,4 @@
-"""Statistics of columns, of an episode and of many episodes pooled."""
+"""Statistics of columns: of one episode, and pooled over many."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Statistics = dict[str, np.ndarray]  # min, max, mean, std: (size,) each; count: 
 def statistics_of(
     columns: Mapping[str, np.ndarray], features: Mapping[str, Feature]
 ) -> dict[str, Statistics]:
-    """Of each column of numbers, over its frames."""
+    """Return statistics of each column of numbers, over its frames."""
     return {n: _of(columns[n].reshape(-1, f.size)) for n, f in features.items() if f.is_number}
 
 
 def pooled(parts: Sequence[Statistics]) -> Statistics:
-    """Of the union of what the parts are of (the law of total variance)."""
+    """Pool the statistics of parts into those of their union (law of total variance)."""
     count, mean, std = (np.stack([p[key] for p in parts]) for key in ("count", "mean", "std"))
     weight = count / count.sum()
     middle = (weight * mean).sum(axis=0)

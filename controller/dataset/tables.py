@@ -1,4 +1,4 @@
-"""Columns of numpy as an Arrow table and back, bit for bit, with what is wrong told in one line."""
+"""Columns of numpy as an Arrow table and back, bit for bit; errors are one line."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from controller.dataset.schema import Feature
 
 
 def table_of(columns: Mapping[str, np.ndarray], features: Mapping[str, Feature]) -> pa.Table:
-    """The columns that `features` names.
+    """Return a table of the columns that `features` names.
 
     Raises:
-        ValueError: one is missing, of another shape or type, or has numbers that are not finite.
+        ValueError: a column is missing, of another shape or type, or has numbers that are not
+            finite.
     """
     _require(columns, features)
     arrays = [_arrow(columns[name], feature) for name, feature in features.items()]
@@ -22,7 +23,7 @@ def table_of(columns: Mapping[str, np.ndarray], features: Mapping[str, Feature])
 
 
 def columns_of(table: pa.Table, features: Mapping[str, Feature]) -> dict[str, np.ndarray]:
-    """The inverse of `table_of`, with the same errors."""
+    """Return the columns of a table; inverts `table_of`, with the same errors."""
     require_features(table.schema, features)
     columns = {
         name: _numpy(table[name].combine_chunks(), feature) for name, feature in features.items()
@@ -32,12 +33,12 @@ def columns_of(table: pa.Table, features: Mapping[str, Feature]) -> dict[str, np
 
 
 def arrow_schema(features: Mapping[str, Feature]) -> pa.Schema:
-    """Names and types; nothing may be left empty."""
+    """Return the schema with names and types; no value may be null."""
     return pa.schema([pa.field(n, f.arrow, nullable=False) for n, f in features.items()])
 
 
 def require_features(schema: pa.Schema, features: Mapping[str, Feature]) -> None:
-    """Raises ValueError unless all columns are there, each of its type."""
+    """Raise ValueError unless all columns are there, each of its type."""
     if missing := [name for name in features if name not in schema.names]:
         raise ValueError(f"columns are missing: {', '.join(missing)}")
     for name, feature in features.items():
@@ -73,7 +74,7 @@ def _numpy(array: pa.Array | pa.ChunkedArray, feature: Feature) -> np.ndarray:
 
 
 def strings(values: Sequence[str]) -> np.ndarray:
-    """(n,) objects, as string columns are."""
+    """Return a string column: objects (n,)."""
     out = np.empty(len(values), object)
     out[:] = values
     return out

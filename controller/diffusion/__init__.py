@@ -1,1 +1,1 @@
-"""A diffusion policy over chunks of tool motions, conditioned on what is seen and on words."""
+"""Which motions does a diffusion policy sample, from observations and words?"""

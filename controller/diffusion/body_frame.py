@@ -1,4 +1,4 @@
-"""A body that moves, as ventilated patients' do: a policy is shown it at rest, its tools go along.
+"""A body that moves, as of a ventilated patient: the policy sees it at rest, tools move along.
 
 Motions are compensated as for beating hearts: Ortmaier et al., "Motion estimation in beating heart
 surgery", IEEE Trans. Biomed. Eng. 52, 2005.
@@ -15,16 +15,16 @@ from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.rest_frame import RestFrame
 from tissue_sim.tools.arms import LEFT_ARM
 
-MAX_M = 0.002  # in a control step, 60 mm/s; what goes faster is the endoscope, bumped; assumed
-STILL_M = 5e-4  # a tip that was seen to move by less stood still
+MAX_M = 0.002  # in a control step, 60 mm/s; faster motion is a bump of the endoscope; assumed
+STILL_M = 5e-4  # a tip that moved by less counts as still
 CATCH_UP_M = 5e-4  # a control step, 15 mm/s; assumed
 
 
 class BodyFrame:
-    """What is seen, in the body's frame, and motions out of it.
+    """Transforms observations into the body's frame, and motions out of it.
 
-    While nobody asks, as tools are exchanged, arms stand still and the body moves on. Afterwards
-    they catch up with it: what the grasper holds would be drawn out of it otherwise.
+    During an exchange of tools no motion is asked for: arms stand still and the body moves.
+    Afterwards the arms catch up with the body: otherwise the grasper would pull on the tissue.
     """
 
     def __init__(self) -> None:
@@ -34,12 +34,12 @@ class BodyFrame:
         self.reset()
 
     def reset(self) -> None:
-        """There is a gap in what is seen."""
+        """Mark a gap in the observations."""
         self._gap = True
         self._moved_m, self._next_m = np.zeros((2, 3))
 
     def see(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
-        """`Observation.vector()` in the body's frame; each control step."""
+        """Return `Observation.vector()` in the body's frame; call it in each control step."""
         at_rest = self._frame.follow(seen)
         at_m = self._frame.offset_m.astype(float)
         tip_m = fields(seen)["tips_endoscope"][LEFT_ARM, :, 3].astype(float)
@@ -52,7 +52,7 @@ class BodyFrame:
         return at_rest
 
     def along(self, row: Array) -> Array:
-        """The motion (20,) that is `row` in the body's frame, while the body goes on as it does."""
+        """Return the motion (20,) that is `row` in the body's frame; the body is extrapolated."""
         way_m = float(np.linalg.norm(self._behind_m))
         share = min(1.0, CATCH_UP_M / way_m) if way_m > 0.0 else 0.0
         going = row.copy()
@@ -63,5 +63,5 @@ class BodyFrame:
     def _follow(self, moved_m: Array) -> None:
         if np.linalg.norm(moved_m) > MAX_M:
             moved_m = np.zeros(3)
-        self._next_m = 2.0 * moved_m - self._moved_m  # it speeds up as it did
+        self._next_m = 2.0 * moved_m - self._moved_m  # constant acceleration
         self._moved_m = moved_m

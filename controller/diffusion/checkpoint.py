@@ -1,4 +1,4 @@
-"""A policy in a file, with all that says whether it fits."""
+"""Checkpoints of the diffusion policy."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ FITS = {
     "observation size": VECTOR_SIZE,
     "action size": ACTION_SIZE,
 }
-"""What a checkpoint must have been made with."""
+"""What must be the same when a checkpoint is written and when it is read."""
 
 
 def save_checkpoint(path: Path, policy: Policy) -> None:
-    """Write the policy, whole or not at all."""
+    """Write the policy atomically."""
     write(path, policy, policy.config, FITS)
 
 
 def load_checkpoint(path: Path) -> Policy:
-    """The policy of a file, ready to sample.
+    """Return the policy of a file, ready to sample.
 
     Raises:
-        CheckpointError: there is none that fits this world, its observations and actions.
+        CheckpointError: the file has no policy that fits this world, its observations and actions.
     """
     policy = Policy(checked_config(path))
     read_weights(path, policy)
@@ -38,10 +38,10 @@ def load_checkpoint(path: Path) -> Policy:
 
 
 def checked_config(path: Path) -> PolicyConfig:
-    """The configuration that a file was trained with, its weights left unread.
+    """Return the configuration of a file's policy, without reading its weights.
 
     Raises:
-        CheckpointError: as of `load_checkpoint`.
+        CheckpointError: as `load_checkpoint` does.
     """
     config = read_config(path, FITS, "diffusion policy")
     config["history"] = tuple(config["history"])

@@ -1,11 +1,10 @@
-"""Chunks as a policy predicts them: poses relative to the one commanded when the chunk begins.
+"""Chunks as a policy predicts them: poses relative to the pose commanded when the chunk begins.
 
-Row k of a chunk is where the tools stand after k + 1 motions: position in the endoscope's frame,
-from the tip commanded at the start; orientation in the frame of the tool at the start (6D); jaws
-absolute. A motion is the same between neighbouring rows, so chunk and motions are each other's
-inverse. This is the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk.
-The past of a chunk is told in the same frame: its rows are where the tools stood before each of the
-motions that lead up to it.
+Row k of a chunk is the tools' pose after k + 1 motions: position in the endoscope's frame, from
+the tip commanded at the start; orientation in the frame of the tool at the start (6D); jaws
+absolute. Differences of neighbouring rows are motions, so the two forms convert into each other.
+This is the hybrid-relative action of SRT (Kim et al., arXiv 2407.12998), over a chunk. The past of
+a chunk has the same frame: its rows are the poses before each of the motions that precede it.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ JAWS = slice(JAW, ACTION_SIZE, 10)  # of both arms' twenty
 
 
 def motion_of(vector: Array) -> ToolAction:
-    """The motion whose `ToolAction.vector` (20,) this is."""
+    """Return the motion with this `ToolAction.vector` (20,)."""
     arms = np.asarray(vector, float).reshape(2, 10)
     return ToolAction(
         move_endoscope_m=arms[:, MOVE], turn_tool=arms[:, TURN], jaw_rad=arms[:, JAW].copy()
@@ -31,7 +30,7 @@ def motion_of(vector: Array) -> ToolAction:
 
 
 def trajectory(actions: Tensor) -> Tensor:
-    """Poses (n + 1, 2, 3, 4) that motions (n, 20) lead through, from the origin, tool unturned."""
+    """Return the poses (n + 1, 2, 3, 4) along motions (n, 20), from the origin, tool unturned."""
     arms = actions.reshape(-1, 2, 10)
     poses = torch.zeros(len(arms) + 1, 2, 3, 4, dtype=actions.dtype)
     poses[0, :, :, :3] = torch.eye(3)
@@ -42,7 +41,7 @@ def trajectory(actions: Tensor) -> Tensor:
 
 
 def relative(start: Tensor, poses: Tensor, jaw_rad: Tensor) -> Tensor:
-    """Rows (..., n, 20) of poses (..., n, 2, 3, 4) and jaws (..., n, 2), from (..., 2, 3, 4)."""
+    """Return rows (..., n, 20) of poses (..., n, 2, 3, 4), jaws (..., n, 2), from pose `start`."""
     start = start[..., None, :, :, :]
     move = poses[..., 3] - start[..., 3]
     R = start[..., :3].transpose(-1, -2) @ poses[..., :3]
@@ -51,14 +50,14 @@ def relative(start: Tensor, poses: Tensor, jaw_rad: Tensor) -> Tensor:
 
 
 def chunk_of(actions: Array) -> Array:
-    """The chunk (n, 20) of motions (n, 20)."""
+    """Return the chunk (n, 20) of motions (n, 20)."""
     motions = torch.as_tensor(actions, dtype=torch.float64)
     poses = trajectory(motions)
     return relative(poses[0], poses[1:], motions.reshape(-1, 2, 10)[..., JAW]).numpy()
 
 
 def past_of(actions: Array, jaw_rad: Array) -> Array:
-    """The past (n, 20) that motions (n, 20) are, begun with jaws (2,)."""
+    """Return the past (n, 20) of motions (n, 20) that begin with jaws (2,)."""
     motions = torch.as_tensor(actions, dtype=torch.float64)
     poses, jaws = trajectory(motions), motions.reshape(-1, 2, 10)[..., JAW]
     before = torch.cat([torch.as_tensor(jaw_rad, dtype=torch.float64)[None], jaws])[:-1]
@@ -66,7 +65,7 @@ def past_of(actions: Array, jaw_rad: Array) -> Array:
 
 
 def actions_of(chunk: Array) -> Array:
-    """The motions (n, 20) of a chunk (n, 20)."""
+    """Return the motions (n, 20) of a chunk (n, 20)."""
     arms = torch.as_tensor(chunk, dtype=torch.float64).reshape(-1, 2, 10)
     out = arms.clone()
     out[1:, :, MOVE] = arms[..., MOVE].diff(dim=0)
@@ -77,7 +76,7 @@ def actions_of(chunk: Array) -> Array:
 
 
 def rotations(six: Tensor) -> Tensor:
-    """(..., 3, 3) rotations from their first two columns (..., 6), made orthonormal."""
+    """Return rotations (..., 3, 3) from their first two columns (..., 6), made orthonormal."""
     x = functional.normalize(six[..., :3], dim=-1)
     y = functional.normalize(six[..., 3:] - (six[..., 3:] * x).sum(-1, keepdim=True) * x, dim=-1)
     return torch.stack([x, y, torch.linalg.cross(x, y)], dim=-1)

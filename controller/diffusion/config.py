@@ -1,27 +1,27 @@
-"""What a diffusion policy is made of; it is saved in its checkpoint."""
+"""The configuration of a diffusion policy; it is saved in the checkpoint."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 WORDS_SIZE = 384  # of a sentence's embedding
-PROCEDURE = "clip and cut both tubes"  # all that a wordless policy ever hears
+PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy hears
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyConfig:
-    """Shapes, in control steps where they are times.
+    """Shapes; times are in control steps.
 
     Attributes:
         horizon: length of a chunk.
-        history: how long ago each seen frame was, the present one (0) first.
-        past: how many motions before a chunk are given with it.
-        play: how many motions of a chunk are played before the next one takes over.
+        history: how long ago each observed frame was, the present one (0) first.
+        past: how many motions before a chunk are an input.
+        play: how many motions of a chunk are played before the next chunk takes over.
         max_delay: the most motions that are played while the next chunk is computed; they are
-            the last of the past.
+            the last ones of the past.
         sampling_steps: denoising steps of one chunk.
-        wordless: it does not hear instructions: SRT-H's ablation "no hierarchy".
-        condition_width, condition_blocks: of the encoder of what is seen and said.
+        wordless: it hears no instructions: SRT-H's ablation "no hierarchy".
+        condition_width, condition_blocks: of the encoder of observations and words.
         denoiser_width, denoiser_blocks: of the denoiser.
 
     Raises:
@@ -52,5 +52,5 @@ class PolicyConfig:
             raise ValueError(f"play must be 1 to {self.horizon} motions, got {self.play}")
 
     def heard(self, text: str) -> str:
-        """What the policy hears of an instruction."""
+        """Return the text that the policy hears of an instruction."""
         return PROCEDURE if self.wordless else text

@@ -1,4 +1,4 @@
-"""The diffusion policy as a controller: it sees observations and hears words, nothing else."""
+"""The diffusion policy as a controller: its only input is observations and words."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ FADE = 4  # motions over which a new chunk takes over from the running one
 
 
 class ControllerDiffusion:
-    """Hands out one motion at a time, so that it sees every control step.
+    """Returns one motion at a time, so that it sees every control step.
 
-    The next chunk takes over when `play` motions of the running one have been played. It is worked
-    out from what was seen `delay` steps before, as if that took so long, and given the motions that
-    lead up to it, of which as many were not yet played then; its first motions are mixed with what
-    the running one had still to play, which makes accelerations at joints those inside chunks. New
-    words drop the running chunk, and the next one follows at once on what was played. All of it is
-    in a frame that goes along with the body (`body_frame`); where motions are seen to come late
-    (`dead_time`), tools are taken to be where they were asked to go already.
+    The next chunk takes over when `play` motions of the running chunk have been played. It is
+    computed from the observation `delay` steps before, as if computing took that long, and from
+    the motions up to its start. Its first motions are blended with the remaining ones of the
+    running chunk, so that accelerations at the joint are like those inside chunks. New words drop
+    the running chunk; the next one starts at once from the played motions. All motions are in a
+    frame that moves with the body (`body_frame`). If motions arrive late (`dead_time`), the
+    observed tools are replaced by the poses they were asked to reach by then.
 
     Attributes:
-        place: of the motion handed out last: the first of a "fresh" chunk or, at a "joint", of one
-            that took over from another, or "inside" a chunk.
+        place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk
+            that took over from another; or "inside" a chunk.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class ControllerDiffusion:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was seen and is under way; not the robot's delay, nor where the body lay."""
+        """Forget observations and motions, but not the robot's delay and the body's place."""
         self._seen: deque[NDArray[np.float32]] = deque(maxlen=max(self._config.history) + 1)
         self._played: deque[Array] = deque(maxlen=self._config.past + MAX_STEPS + 1)
         self._body.reset()
@@ -60,7 +60,7 @@ class ControllerDiffusion:
         self._drop()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """The next motion alone."""
+        """Return the next motion, a chunk of one."""
         seen = self._body.see(observation.vector())
         self._seen.append(seen)
         self._dead_time.see(fields(seen)["tips_endoscope"][..., 3])
@@ -85,7 +85,7 @@ class ControllerDiffusion:
         self._running: Array = np.empty((0, ACTION_SIZE))
 
     def _compute_chunk(self, observation: Observation, n_committed: int) -> None:
-        """Let a new chunk follow on the motions committed."""
+        """Compute a new chunk that follows the committed motions."""
         committed, rest = np.split(self._running, [n_committed])
         if not self._played:
             self._played.append(hold(observation.joints[:, 6]).vector())
@@ -113,14 +113,14 @@ class ControllerDiffusion:
         return np.stack([self._foreseen(min(ago, newest)) for ago in self._config.history])
 
     def _foreseen(self, ago: int) -> NDArray[np.float32]:
-        """What was seen `ago` steps before, with the tools where they were asked to go by then."""
+        """Return the observation `ago` steps before, with the tools moved ahead by the delay."""
         seen, late = self._seen[-1 - ago], self._dead_time.steps
         rows = list(self._played)[: len(self._played) - ago][-late - 1 :]
         return foreseen(seen, np.stack(rows)) if late and rows else seen
 
 
 def _faded(old: Array, new: Array) -> Array:
-    """Motions (n, 20) of a chunk that takes over from another's (m, 20) within `FADE` of them."""
+    """Return motions (n, 20) of a chunk, blended over `FADE` motions with the old ones (m, 20)."""
     n = min(len(old), FADE)
     share, rows = np.arange(1, n + 1)[:, None] / (n + 1), new.copy()
     rows[:n] = (1.0 - share) * old[:n] + share * new[:n]
@@ -128,10 +128,10 @@ def _faded(old: Array, new: Array) -> Array:
 
 
 def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> ControllerDiffusion:
-    """The controller of a checkpoint, by default the one that comes with Calot.
+    """Return the controller of a checkpoint, by default the one shipped with Calot.
 
     Raises:
-        CheckpointError: there is none, or it does not fit.
+        CheckpointError: there is no checkpoint, or it does not fit.
     """
     policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
     return ControllerDiffusion(policy.config, Sampler(policy), seed)

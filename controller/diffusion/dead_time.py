@@ -1,7 +1,7 @@
-"""A robot that moves late: how late, and where its tools will be when the next motion reaches it.
+"""The dead time of a robot, and where its tools will be when the next motion takes effect.
 
 The predictor of Smith ("Closer control of loops with dead time", Chem. Eng. Prog. 53, 1957), for
-the tools alone: tissue and what it does to them is taken to stay as it is seen.
+the tools only: tissue and its forces are assumed to stay as observed.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 
 MAX_STEPS = 60
-KEPT = 0.99  # of what was seen, from one control step to the next: about three seconds count
-MIN_M2 = 2e-6  # squared ways of the tips that count, summed: less says nothing
-SHARE = 0.05  # of them that a delay may leave unexplained to be believed
-SURER = 0.25  # what it leaves unexplained, of what the delay believed so far does
+KEPT = 0.99  # weight of the past in each control step: about three seconds count
+MIN_M2 = 2e-6  # summed squared motion of the tips; with less the delay cannot be told
+SHARE = 0.05  # of it that an accepted delay may leave unexplained
+SURER = 0.25  # a new delay leaves at most this share of what the present delay leaves unexplained
 
 
 class DeadTime:
-    """How many control steps pass until a motion is seen, told from the motions of the tips.
+    """Estimates how many control steps pass until a motion is visible, from the tips' motions.
 
     Attributes:
-        steps: the delay that explains best what was seen; it outlasts a reset.
+        steps: the delay that explains the observations best; a reset keeps it.
     """
 
     def __init__(self) -> None:
@@ -33,13 +33,13 @@ class DeadTime:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was asked for and seen."""
+        """Forget the motions asked for and observed."""
         self._asked_m = np.zeros((MAX_STEPS + 1, 2, 3))  # the newest first
         self._unexplained_m2, self._moved_m2 = np.zeros(MAX_STEPS + 1), 0.0
         self._tips_m: Array | None = None
 
     def see(self, tips_m: Array) -> None:
-        """Both tips (2, 3), before the next motion is asked for."""
+        """Take both tips (2, 3), before the next motion is asked for."""
         if self._tips_m is not None:
             moved_m = tips_m - self._tips_m
             missed_m2 = ((moved_m - self._asked_m) ** 2).sum(axis=(1, 2))
@@ -49,7 +49,7 @@ class DeadTime:
         self._tips_m = tips_m
 
     def ask(self, row: Array) -> None:
-        """The motion (20,) that is asked for now."""
+        """Take the motion (20,) that is asked for now."""
         self._asked_m = np.roll(self._asked_m, 1, axis=0)
         self._asked_m[0] = row.reshape(2, 10)[:, MOVE]
 
@@ -62,11 +62,11 @@ class DeadTime:
 
 
 def foreseen(seen: NDArray[np.float32], rows: Array) -> NDArray[np.float32]:
-    """What is seen (`VECTOR_SIZE`,), with the tools where motions will have brought them.
+    """Return an observation (`VECTOR_SIZE`,) with the tools moved ahead by motions.
 
     Args:
         seen: an `Observation.vector()`.
-        rows: (1 + n, 20) the motion that was the last to show in it, and the n that follow.
+        rows: (1 + n, 20) the last motion that is visible in it, and the n that follow.
     """
     ahead = seen.copy()
     parts = fields(ahead)  # views

@@ -1,4 +1,4 @@
-"""A dataset of demonstrations as training takes it."""
+"""A dataset of demonstrations as training data of the diffusion policy."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
 def demonstrations(
     roots: Iterable[Path], leave_out: Container[str] = ()
 ) -> list[DemonstrationArrays]:
-    """All of the datasets in folders, or all but those of some kinds, "recovery" say.
+    """Return the demonstrations of datasets, without those of the kinds in `leave_out`.
 
     Raises:
-        ValueError: as of `read_episodes`, in one line.
+        ValueError: as `read_episodes` does.
     """
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
     return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] not in leave_out))
 
 
 def unbroken(episodes: Iterable[DatasetEpisode]) -> Iterator[DemonstrationArrays]:
-    """Episodes parted where tools were exchanged."""
+    """Split episodes where tools were exchanged."""
     for episode in episodes:
         states, actions, texts, expert, segment = (episode.columns[name] for name in COLUMNS)
         for number in np.unique(segment):

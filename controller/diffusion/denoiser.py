@@ -1,4 +1,4 @@
-"""The network: what is seen and said becomes a condition, under which noisy chunks are cleaned."""
+"""The network: observation and words become a condition, under which noisy chunks are denoised."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class FilmBlock(nn.Module):
         self.outer = nn.Linear(width, width)
 
     def forward(self, x: Tensor, film: Tensor) -> Tensor:
-        """Of (B, ..., width) under (B, ..., 2 width) that `film` made of a condition, broadcast."""
+        """Transform x (B, ..., width) by scale and shift (B, ..., 2 width), broadcast."""
         scale, shift = film.chunk(2, dim=-1)
         modulated = self.norm(x) * (1.0 + scale) + shift
         return x + self.outer(F.silu(self.inner(modulated)))
 
 
 class ConditionEncoder(nn.Module):
-    """Features under words: the words say what in the features matters."""
+    """Encodes features under words: the words tell which features matter."""
 
     def __init__(self, n_features: int, config: PolicyConfig) -> None:
         super().__init__()
@@ -45,20 +45,20 @@ class ConditionEncoder(nn.Module):
         self.blocks = nn.ModuleList(FilmBlock(width, width) for _ in range(config.condition_blocks))
 
     def films(self, words: Tensor) -> list[Tensor]:
-        """What embeddings (n, 384) make of each block: (n, 2 width)."""
+        """Return scale and shift (n, 2 width) of each block from embeddings (n, 384)."""
         said = F.silu(self.words(words))
         return [cast(FilmBlock, block).film(said) for block in self.blocks]
 
     def forward(
         self, features: Tensor, past: Tensor, delay: Tensor, films: Sequence[Tensor]
     ) -> Tensor:
-        """Condition (B, width) of what was seen `delay` motions before the chunk begins.
+        """Return the condition (B, width) of features `delay` motions before the chunk begins.
 
         Args:
             features: (B, n) normalised.
             past: as `Denoiser.forward` takes it.
             delay: (B, max_delay + 1), 1 at the delay.
-            films: (B, 2 width) each, of what is said.
+            films: (B, 2 width) each, of the words.
         """
         x = self.enter(torch.cat([features, past, delay], dim=-1))
         for block, film in zip(self.blocks, films, strict=True):
@@ -67,7 +67,7 @@ class ConditionEncoder(nn.Module):
 
 
 class Denoiser(nn.Module):
-    """The clean chunk behind a noisy one, led up to by what is given clean: the past.
+    """Predicts the clean chunk from a noisy one and the clean motions before it, the past.
 
     Training-time real-time chunking (arXiv 2512.05964) with an MLP that predicts the clean chunk.
     """
@@ -84,11 +84,11 @@ class Denoiser(nn.Module):
         self.leave = nn.Linear(width, size)
 
     def forward(self, noisy: Tensor, past: Tensor, level: Tensor, condition: Tensor) -> Tensor:
-        """Clean chunks (B, M, H, 20) from M noisy ones for each of B conditions.
+        """Return clean chunks (B, M, H, 20) from M noisy ones for each of B conditions.
 
         Args:
             noisy: (B, M, H, 20).
-            past: (B, P * 21) rows that lead up to the chunk, and which of them are known.
+            past: (B, P * 21) rows before the chunk, and which of them are known.
             level: (B, M) of noise, 0 clean to 1 noise alone.
             condition: (B, width).
         """

@@ -1,10 +1,9 @@
-"""Free tools set off their way a little, in training, and chunks that take them back to it.
+"""Augmentation: free tools are displaced a little, and chunks lead them back.
 
-Near tissue the expert's motion is never disturbed, so that demonstrations alone do not show what
-to do about an error there; a policy that never sees one leaves it as it is. The place of a tool
-that touches nothing may be changed in a record afterwards, though, and so may its jaws, which the
-expert opens before it moves on. After the shifted cameras of Bojarski et al., "End to end learning
-for self-driving cars", arXiv 1604.07316.
+Near tissue the expert's motion is never disturbed, so demonstrations do not show how to correct an
+error there, and a policy does not learn it. The pose of a tool that touches nothing can be changed
+in a record afterwards, and so can its jaws, which the expert opens before it moves. After the
+shifted cameras of Bojarski et al., "End to end learning for self-driving cars", arXiv 1604.07316.
 """
 
 from __future__ import annotations
@@ -19,16 +18,17 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
 DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it missed by 0.2-0.4 mm
-OPEN_RAD, FREE_N = 0.15, 0.01  # tools open wider and pressed less touch nothing
-NEAR_M = 0.015  # of tissue that is seen; farther off the expert is disturbed, and closes no jaws
-BACK_STEPS = 4.0  # after so many motions an error is down to 1/e, whichever motion it is seen at
+OPEN_RAD, FREE_N = 0.15, 0.01  # tools that are open wider and pressed less touch nothing
+NEAR_M = 0.015  # of tissue; farther away the expert is disturbed, and closes no jaws
+BACK_STEPS = 4.0  # motions after which an error is down to 1/e, from any motion on
 NARROWED = 0.3  # share of the free tools far from tissue whose jaws are half shut; assumed
 
 
 def displaced(seen: Batch, generator: torch.Generator) -> Batch:
-    """Windows in which each tool that is near tissue but free stands some way off, all along.
+    """Return windows in which each tool that is free and near tissue is displaced throughout.
 
-    The way off is drawn once a window and tool, (B, 2, 3) in the endoscope's frame; `seen` stays.
+    The displacement (B, 2, 3), endoscope frame, is drawn once for each window and tool; `seen` is
+    not changed.
     """
     history = seen.history.clone()
     parts = fields(history)  # views
@@ -43,12 +43,13 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
 
 
 def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
-    """Windows in which some free tools far from tissue have their jaws half shut, and open them.
+    """Return windows in which some free tools far from tissue open jaws that are half shut.
 
-    How far is drawn once a window and tool, from as they are to `OPEN_RAD`; `seen` stays.
+    The opening, from the present one to `OPEN_RAD`, is drawn once for each window and tool; `seen`
+    is not changed.
 
     Args:
-        asked: (B,) the words are about the jaws, which are as they should be.
+        asked: (B,) the words are about the jaws, so the jaws are not changed.
     """
     history, (B, steps) = seen.history.clone(), seen.chunk.shape[:2]
     parts = fields(history)  # views
@@ -67,13 +68,13 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
 
 
 def _near(parts: dict[str, Tensor]) -> Tensor:
-    """(B, 2) which tools have tissue before them now."""
+    """Return (B, 2) which tools are near tissue now."""
     points = torch.cat([parts[name][:, 0] for name in ("left_tube_m", "right_tube_m", "sac_m")], 1)
     tips = parts["tips_endoscope"][:, 0, :, None, :, 3]
     return ((tips - points[:, None]).norm(dim=-1) < NEAR_M).any(dim=-1)
 
 
 def _free(parts: dict[str, Tensor]) -> Tensor:
-    """(B, 2) which tools touch nothing, in no frame of a history."""
+    """Return (B, 2) which tools touch nothing in all frames of a history."""
     opened, force_n = parts["joints"][..., 6] > OPEN_RAD, parts["forces_n"].norm(dim=-1)
     return (opened & (force_n < FREE_N)).all(dim=1)

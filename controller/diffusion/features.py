@@ -1,4 +1,4 @@
-"""What a policy is told of an observation: tools, and tissue as each tool sees it."""
+"""The features of an observation: tools, and tissue in each tool's frame."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
 
 MOTION_M = 0.005
-LAG_RAD = 0.05  # of a jaw behind its command: how hard it presses
+LAG_RAD = 0.05  # scale of a jaw's lag behind its command, which tells how hard it presses
 
 
 class Features(nn.Module):
-    """Of frames (B, K, `VECTOR_SIZE`), the present one first, and jaws commanded last (B, 2)."""
+    """Features of frames (B, K, `VECTOR_SIZE`), present one first, and commanded jaws (B, 2)."""
 
     def forward(self, history: Tensor, jaw_rad: Tensor) -> Tensor:
-        """Features (B, n), each of order one."""
+        """Return features (B, n), each of order one."""
         now, *past = (fields(history[:, k]) for k in range(history.shape[1]))
         parts = [*_tools(now, jaw_rad), *tissue_features(now)]
         for old in past:
@@ -36,7 +36,7 @@ def _tools(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
 
 
 def _motion(old: dict[str, Tensor], now: dict[str, Tensor]) -> list[Tensor]:
-    """How the tools have moved since a past frame."""
+    """Return how the tools have moved since a past frame."""
     before, after = old["tips_endoscope"], now["tips_endoscope"]
     turn = torch.einsum("baji,bajk->baik", before[..., :3], after[..., :3])
     return [

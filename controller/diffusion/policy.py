@@ -1,4 +1,4 @@
-"""The diffusion policy: its loss, and its sampler."""
+"""The diffusion policy: its loss and its sampler."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie
 
 
 class Policy(nn.Module):
-    """Chunks given what is seen and said. Its normalisation belongs to its state.
+    """Samples chunks from observations and words. Its normalisation belongs to its state.
 
-    Within, jaws are relative to those commanded last: an arm that is to hold then keeps its grip,
-    where a prediction of the opening itself would drift a little with each chunk.
+    Internally jaws are relative to the last commanded ones, so that an arm that holds keeps its
+    grip; a prediction of the opening itself would drift a little with each chunk.
     """
 
     feature_mean: Tensor
@@ -52,7 +52,7 @@ class Policy(nn.Module):
         self.denoiser = Denoiser(config)
 
     def normalise_by(self, seen: Batch) -> None:
-        """Take mean and deviation of what is seen, of pasts and of chunks from many windows."""
+        """Set mean and deviation of features, pasts and chunks from many windows."""
         for name, values in (
             ("feature", self.features(seen.history, seen.jaw_rad)),
             ("past", seen.past - _held(seen.jaw_rad)),
@@ -62,12 +62,12 @@ class Policy(nn.Module):
             getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
-        """Mean squared error of the clean chunk, over valid rows.
+        """Return the mean squared error of the clean chunk, over valid rows.
 
         Args:
             seen: B windows.
-            words: (n, 384) all that is said, of which each window has its row, `seen.text`: what
-                the network makes of words it makes once for each sentence, not for each window.
+            words: (n, 384) all sentences; `seen.text` is each window's row. The network encodes
+                each sentence once, not each window.
             level: (B, M) of noise.
             noise: (B, M, H, 20) standard normal.
         """
@@ -90,17 +90,17 @@ class Policy(nn.Module):
         delay: Tensor,
         noise: Tensor,
     ) -> Tensor:
-        """Sample chunks (B, H, 20), without chance: all noise is given.
+        """Sample chunks (B, H, 20); deterministic, because all noise is an input.
 
         DDIM (Song et al., arXiv 2010.02502) in `config.sampling_steps` equal steps.
 
         Args:
-            history: (B, K, `VECTOR_SIZE`) frames seen.
-            jaw_rad: (B, 2) commanded last before the chunk.
-            words: (B, 384) the embedding of what is said.
-            past: (B, P, 20) rows that lead up to the chunk.
+            history: (B, K, `VECTOR_SIZE`) observed frames.
+            jaw_rad: (B, 2) last commanded before the chunk.
+            words: (B, 384) the embedding of the words.
+            past: (B, P, 20) rows before the chunk.
             n_past: (B,) how many of them, the last ones, are known.
-            delay: (B,) how many of them come after what is seen.
+            delay: (B,) how many of them come after the newest frame.
             noise: (B, H, 20) standard normal.
         """
         held = _held(jaw_rad)
@@ -131,7 +131,7 @@ class Policy(nn.Module):
         return self.encoder(features.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS), past, marked, films)
 
     def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
-        """(B, P * 21) the past normalised, zeros where it is not known, and where it is."""
+        """Return (B, P * 21): the past normalised, zero where unknown, and which rows are known."""
         rows = torch.arange(self.config.past, 0, -1, device=n_past.device)
         known = (rows <= n_past[:, None]).to(past)
         normal = known[..., None] * (past - self.past_mean) / self.past_deviation
@@ -139,7 +139,7 @@ class Policy(nn.Module):
 
 
 def _held(jaw_rad: Tensor) -> Tensor:
-    """(B, 1, 20) that is the jaws (B, 2) where a chunk has its jaws, and else zero."""
+    """Return (B, 1, 20) with the jaws (B, 2) in a chunk's jaw entries, zero elsewhere."""
     arms = torch.cat([jaw_rad.new_zeros(len(jaw_rad), 2, JAW), jaw_rad[..., None]], dim=-1)
     return arms.flatten(1)[:, None]
 
@@ -153,6 +153,6 @@ def _noise(level: float) -> float:
 
 
 def _mixed(clean: Tensor, noise: Tensor, level: Tensor) -> Tensor:
-    """Variance-preserving, on a cosine schedule."""
+    """Mix clean chunks and noise: variance-preserving, on a cosine schedule."""
     angle = 0.5 * math.pi * level
     return angle.cos() * clean + angle.sin() * noise

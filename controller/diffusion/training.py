@@ -1,4 +1,4 @@
-"""Training of the diffusion policy, to be read from top to bottom; it resumes exactly."""
+"""Training of the diffusion policy; it resumes exactly. Read it from top to bottom."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TrainingConfig(Schedule):
     """How a policy is trained.
 
     Attributes:
-        noises: noisy chunks a window, as conditions cost more (Mini-Diffuser, arXiv 2505.09430).
+        noises: noisy chunks a window; conditions cost more (Mini-Diffuser, arXiv 2505.09430).
     """
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
@@ -55,10 +55,10 @@ PRESETS = {
 
 
 def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Policy]:
-    """How a checkpoint is gone on from, and its policy.
+    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
 
     Raises:
-        CheckpointError: as of `load_checkpoint`.
+        CheckpointError: as `load_checkpoint` does.
     """
     policy = load_checkpoint(base)
     return replace(fine_tuning_schedule(base, config), policy=policy.config), policy
@@ -71,13 +71,13 @@ def train(
     device: str = "cpu",
     base: Policy | None = None,
 ) -> Iterator[TrainingStep]:
-    """Train from where `out` has got to, or anew; leave there checkpoint and what resuming needs.
+    """Train a policy, or resume the training in `out`; write checkpoint and state to `out`.
 
-    Begun anew, it goes on from `base` if there is one, whose normalisation is kept.
+    A new training starts from `base`, if given, and keeps its normalisation.
 
     Raises:
-        ValueError: there is nothing to learn from, or `out` holds the training of another
-            configuration or of other demonstrations; nothing is changed.
+        ValueError: there is no motion to imitate, or `out` holds the training of another
+            configuration or on other demonstrations; nothing is changed.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
@@ -110,7 +110,7 @@ def _loss(
     chance: torch.Generator,
     config: TrainingConfig,
 ) -> Tensor:
-    """Of random windows, noises, levels of noise and delays."""
+    """Return the loss of random windows, noises, noise levels and delays."""
     device, shape = chance.device, (config.batch, config.noises)
     which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
     most = config.policy.max_delay + 1
@@ -120,5 +120,5 @@ def _loss(
     level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     seen = batch._replace(history=noised(batch.history, chance))
-    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # no earlier: poses
+    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses need float32
         return policy.loss(seen, words, level, noise)

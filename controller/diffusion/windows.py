@@ -1,4 +1,4 @@
-"""Demonstrations, and the windows of them that a policy learns from."""
+"""Demonstrations, and their windows that a policy is trained on."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True, kw_only=True)
 class DemonstrationArrays:
-    """An unbroken run of control steps: no tool exchange within it.
+    """A run of control steps without an exchange of tools.
 
     Attributes:
         states: (n, `VECTOR_SIZE`) `Observation.vector()` before each motion.
@@ -51,22 +51,22 @@ class DemonstrationArrays:
                 raise ValueError(f"demonstration: {name} has entries that are no finite numbers")
 
     def heard_by(self, config: PolicyConfig) -> DemonstrationArrays:
-        """As a policy hears it."""
+        """Return the demonstration with the texts that a policy hears."""
         return replace(self, texts=[config.heard(text) for text in self.texts])
 
 
 class Batch(NamedTuple):
-    """What one training step sees; B windows.
+    """The windows of one training step, B of them.
 
     Attributes:
-        history: (B, K, `VECTOR_SIZE`) frames seen, the newest first.
-        jaw_rad: (B, 2) jaws commanded last before the chunk.
+        history: (B, K, `VECTOR_SIZE`) observed frames, the newest first.
+        jaw_rad: (B, 2) jaws last commanded before the chunk.
         text: (B,) rows of `Windows.texts`.
-        past: (B, P, 20) rows that lead up to the chunk, in its frame.
-        n_past: (B,) how many of them, the last ones, are the expert's; the others say nothing.
+        past: (B, P, 20) rows before the chunk, in its frame.
+        n_past: (B,) how many of them, the last ones, are the expert's; the others do not count.
         delay: (B,) how many of them come after the newest frame.
         chunk: (B, H, 20) in the frame of `chunk_frame`.
-        valid: (B, H) rows to be imitated: of the same words, and the expert's; always a first part.
+        valid: (B, H) rows to imitate: the expert's, under the same words; always the first rows.
     """
 
     history: Tensor
@@ -80,14 +80,14 @@ class Batch(NamedTuple):
 
 
 class Windows:
-    """All windows that begin with an imitable motion, end to end in memory, on one device.
+    """All windows that begin with a motion to imitate, end to end in memory, on one device.
 
     Attributes:
-        texts: what is said in them.
-        digest: of all that is learnt from, in hex.
+        texts: all instruction texts in the windows.
+        digest: of all training data, in hex.
 
     Raises:
-        ValueError: there is none.
+        ValueError: there is no window.
     """
 
     def __init__(
@@ -115,7 +115,10 @@ class Windows:
         return len(self._where)
 
     def batch(self, which: Tensor, delay: Tensor) -> Batch:
-        """The windows of these numbers (B,), seen as long before (B,) as the words last."""
+        """Return windows `which` (B,), observed `delay` (B,) steps before the chunk begins.
+
+        The delay is cut to the time for which the words have been the same.
+        """
         data, now = self._all, self._where[which]
         delay = torch.minimum(delay, data.n_committed[now])
         seen = torch.maximum((now - delay)[:, None] - self._history, self._begin[now, None])
@@ -135,7 +138,7 @@ class Windows:
 
 
 class _Track(NamedTuple):
-    """One demonstration, its commanded poses summed up once; rows are control steps."""
+    """One demonstration with its commanded poses, summed once; rows are control steps."""
 
     states: Tensor
     before: Tensor
@@ -180,7 +183,7 @@ def _digest(demonstrations: Sequence[DemonstrationArrays]) -> str:
 
 
 def _runs_after(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
-    """From each step on, how many motions are the expert's for the same words."""
+    """Return how many motions from each step on are the expert's under the same words."""
     lengths = np.zeros(len(text) + 1, np.int64)
     for t in reversed(range(len(text))):
         more = t + 1 < len(text) and text[t + 1] == text[t]
@@ -189,7 +192,7 @@ def _runs_after(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
 
 
 def _runs_before(expert: NDArray[np.bool_], text: NDArray) -> NDArray[np.int64]:
-    """Up to each step, how many motions were the expert's for the step's words."""
+    """Return how many motions before each step were the expert's under the step's words."""
     lengths = np.zeros(len(text), np.int64)
     for t in range(1, len(text)):
         lengths[t] = (1 + lengths[t - 1]) * (expert[t - 1] and text[t] == text[t - 1])

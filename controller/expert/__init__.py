@@ -1,1 +1,1 @@
-"""How the tools would move if the hidden state of the world were known. Privileged."""
+"""How do the tools carry out each task if the world's hidden state is known? Privileged."""

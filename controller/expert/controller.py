@@ -1,6 +1,6 @@
 """A controller that solves every task from the world's hidden state. Privileged.
 
-It makes the demonstrations and is the reference that a learned controller is held to.
+It makes the demonstrations and is the reference for learned controllers.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from tissue_sim.world import World
 
 
 class ControllerExpert:
-    """Runs the skill of the instructed task, phase by phase; the idle arm keeps its hold.
+    """Runs the skill of the instructed task, phase by phase; the idle arm holds still.
 
-    A correction comes first; the skill begins anew after it.
+    A correction comes first; after it the skill starts again.
     """
 
     privileged = True
@@ -34,13 +34,13 @@ class ControllerExpert:
         self.reset()
 
     def reset(self) -> None:
-        """Begin the running task's skill anew; the jaws stay as commanded, by whomever."""
+        """Start the current task's skill again; the jaws stay as last commanded."""
         self._jaw_rad: Array = self._world.target[:, 6]
         self._task: Task | None = None
         self._lacks_clip = False
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """A tenth of a second of motion."""
+        """Return a tenth of a second of motion."""
         if instruction.correction is not None:
             self._interrupt()
             goals = correcting(instruction.correction, self._world)
@@ -66,7 +66,7 @@ class ControllerExpert:
         return goals[LEFT_ARM], goals[RIGHT_ARM]
 
     def _interrupt(self) -> None:
-        """The attempt under way has not failed: the next one is made in its manner."""
+        """End the current attempt without counting it: the next one repeats its approach."""
         if self._task is not None:
             self._attempts[self._task] -= 1
             self._task = None

@@ -1,7 +1,7 @@
-"""What the expert does when it is corrected: the named arm or gripper moves as said.
+"""How the expert follows a correction: the named arm or gripper moves as told.
 
-The motion depends on what is seen now and on the words alone, so that it can be learned. It is the
-slower, the nearer the tip is to tissue: 3 mm in a second beside it, where a little is meant by it.
+The motion depends only on the present observation and the words, so that it can be learned. It is
+slower near tissue: beside it 3 mm in a second, because small motions are meant there.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from tissue_sim.world import World
 
 SLOWEST_M_S, FASTEST_M_S = 0.003, 0.012  # assumed: a cautious surgeon's
 SPEED_PER_DISTANCE_1_S = 0.6
-AHEAD_M = 0.05  # a goal that is not reached while a correction is heard
+AHEAD_M = 0.05  # a goal too far to be reached during a correction
 ARMS = {"left": (LEFT_ARM,), "right": (RIGHT_ARM,), "both": (LEFT_ARM, RIGHT_ARM)}
 
 
 def correcting(correction: Correction, world: World) -> tuple[Goal, Goal]:
-    """Goals of left and right arm while this correction is heard."""
+    """Return the goals of the left and right arm during this correction."""
     goals = [Goal(), Goal()]
     for arm in ARMS[correction.arm]:
         if correction.jaw is not None:
@@ -42,7 +42,7 @@ def _arm_goal(arm: int, along_endoscope: Array, world: World) -> Goal:
 
 
 def _jaw_goal(arm: int, motion: JawMotion, world: World) -> Goal:
-    """Wide open or shut; the grasper closes no further on what it holds firmly."""
+    """Return jaws wide open or shut; a grasper that holds firmly closes no further."""
     if motion == "open":
         return Goal(jaw_rad=world.arms.mounted[arm].jaw_range_rad[1])
     firm = arm == LEFT_ARM and world.record.grasp.pinch_n >= GRASP_PINCH_N

@@ -18,11 +18,11 @@ STILL = np.zeros(3)
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """Where a tool should go and how; None means stay as commanded.
+    """Where a tool should go and how fast; None means to stay as commanded.
 
     Attributes:
         T_world_tool: (4, 4).
-        jaw_rad: total opening wanted.
+        jaw_rad: wanted total opening.
         speed_m_s: of the tip.
     """
 
@@ -38,9 +38,9 @@ def chunk_towards(
     R_world_endoscope: Array,
     drift_world_m_s: Array = STILL,
 ) -> Chunk:
-    """Motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals.
+    """Return motions of both arms from (2, 4, 4) and commanded jaws (2,) towards their goals.
 
-    The goals move at `drift_world_m_s` (3,), and so do arms that have none: the patient breathes.
+    Goals, and arms without a goal, move at `drift_world_m_s` (3,): the patient breathes.
     """
     drift_m = CONTROL_PERIOD_S * drift_world_m_s
     T, jaw = T_world_tool.copy(), jaw_rad.copy()
@@ -66,13 +66,13 @@ def chunk_towards(
 
 
 def distance(T: Array, goal: Array) -> tuple[float, float]:
-    """Between two poses: of the tips (m), of the orientations (rad)."""
+    """Return the distance between two poses: of the tips (m) and of the orientations (rad)."""
     turn = rotation_vector(T[:3, :3].T @ goal[:3, :3])
     return float(np.linalg.norm(goal[:3, 3] - T[:3, 3])), float(np.linalg.norm(turn))
 
 
 def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
-    """One control step's translation (world, m) and rotation (tool frame)."""
+    """Return one control step's translation (world, m) and rotation (tool frame)."""
     away = goal[:3, 3] - T[:3, 3]
     turn = rotation_vector(T[:3, :3].T @ goal[:3, :3])
     return (
@@ -82,5 +82,5 @@ def _step(T: Array, goal: Array, speed_m_s: float) -> tuple[Array, Array]:
 
 
 def _share(left: float, speed: float) -> float:
-    """Part of the way that one step takes; the last bit is approached gently."""
+    """Return the share of the way that one step takes; it slows down near the goal."""
     return min(0.35, speed * CONTROL_PERIOD_S / left) if left > 1e-9 else 0.0

@@ -30,7 +30,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
-LET_GO_RAD = 0.4  # wider than what is held when firm; assumed
+LET_GO_RAD = 0.4  # wider than tissue that is held firmly; assumed
 SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
@@ -46,13 +46,13 @@ PHASE_MAX_S = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """One leg of a skill: where the working arm goes, and when it is there.
+    """One part of a skill: where the working arm goes, and when it has arrived.
 
     Attributes:
         name: for a person to read.
         arm: the arm that works; the other holds still.
-        goal: from the world as it is now and as it was when the phase began.
-        done: given the world and the time in this phase (s).
+        goal: of the present world and the tool's pose when the phase began.
+        done: of the world and the time in this phase (s).
     """
 
     name: str
@@ -62,9 +62,9 @@ class Phase:
 
 
 def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
-    """The phases that carry out a task in this patient, from wherever the arm is.
+    """Return the phases that carry out a task in this patient, from any pose of the arm.
 
-    A further attempt (1, 2, ...) comes at the tube from another side.
+    A further attempt (1, 2, ...) approaches the tube from another side.
     """
     tube = structure_of(task, world)
     opening = SCISSORS_OPEN_RAD
@@ -86,14 +86,14 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
 
 
 def lacks_clip(task: Task, world: World) -> bool:
-    """Whether the task needs a clip and the applier has lost its own: the nurse must reload it."""
+    """Return whether the task needs a clip and the applier has none: the nurse must reload it."""
     return task.kind == "clip" and not world.record.clip_loaded
 
 
 def _from_outside(
     arm: int, phases: tuple[Phase, ...], opening: float, world: World
 ) -> tuple[Phase, ...]:
-    """An arm among tissue lets go and draws back first: it may have caught the wrong thing."""
+    """Open and retract first if the arm is among tissue: it may have caught the wrong thing."""
     if not among_tissue(arm, world):
         return phases
     jaw_rad = float(world.target[arm, 6])
@@ -102,9 +102,10 @@ def _from_outside(
 
 
 def _grasper_out_rad(world: World) -> float:
-    """Jaws that hold open, jaws that press tissue apart close, and others stay as they are.
+    """Return the jaw opening to retract the grasper with.
 
-    The grasper lies deep in folds of the gallbladder, and behind these open jaws are a barb.
+    Jaws that hold tissue open, jaws that press tissue apart close, and others stay as they are:
+    in the folds of the gallbladder, open jaws act as a barb.
     """
     jaw_rad = float(world.target[LEFT_ARM, 6])
     if grasper_pressed_n(world) >= HELD_PINCH_N:
@@ -113,7 +114,7 @@ def _grasper_out_rad(world: World) -> float:
 
 
 def among_tissue(arm: int, world: World) -> bool:
-    """Whether any tissue lies beside or between the jaws, behind their tips."""
+    """Return whether any tissue lies beside or between the jaws, behind their tips."""
     jaws_m = world.arms.mounted[arm].yaw_to_tip_m
     to_tool = inverse_pose(world.arms.T_world_tool()[arm])
     x, y, z = transform(to_tool, world.tissue.positions().astype(float)).T
@@ -144,7 +145,7 @@ def _close_on(
     tool: str,
     attempt: int,
 ) -> tuple[Phase, ...]:
-    """Go to a pose on a tube, from the side that is clear now, and close on that tube alone."""
+    """Return phases that go to a pose on a tube, from a clear side, and close on that tube only."""
     arm = RIGHT_ARM
     approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt)
 
@@ -199,7 +200,7 @@ def _go(
     jaw_rad: float,
     speed_m_s: float = FREE_SPEED_M_S,
 ) -> Phase:
-    """Move to a target that is worked out anew as the tissue moves."""
+    """Return a phase that moves to a target, which is updated as the tissue moves."""
 
     def arrived(world: World, time_s: float) -> bool:
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))

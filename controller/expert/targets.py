@@ -27,17 +27,17 @@ LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
-NEARER_M = 0.0006  # so much less than the high margin will do on a short tube; assumed
+NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this; assumed
 SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.00015  # between clips
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
-OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other's side stays free
-WIDER_RAD = 0.2  # so much wider than the jaws open nothing else shall be
+OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
+WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
-STANDOFF_M = 0.020  # in front of where the tool is going
-REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves on while the arm is on its way
+STANDOFF_M = 0.020  # in front of the tool's target
+REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches
 TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
 TAUT = 0.990
 MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
@@ -46,12 +46,12 @@ LIFT = 0.35  # share of the pull towards the endoscope, off the liver
 
 @dataclass(frozen=True, kw_only=True)
 class Approach:
-    """How the right tool comes at its place on a tube.
+    """How the right tool approaches its place on a tube.
 
     Attributes:
-        turn_rad: how far from the right, instead of straight from the front.
+        turn_rad: angle from straight ahead, towards the left.
         aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
-        off_centre_m: how far the jaws' middle lies beside the tube, along the tool's y.
+        off_centre_m: offset of the jaws' middle from the tube, along the tool's y.
     """
 
     turn_rad: float = 0.0
@@ -69,7 +69,7 @@ APPROACHES = tuple(  # tried in this order, the usual one first
 
 
 def grasp_pose(world: World) -> Array:
-    """`T_world_tool` of the grasper astride the infundibulum."""
+    """Return `T_world_tool` of the grasper astride the infundibulum."""
     rings = world.organ.sac_rings[:, 0]
     axis = world.tissue.positions()[rings].astype(float)
     along = unit(axis[GRASP_RING + 1] - axis[GRASP_RING - 1])
@@ -79,9 +79,9 @@ def grasp_pose(world: World) -> Array:
 
 
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
-    """`T_world_tool` of the applier with the k-th clip's place between its jaws.
+    """Return `T_world_tool` of the applier with the k-th clip's place between its jaws.
 
-    It is farther up if the clip below sits higher than was meant.
+    It is farther up if the clip below sits higher than intended.
     """
     station_m = clip_stations_m(world.tubes, tube, approach.aside)[k - 1]
     below = sorted(clips_at_m(world, tube))[: k - 1]
@@ -93,9 +93,9 @@ def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Ar
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
-    """`T_world_tool` of the scissors between clips 2 and 3, midway unless aside.
+    """Return `T_world_tool` of the scissors between clips 2 and 3, midway unless aside.
 
-    Where there are more, as some were set again: in the widest gap above two of them.
+    With more than three clips, because some were repeated: in the widest gap above two of them.
     """
     stations = sorted(clips_at_m(world, tube))
     if len(stations) < 3:
@@ -108,7 +108,7 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
 
 
 def clips_at_m(world: World, tube: str) -> list[float]:
-    """Stations of the clips that sit on a tube, in the order in which they were set."""
+    """Return the stations of the clips on a tube, in the order in which they were applied."""
     crossings = [clip.on(tube) for clip in world.record.clips if not clip.lost]
     return [crossing.station_m for crossing in crossings if crossing is not None]
 
@@ -121,12 +121,12 @@ def clear_approach(
     opening_rad: float,
     attempt: int = 0,
 ) -> Approach:
-    """The first approach by which the open tool, as things lie now, takes in this tube alone.
+    """Return the first approach by which the open tool catches this tube alone.
 
-    Only those within reach count, if any is. Further attempts (1, 2, ...) take others, by turns
-    from the list's end, which differ most: the tool itself may have pushed something in. If the
-    gallbladder is in the way of all, it is the one that leaves it the most room, then the one that
-    does so from another side.
+    Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
+    with the list's end, where approaches differ most: the tool itself may have pushed something
+    between the jaws. If the gallbladder is in the way of all approaches, return the one that
+    leaves it the most room, then the best one from another side.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
@@ -142,14 +142,14 @@ def clear_approach(
 
 
 def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:
-    """The approach with the most room from each side; the one with the most of all comes first."""
+    """Return the approach with the most room from each side, in order of falling room."""
     falling = sorted(room_m, key=room_m.__getitem__, reverse=True)
     sides = dict.fromkeys(approach.turn_rad for approach in falling)
     return [next(a for a in falling if a.turn_rad == side) for side in sides]
 
 
 def in_reach(world: World, T_world_tool: Array, tool: str) -> bool:
-    """Whether the right arm gets to a pose, and in front of it, some way off its joints' limits."""
+    """Return whether the right arm reaches a pose, and in front of it, off its joint limits."""
     stand = before(T_world_tool, STANDOFF_M)
     return all(_has_room(world, T, INSTRUMENTS[tool]) for T in (stand, T_world_tool))
 
@@ -166,7 +166,7 @@ def _has_room(world: World, T_world_tool: Array, instrument: Instrument) -> bool
 
 
 def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """From the outer faces of the open jaws to the gallbladder; below zero they take it in."""
+    """Return the gap from the open jaws' outer faces to the gallbladder; negative if inside."""
     reach_m, width_m = MOUTHS[tool]
     sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
@@ -177,7 +177,7 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
 def catches_another(
     world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
 ) -> bool:
-    """Whether the middle of another tube, or of its stump, lies within the open jaws."""
+    """Return whether the middle of another tube, or of its stump, lies within the open jaws."""
     reach_m, _ = MOUTHS[tool]
     others = [
         world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
@@ -189,17 +189,17 @@ def catches_another(
 
 
 def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
-    """From the middle of open jaws to a finger's outer face, at z (n,) of the tool frame, m."""
+    """Return the distance from the open jaws' middle to a finger's outer face at z (n,), m."""
     instrument, half_rad = INSTRUMENTS[tool], 0.5 * opening_rad
     thickness_m = 2.0 * instrument.finger_half_thickness_m
     return (z + instrument.yaw_to_tip_m) * np.tan(half_rad) + thickness_m / np.cos(half_rad)
 
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
-    """Where the three clips go: two low, the third near the gallbladder, less so when aside.
+    """Return where the three clips go: two low, the third near the gallbladder, less so if aside.
 
-    Of what a tube has to spare, each bound gets about as much; the cut has one on both sides.
-    Where that is scarce the third clip goes nearer to the gallbladder, less so when aside.
+    The spare length of a tube is divided about equally; the cut has a part on both sides. If it
+    is scarce, the third clip goes nearer to the gallbladder, less so if aside.
     """
     first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
     spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
@@ -213,13 +213,13 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
 
 
 def applier_opening_rad(tubes: Tubes, tube: str) -> float:
-    """Jaw opening that clears the tube by a little, so that its neighbours stay outside."""
+    """Return the jaw opening that barely clears the tube, so that its neighbours stay outside."""
     reach = INSTRUMENTS["clip_applier"].yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
     return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach))
 
 
 def pull_direction(tubes: Tubes) -> Array:
-    """Unit vector that draws both tubes straight, the slacker one more, and lifts off the liver."""
+    """Return a unit vector that straightens both tubes, the slacker one more, off the liver."""
     total = np.zeros(3)
     for tube in TUBES:
         centres = tubes.centres(tube)
@@ -229,25 +229,25 @@ def pull_direction(tubes: Tubes) -> Array:
 
 
 def taut(tubes: Tubes) -> bool:
-    """Both tubes drawn straight."""
+    """Return whether both tubes are straight."""
     return min(straightness(tubes, tube) for tube in TUBES) >= TAUT
 
 
 def before(T_world_tool: Array, back_m: float) -> Array:
-    """The pose drawn back along the tool's own axis."""
+    """Return the pose moved back along the tool's own axis."""
     T = T_world_tool.copy()
     T[:3, 3] -= back_m * T[:3, 2]
     return T
 
 
 def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> Array:
-    """Tool pose whose jaws close square across a line at a point.
+    """Return a tool pose whose jaws close square across a line at a point.
 
     Args:
         point: (3,) on the line.
         along: (3,) unit direction of the line; becomes the jaws' pivot axis.
         approach: (3,) wanted forward direction, made square to the line.
-        beyond_m: how far the tip reaches past the point.
+        beyond_m: how far the tip reaches beyond the point.
     """
     z = unit(approach - (approach @ along) * along)
     return pose(np.stack([along, np.cross(z, along), z], axis=1), point + beyond_m * z)
