@@ -59,6 +59,19 @@ def test_an_order_that_is_said_again_or_to_go_on_with_is_that_order(sentence, fr
     assert command_text(frame.format(sentence)) == command_text(sentence)
 
 
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [
+        ("same on the left tube with the second clip", "clipping second clip left tube"),
+        ("second clip, same tube on the right", "clipping second clip right tube"),
+        ("kindly undo the same", "undo"),
+        ("the same", "repeat"),
+    ],
+)
+def test_the_same_repeats_only_where_nothing_else_is_named(sentence, text):
+    assert command_text(sentence) == text
+
+
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize(("one", "other"), OPPOSITES.items())
 def test_too_far_one_way_means_the_other_way(arm, one, other):
