@@ -41,7 +41,7 @@ class View:
     out: Path = Path("runs/view")
     """Folder for the recorded episodes, and for interventions that are kept as training data."""
     host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
-    """Address to listen on: whoever reaches it can watch and correct."""
+    """Address to listen on: everybody who can reach it can correct the robot."""
     port: Annotated[int | None, at_least(1)] = None
     """Port to listen on; left out, 8080 or the next free one."""
     camera: bool = False

@@ -1,6 +1,6 @@
 """Laws of a repeated episode: all decides anew, and comes out the same to the bit, or is refused.
 
-People do again what they did; whoever else changes anything is found out.
+People do again what they did; any other change is found.
 """
 
 from dataclasses import replace
