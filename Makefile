@@ -6,6 +6,7 @@ SHELL := bash
 
 BIN := .venv/bin
 DEMO := runs/demo
+WORKERS := -n logical --maxprocesses 4 --dist worksteal
 
 export OMP_NUM_THREADS := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
@@ -28,10 +29,10 @@ demo: .venv/.ready
 	$(BIN)/calot run --seed 20000 --out $(DEMO) $$video
 
 test: .venv/.ready
-	$(BIN)/pytest -n logical --maxprocesses 4
+	$(BIN)/pytest $(WORKERS)
 
 test-all: .venv/.ready
-	$(BIN)/pytest -n logical --maxprocesses 4 -m "slow or not slow"
+	$(BIN)/pytest $(WORKERS) -m "slow or not slow"
 
 check: .venv/.ready
 	$(BIN)/ruff format --check .

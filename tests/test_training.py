@@ -23,6 +23,7 @@ from tests.planner.learned.rolled_out import rollout
 class Learner:
     """One that is trained: `falls_to` is the share of its loss that may be left."""
 
+    name: str
     training: ModuleType
     checkpoints: ModuleType
     given: list[Any]
@@ -38,12 +39,14 @@ class Learner:
 
 LEARNERS = {
     "controller": Learner(
+        name="controller",
         training=controller_training,
         checkpoints=policies,
         given=[demonstration(seed=seed) for seed in range(2)],
         falls_to=0.8,
     ),
     "planner": Learner(
+        name="planner",
         training=planner_training,
         checkpoints=planners,
         given=[rollout(seed) for seed in range(3)],
@@ -58,9 +61,11 @@ def learner(request) -> Learner:
 
 
 @pytest.fixture(scope="module")
-def trained(learner, tmp_path_factory):
-    out = tmp_path_factory.mktemp("trained")
-    return out, list(learner.training.train(learner.given, learner.smoke, out))
+def trained(learner, made_once):
+    def make(out):
+        return out, list(learner.training.train(learner.given, learner.smoke, out))
+
+    return made_once(f"trained-{learner.name}", make)
 
 
 def test_the_loss_falls(learner, trained):

@@ -56,6 +56,7 @@ def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task,
     assert not opened_rad.any()
 
 
+@pytest.mark.slow
 def test_the_same_moment_again_gives_the_same(trial):
     assert ForkComparison(config=ASTRAY)(SEED) == trial
 

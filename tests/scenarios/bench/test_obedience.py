@@ -5,6 +5,7 @@ import pytest
 
 from planner.correction import CORRECTIONS
 from scenarios.bench.obedience import error_lines, obedience_table
+from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
     Examination,
@@ -18,6 +19,7 @@ from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.loop.episode_config import EpisodeConfig
 
 SEED = 10_001
+HELD_BACK = [c for c in CORRECTIONS if c.text == "move right arm away from me"]
 WAYS = {"left": (1, 0, 0), "right": (-1, 0, 0), "higher": (0, 1, 0), "lower": (0, -1, 0)} | {
     "away": (0, 0, 1),
     "towards": (0, 0, -1),
@@ -39,37 +41,43 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
         assert not is_obeyed(said, moved_m[::-1], opened_rad[::-1])
 
 
+def examined(controller, seed=SEED):
+    return Examination(config=EpisodeConfig(planner="scripted", controller=controller))(seed)
+
+
 @pytest.fixture(scope="module")
-def trials():
-    return {
-        name: Examination(config=EpisodeConfig(planner="scripted", controller=name))(SEED)
-        for name in ("expert", "idle")
-    }
+def expert(made_once):
+    return made_once("examined", lambda _: examined("expert"))
 
 
-def test_the_expert_does_what_it_is_told_and_who_does_nothing_does_not(trials):
-    assert all(told.obeyed for told in trials["expert"].told)
-    assert trials["expert"].wrong_tube is True
-    assert not any(told.obeyed for told in trials["idle"].told)
-    assert not any(told.withheld for trial in trials.values() for told in trial.told)
-    assert len({told.text for told in trials["expert"].told}) >= 13
-    assert trials["idle"].wrong_tube is None  # it never gets to a tube
+def test_the_expert_does_what_it_is_told(expert):
+    assert all(told.obeyed for told in expert.told)
+    assert expert.wrong_tube is True
+    assert not any(told.withheld for told in expert.told)
+    assert len({told.text for told in expert.told}) >= 13
 
 
-def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done():
-    trial = Examination(config=EpisodeConfig(planner="scripted", seed=10_022, controller="expert"))(
-        10_022
-    )
+@pytest.mark.parametrize("moments", [1, pytest.param(4, marks=pytest.mark.slow)])
+def test_who_does_nothing_does_not_do_what_it_is_told(moments, monkeypatch):
+    monkeypatch.setattr(obedience_trial, "MOMENTS", moments)
+    trial = examined("idle")
+    assert trial.told
+    assert not any(told.obeyed or told.withheld for told in trial.told)
+    assert trial.wrong_tube is None  # it never gets to a tube
+
+
+@pytest.mark.parametrize("said", [HELD_BACK, pytest.param(CORRECTIONS, marks=pytest.mark.slow)])
+def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done(said, monkeypatch):
+    monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
+    trial = examined("expert", 10_022)
     held = [told for told in trial.told if not told.obeyed]
     assert held
     assert all(told.withheld for told in held)
 
 
-def test_asking_again_gives_the_same(trials):
-    assert (
-        Examination(config=EpisodeConfig(planner="scripted", controller="expert"))(SEED)
-        == trials["expert"]
-    )
+@pytest.mark.slow
+def test_asking_again_gives_the_same(expert):
+    assert examined("expert") == expert
 
 
 def test_the_table_counts_what_was_said_and_obeyed():

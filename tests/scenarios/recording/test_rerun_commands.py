@@ -16,7 +16,10 @@ from tests.scenarios.interfered import record
 SEED = 10_000
 
 
-@pytest.fixture(scope="module", params=["nominal", "breathing", "wrong-tube"])
+UNDISTURBED = pytest.param("nominal", marks=pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", params=[UNDISTURBED, "breathing", "wrong-tube"])
 def recorded(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "episode.npz"
     return *record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario=request.param)), path

@@ -68,6 +68,7 @@ def test_what_is_changed_on_the_host_is_pushed() -> None:
     assert (parallel.arrays.link_stiffness.numpy()[0] == 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_kernels_compile_for_a_gpu(tmp_path) -> None:
     """Needs no GPU: Warp carries its compiler."""
     made = wp.compile_aot_module(data_parallel, arch=80, use_ptx=True, module_dir=tmp_path)
