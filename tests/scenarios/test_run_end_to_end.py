@@ -35,7 +35,8 @@ CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
 
 
 def run(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    words = ["run", "--seed", str(SEED), "--out", str(out)]
+    witness = ["--planner", "scripted", "--controller", "expert"]
+    words = ["run", *witness, "--seed", str(SEED), "--out", str(out)]
     return out, subprocess.run(
         [sys.executable, "-m", "scenarios.cli", *words], cwd=ROOT, capture_output=True, text=True
     )

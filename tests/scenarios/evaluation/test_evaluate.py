@@ -21,7 +21,9 @@ PAIR = ["--arms", "filtered=scripted+expert", "free=scripted+expert,filter=off"]
 
 
 def words(out, *more):
-    return ["evaluate", "--seed", str(SEEDS[0]), "--episodes", "2", "--out", str(out), *more]
+    arms = [] if "--arms" in more else ["--arms", "scripted+expert"]
+    seeds = ["--seed", str(SEEDS[0]), "--episodes", "2"]
+    return ["evaluate", *arms, *seeds, "--out", str(out), *more]
 
 
 def told(out):
