@@ -1,1 +1,1 @@
-"""What keeps the instruments within what the robot can do and the anatomy allows."""
+"""Which motion nearest to the wanted one keeps every limit of the robot and the anatomy?"""

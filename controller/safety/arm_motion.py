@@ -1,4 +1,4 @@
-"""What the motion of a control step does to both arms: all the limits need, in one CasADi call."""
+"""The effect of a control step's motion on both arms: all that limits need, in one CasADi call."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tissue_sim.tools.instruments import SHAFT_RADIUS_M, Instrument
 from tissue_sim.tools.urdf import SHAFT_LENGTH_M
 
 TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
-JOINT_SHARE = 1e-3  # weight of the joints' own change, which no tip shows
+JOINT_SHARE = 1e-3  # weight of the joints' own change, which does not move the tip
 UNIT = np.array([0.01, 0.01, 0.001, 0.01, 0.01, 0.01, 0.01])  # rad, m: makes motions of about 1
 _TINY = 1e-12  # of squared lengths
 _SHAPES = ((2, 12, 6), (2, 3, 7), (6, 14), (14, 14), (1,), (14,))
@@ -29,16 +29,16 @@ _PARTS = tuple((slice(a, b), s) for a, b, s in zip([0, *_ENDS], _ENDS, _SHAPES, 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmMotion:
-    """Of both arms, world frame. A motion (14,) changes their joints, the left arm's first.
+    """How both arms move, world frame. A motion (14,) changes their joints, the left arm's first.
 
     Attributes:
-        rates: how their points move.
+        rates: how points on the arms move.
         tip_jacobian: (2, 3, 7) from joint rates, jaw included, to the tip's velocity.
-        tip_rows: (6, 14) from a motion to how far each tip moves along the motion asked for, or
-            against it, and in two directions square to it.
-        weight: (14, 14) of a motion's squared changes, by what they do to the tools; positive
+        tip_rows: (6, 14) from a motion to how far each tip moves along or against the motion asked
+            for, and in two directions square to it.
+        weight: (14, 14) of a motion's squared changes, by their effect on the tools; positive
             definite.
-        outer_gap_m: between both shafts outside the body.
+        outer_gap_m: gap between the shafts outside the body.
         outer_parting: (14,) from a motion to the change of that gap.
     """
 
@@ -53,7 +53,7 @@ class ArmMotion:
 def arm_motion(
     joints: Array, motion: Array, instruments: Sequence[Instrument], T_world_rcm: Array
 ) -> ArmMotion:
-    """At joints (2, 7) where a motion (14,) is asked for; remote centres at poses (2, 4, 4)."""
+    """Evaluate joints (2, 7), a motion (14,) asked for, and remote centres (2, 4, 4)."""
     entries = _arm_motion(tuple(instruments))(joints.ravel(), T_world_rcm.ravel(), motion)
     twists, tips, rows, weight, gap, parting = (entries[p].reshape(s) for p, s in _PARTS)
     return ArmMotion(
@@ -68,7 +68,7 @@ def arm_motion(
 
 @cache
 def _arm_motion(instruments: tuple[Instrument, ...]) -> symbolic.Function:
-    """Of `symbolic.symbols` and a motion (7, 2) all of `_SHAPES`, row by row."""
+    """Return the function of `symbolic.symbols` and a motion (7, 2) to all `_SHAPES`, by rows."""
     joints, T_world_rcm = symbolic.symbols(instruments)
     motion = ca.SX.sym("motion", 7, len(instruments))
     tips, rows, weights = [], [], []
@@ -90,9 +90,9 @@ def _arm_motion(instruments: tuple[Instrument, ...]) -> symbolic.Function:
 
 
 def _along_and_aside(move: ca.SX) -> ca.SX:
-    """(3, 3) orthonormal rows: along a direction (3,), or against it, and two square to it.
+    """Return orthonormal rows (3, 3): along or against a direction (3,), and two square to it.
 
-    A Householder reflection that takes the first axis to the direction, or to its opposite.
+    A Householder reflection that maps the first axis to the direction, or to its opposite.
     """
     v = move / ca.sqrt(ca.fmax(ca.sumsqr(move), _TINY**2))
     v[0] += ca.if_else(v[0] >= 0.0, 1.0, -1.0)
@@ -100,7 +100,7 @@ def _along_and_aside(move: ca.SX) -> ca.SX:
 
 
 def _weight(tool_jacobian: ca.SX) -> ca.SX:
-    """(7, 7) of one arm's squared changes, the jaw last."""
+    """Return the weight (7, 7) of one arm's squared changes, the jaw last."""
     scaled = tool_jacobian / np.repeat([TIP_M, TURN_RAD], 3)
     joints = ca.diag(JOINT_SHARE / UNIT**2)
     return joints + ca.diagcat(scaled.T @ scaled, 1.0 / TURN_RAD**2)
@@ -109,10 +109,10 @@ def _weight(tool_jacobian: ca.SX) -> ca.SX:
 def _outside(
     joints: ca.SX, T_world_rcm: ca.SX, instruments: tuple[Instrument, ...]
 ) -> tuple[ca.SX, ca.SX]:
-    """The gap between the shafts from their ports outwards, and (14,) from a motion to its change.
+    """Return the gap between the shafts outside their ports, and (14,) a motion's change of it.
 
     Nearest points of two segments (Ericson, "Real-Time Collision Detection", 2005, 5.1.9), which
-    stay where they are on the shafts to first order.
+    stay at their place on the shafts to first order.
     """
     links = symbolic.patch_poses(joints, T_world_rcm, instruments)[SHAFT::N_LINK]
     ports = [T[3, :3].T for T in ca.horzsplit(T_world_rcm, 4)]

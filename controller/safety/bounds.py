@@ -1,4 +1,4 @@
-"""Linear bounds on the motion of one control step: what every limit and interlock comes down to."""
+"""Linear bounds on the motion of one control step: the output of every limit and interlock."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Bounds:
         lower: (n,).
         upper: (n,).
         what: a name for each row, for a person to read.
-        gives: (n,) rows that may be broken where they cannot be kept: the only slack there is.
+        gives: (n,) soft rows, which may be broken if they cannot be kept; all others are hard.
     """
 
     rows: Array
@@ -41,36 +41,36 @@ class Bounds:
     gives: NDArray[np.bool_]
 
     def excess(self, motion: Array) -> Array:
-        """(n,) by how much a motion breaks each row; below 0 is room."""
+        """Return (n,) by how much a motion breaks each row; negative if it keeps the row."""
         values = self.rows @ motion
         return np.maximum(self.lower - values, values - self.upper)
 
 
 class Limit(Protocol):
-    """Something that bounds the motion; in a situation where it does not, it has no rows."""
+    """A limit on the motion; in a situation where it does not apply, it has no rows."""
 
     @property
     def name(self) -> str:
-        """As the ledger has it."""
+        """Return the name in the ledger."""
         ...
 
     def bounds(self, situation: Situation) -> Bounds:
-        """On the next control step."""
+        """Return the bounds on the next control step."""
         ...
 
 
 def on_joints(lower: Array, upper: Array) -> Bounds:
-    """Bounds (14,) on the joints' own motion."""
+    """Return bounds (14,) on the joints' own motion."""
     return between(EACH_JOINT, lower, upper, JOINTS)
 
 
 def at_least(rows: Array, lower: Array, what: Sequence[str]) -> Bounds:
-    """One-sided bounds (n,) on rows (n, 14) of the motion."""
+    """Return lower bounds (n,) on rows (n, 14) of the motion."""
     return between(rows, lower, np.full(len(lower), np.inf), what)
 
 
 def between(rows: Array, lower: Array, upper: Array, what: Sequence[str]) -> Bounds:
-    """Bounds (n,) on rows (n, 14) of the motion, none of which gives."""
+    """Return hard bounds (n,) on rows (n, 14) of the motion."""
     hard = np.zeros(len(lower), bool)
     return Bounds(rows=rows, lower=lower, upper=upper, what=what, gives=hard)
 
@@ -79,16 +79,16 @@ NO_BOUNDS = at_least(np.zeros((0, N_MOTION)), np.zeros(0), ())
 
 
 class AllBounds:
-    """What several limits bound, joined once: single joints apart from all other rows.
+    """The bounds of several limits, joined once: single joints apart from all other rows.
 
     Attributes:
         least: (k, 14) lower bounds on the joints' own motion.
         most: (k, 14) upper bounds on it.
-        others: all rows that are not on single joints; `what` is left to the single bounds.
+        others: all rows that are not on single joints, without names in `what`.
     """
 
     def __init__(self, bounds: Mapping[str, Bounds]) -> None:
-        """`bounds` by the limits' names."""
+        """Join `bounds`, by the limits' names."""
         single = {name: b for name, b in bounds.items() if b.rows is EACH_JOINT}
         others = {name: b for name, b in bounds.items() if b.rows is not EACH_JOINT}
         self.least = np.array([b.lower for b in single.values()]).reshape(-1, N_MOTION)
@@ -97,7 +97,7 @@ class AllBounds:
         self._named = single | others
 
     def broken(self, motion: Array) -> dict[str, float]:
-        """Which bounds a motion breaks, and by how much; rad or m."""
+        """Return which bounds a motion breaks, and by how much; rad or m."""
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
         rows = (excess > TOLERANCE).nonzero()[0].tolist()
@@ -113,7 +113,7 @@ class AllBounds:
 
 
 def _joined(bounds: Iterable[Bounds]) -> Bounds:
-    """All rows, one after the other."""
+    """Join all rows, one after the other."""
     bounds = (NO_BOUNDS, *bounds)
     return Bounds(
         rows=np.concatenate([b.rows for b in bounds]),
@@ -125,15 +125,15 @@ def _joined(bounds: Iterable[Bounds]) -> Bounds:
 
 
 def of_arm(arm: int, rows: Array) -> Array:
-    """(n, 14) rows from those (n, 7) of one arm."""
+    """Extend rows (n, 7) of one arm to (n, 14)."""
     both = np.zeros((len(rows), N_MOTION))
     both[:, 7 * arm : 7 * arm + 7] = rows
     return both
 
 
 def approach_share(step_s: float, time_constant_s: float) -> float:
-    """How much of the room to a limit may be used up in a step.
+    """Return the share of the room to a limit that one step may use up.
 
-    1 - exp(-h / tau): what is left shrinks as exp(-t / tau), whatever the step's length.
+    1 - exp(-h / tau): the room shrinks as exp(-t / tau) for any length of the step.
     """
     return -expm1(-step_s / time_constant_s)

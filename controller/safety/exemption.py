@@ -1,4 +1,4 @@
-"""What an instrument is kept out of, and what it may touch because it works on it."""
+"""What an instrument must not touch, and what it may touch because it works on it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the 
 
 
 def worked_on(task: Task, world: World) -> WorkedOn:
-    """What the jaws work on: the right ones on the task's tube.
+    """Return what the jaws work on: the right ones on the task's tube.
 
-    The left ones, while they grab or hold the gallbladder, on all tubes: these hang on it, and
-    move with it.
+    The left ones work on all tubes while they grab or hold the gallbladder: the tubes are attached
+    to it and move with it.
     """
     grasps = task.kind == "grab" or world.record.grasp.vertices
     structure = structure_of(task, world)
@@ -33,22 +33,22 @@ def worked_on(task: Task, world: World) -> WorkedOn:
 
 
 def must_not_meet(arm: int, link: int, obstacle: str, worked_on: WorkedOn) -> bool:
-    """Whether an arm's link is kept out of an obstacle.
+    """Return whether an arm's link must not touch an obstacle.
 
-    The gallbladder is there to be touched, and a tube that is worked on by the jaws that work.
+    Every link may touch the gallbladder; working jaws may touch the tube that they work on.
     """
     at_work = link in FINGERS and obstacle in worked_on[arm]
     return obstacle in FIRM or (obstacle != GALLBLADDER and not at_work)
 
 
 def kept_out(near: NearPairs, worked_on: WorkedOn) -> NDArray[np.bool_]:
-    """(n,) which near pairs must not meet."""
+    """Return (n,) which near pairs must not touch."""
     return _rules(near.names, worked_on)[near.arm, near.link, near.what]
 
 
 @cache
 def _rules(names: tuple[str, ...], worked_on: WorkedOn) -> NDArray[np.bool_]:
-    """(2, 4, n) of `must_not_meet`."""
+    """Return `must_not_meet` of all arms, links and obstacles (2, 4, n)."""
     return np.array(
         [
             [

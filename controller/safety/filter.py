@@ -1,8 +1,8 @@
 """The safety filter: the nearest command to the one asked for that keeps every limit and interlock.
 
-Between policy and robot. A command that keeps all bounds passes as it is. Else a quadratic program
-finds the nearest motion that keeps them (Ames et al., "Control barrier functions: theory and
-applications", 2019, in discrete time); where there is none, both arms hold.
+It acts between policy and robot. A command that keeps all bounds passes unchanged. Otherwise a
+quadratic program finds the nearest motion that keeps them (Ames et al., "Control barrier functions:
+theory and applications", 2019, in discrete time); if there is none, both arms hold.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tissue_sim.tools.psm import JOINT_NAMES
 from tissue_sim.world import World
 
 TURNING = np.array([name != "insertion" for name in (*JOINT_NAMES, "jaw")] * 2)
-FAR = 1e3  # rad or m: numbers that are no joints, and would swamp the quadratic program
+FAR = 1e3  # rad or m: larger values are no joints, and would spoil the quadratic program
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,8 +35,8 @@ class Allowed:
 
     Attributes:
         joints: (2, 7).
-        entry: for the ledger; None when nothing was altered nor set aside.
-        clearance_m: of what must not meet, the smallest; infinite when nothing is near.
+        entry: for the ledger; None if nothing was altered or overridden.
+        clearance_m: smallest distance of pairs that must not touch; infinite if nothing is near.
     """
 
     joints: Array
@@ -45,11 +45,11 @@ class Allowed:
 
 
 class SafetyFilter:
-    """Of one patient and one robot.
+    """The safety filter of one patient and one robot.
 
     Attributes:
-        rate: (2, 7) of the joints, rad/s and m/s, by the command allowed last; all that the filter
-            remembers from one command to the next.
+        rate: (2, 7) rate of the joints, rad/s and m/s, in the last allowed command; the filter's
+            only state.
     """
 
     def __init__(
@@ -65,11 +65,11 @@ class SafetyFilter:
         self.restart()
 
     def restart(self) -> None:
-        """The arms stand still: an episode starts, or a tool was exchanged."""
+        """Reset the rate to zero, because the arms stand still: an episode or a tool is new."""
         self.rate: Array = np.zeros((2, 7))
 
     def allow(self, start: Array, asked: Array, instruction: Instruction, time_s: float) -> Allowed:
-        """What may be commanded when joints (2, 7) are asked for, `start` having been commanded.
+        """Return the allowed command when joints (2, 7) are asked for and `start` was the last one.
 
         Raises:
             ValueError: `asked` is not (2, 7).

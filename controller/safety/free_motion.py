@@ -1,9 +1,9 @@
-"""How much of a straight joint motion is free: nothing is jumped over, however fast it is.
+"""How much of a straight joint motion is free of collision, at any speed.
 
 Conservative advancement (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996):
-step no farther than the distances of now allow. Where obstacle and link are convex, a plane between
-them is left on the link's side as long as no corner of the link comes down to it, so that a link
-may slide along what it almost touches; elsewhere no point moves faster than the link lengths allow.
+step no farther than the present distances allow. If obstacle and link are convex, the link stays
+on its side of a plane between them as long as no corner of it reaches the plane, so that a link may
+slide along what it almost touches; otherwise the link lengths bound the speed of every point.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tissue_sim.frames import Array
 from tissue_sim.tools.instruments import Instrument
 
 MAX_LOOKS = 60
-FAR_M = 1.0  # a room that is not used up
-LITTLE = 1e-3  # of what is left of a motion: not worth another look
+FAR_M = 1.0  # a room that no motion uses up
+LITTLE = 1e-3  # of the remaining motion: too little for another look
 
 Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
 
 
 def anywhere_outside(near: NearPairs) -> Array:
-    """Pairs may come as near as to touch."""
+    """Let all pairs come so near that they touch."""
     return np.zeros(len(near.distance_m))
 
 
@@ -44,16 +44,21 @@ def free_share(
     near: NearPairs | None = None,
     most_looks: int = MAX_LOOKS,
 ) -> float:
-    """Of the straight line between joints (2, 7), what surely keeps all pairs apart, 0 to 1.
+    """Return the share, 0 to 1, of a straight joint motion that surely keeps all pairs apart.
 
-    The surroundings are at rest. A pair that is nearer than it may be may draw off, if both sides
+    The surroundings are at rest. A pair that is nearer than allowed may move apart, if both sides
     are convex.
 
     Args:
-        floor_m: how near each pair may come; minus infinity for one that does not matter.
-        highest_m: of the floors.
-        near: what the model has at the start in these surroundings, if known already.
-        most_looks: after as many the rest of the motion counts as not free.
+        model: of the patient and both arms.
+        start: (2, 7) joints.
+        end: (2, 7) joints.
+        instruments: on the left and right arm.
+        surroundings: where the obstacles are.
+        floor_m: how near each pair may come; minus infinity for a pair that does not matter.
+        highest_m: the highest of the floors.
+        near: the model's near pairs at the start, if known already.
+        most_looks: after this many looks the rest of the motion counts as not free.
     """
     travel, bend = most_motion_m(start, end, instruments)
     if near is not None and _stays_off(near, floor_m, highest_m, travel):
@@ -83,45 +88,45 @@ def free_share(
 
 
 def _stays_off(near: NearPairs, floor_m: Floor, highest_m: float, way_m: Array) -> bool:
-    """Whether nothing can come down to its floor on ways (8,)."""
+    """Return whether no pair can reach its floor on ways (8,)."""
     if not _holds_all(near, highest_m, way_m):
         return False
     return len(_may_meet(_room_m(near, floor_m), _of_pairs(near, way_m))) == 0
 
 
 def _room_m(near: NearPairs, floor_m: Floor) -> Array:
-    """(n,) above the floors."""
+    """Return the room (n,) above the floors."""
     return np.clip(near.distance_m - floor_m(near), 0.0, FAR_M)
 
 
 def _may_meet(room: Array, ways: Array) -> NDArray[np.integer]:
-    """Rows of pairs that may come down to their floors on ways (n,) of both sides."""
+    """Return the rows of pairs that may reach their floors on ways (n,) of both sides."""
     return np.flatnonzero((room <= ways) & (ways > 0.0))
 
 
 def _farthest_m(first: LinkCores, last: LinkCores) -> Array:
-    """(8,) from first to last, how far any point of a link gets."""
+    """Return (8,) how far any point of each link is moved from first to last."""
     chords = last.corners_m - first.corners_m
     return np.sqrt((chords * chords).sum(axis=2).max(axis=1))
 
 
 def _holds_all(near: NearPairs, highest_m: float, way_m: Array) -> bool:
-    """Whether pairs that are not there cannot come down to their floors on ways (8,)."""
+    """Return whether pairs that are not listed cannot reach their floors on ways (8,)."""
     both_m = way_m[:N_LINK, None] + way_m[N_LINK:]
     among_arms = (near.others_m >= highest_m + both_m).all()
     return bool(near.within_m >= highest_m + way_m.max() and among_arms)
 
 
 def _of_pairs(near: NearPairs, of_links: Array) -> Array:
-    """(n,) sum over both sides of each pair; `of_links` (8,)."""
+    """Return (n,) the sum over both sides of each pair; `of_links` (8,)."""
     of_all = np.append(of_links, 0.0)
     return of_all[near.sides[0]] + of_all[near.sides[1]]
 
 
 def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> Array:
-    """(n,) how far pairs, the given rows, draw off from the plane between them until `last`.
+    """Return (n,) how far the pairs of the rows move away from the plane between them.
 
-    As if they did not from a surface: that need not be all on one side of a plane.
+    From a surface they count as never moving away: it need not lie on one side of a plane.
     """
     n, other = near.normal[rows], near.other_link[rows]
     links = N_LINK * near.arm[rows] + near.link[rows]
@@ -134,9 +139,9 @@ def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> A
 
 
 def _above(room: float, parting: float, bend: float) -> float:
-    """First t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
+    """Return the first t, at most 1, with room + t parting - bend t (1 - t) / 2 = 0.
 
-    A function of t whose second derivative is at most `bend` is nowhere farther below its chord.
+    This bounds, from below, any function of t whose second derivative is at most `bend`.
     """
     slope = parting - 0.5 * bend
     under_root = slope * slope - 2.0 * bend * room

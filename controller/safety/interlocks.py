@@ -1,4 +1,4 @@
-"""Rules of the procedure that no policy may break; a person may, explicitly, and it is kept."""
+"""Rules of the procedure that no policy may break; a person may override them explicitly."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from tissue_sim.outcome.predicates import CLIPS_A_TUBE
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NEAR_COMMON_DUCT_M = 0.008  # assumed
-SLOW_M_S = 0.02  # assumed: a surgeon's pace beside what must not be hurt
+SLOW_M_S = 0.02  # assumed: a surgeon's speed beside what must not be injured
 _RIGHT_JAW = 13
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClipsBeforeCut:
-    """The scissors do not close on a tube that three clips do not hold."""
+    """Keeps the scissors from closing on a tube without three clips that hold."""
 
     name: str = "three clips before a cut"
 
@@ -40,7 +40,7 @@ class ClipsBeforeCut:
 
 @dataclass(frozen=True, kw_only=True)
 class OnlyWhatIsMeant:
-    """Scissors and applier close on the structure that the instruction names, or on nothing."""
+    """Lets scissors and applier close on the structure of the instruction, or on nothing."""
 
     name: str = "only what is meant"
 
@@ -53,7 +53,7 @@ class OnlyWhatIsMeant:
 
 @dataclass(frozen=True, kw_only=True)
 class SlowNearCommonDuct:
-    """An arm that is near the common bile duct moves slowly."""
+    """Slows an arm near the common bile duct."""
 
     name: str = "slow near the common bile duct"
 

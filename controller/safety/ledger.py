@@ -1,4 +1,4 @@
-"""The ledger: every command that was altered, and why."""
+"""The ledger: every command that the filter altered, and why."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One altered command, or one that a person had let pass against an interlock.
+    """One altered command, or one that passed because a person overrode an interlock.
 
     Attributes:
         time_s: simulated.
-        limits: names of what the command asked for would have broken, and where: "keep-out: right
+        limits: names of the limits that the wanted command breaks, and where: "keep-out: right
             wrist to liver".
-        margin: by how much, of the first of them; rad or m.
-        change_m: how far the tip is from where it was asked to go, of the arm where it is farther.
-        change_rad: of the joint that was changed most.
-        held: the arms were held where they were.
-        overridden: names of the interlocks that a person had set aside.
+        margin: by how much it breaks the first of them; rad or m.
+        change_m: distance of the tip from its wanted place, of the arm with the larger one.
+        change_rad: change of the joint that was changed most.
+        held: both arms held their pose.
+        overridden: names of the interlocks that a person overrode.
     """
 
     time_s: float

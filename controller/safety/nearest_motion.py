@@ -10,21 +10,21 @@ from controller.safety.bounds import N_MOTION, AllBounds, Bounds
 from tissue_sim.frames import Array
 
 UNITS = np.tile(UNIT, 2)
-GIVING_PRICE = 1e4  # of 1 mm, in squares of the above
-CAPACITIES = (24, 48, 128)  # rows beside those on single joints
+GIVING_PRICE = 1e4  # of breaking a soft row by 1 mm, in squares of the above
+CAPACITIES = (24, 48, 128)  # rows besides those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
 _OF_SQUARES = np.outer(UNITS, UNITS)
-_N = N_MOTION + 1  # with how much the rows that give are broken
+_N = N_MOTION + 1  # the last variable: how much the soft rows are broken
 
 
 class NearestMotion:
-    """One solver, for one thread."""
+    """A solver for one thread."""
 
     def __init__(self) -> None:
         self._programs = [_Program(rows) for rows in CAPACITIES]
 
     def __call__(self, motion: Array, weight: Array, bounds: AllBounds) -> Array | None:
-        """The motion (14,) nearest to one asked for; None when there is none, or no room.
+        """Return the motion (14,) nearest to the wanted one; None if there is none, or no room.
 
         Args:
             motion: (14,) asked for.
@@ -44,7 +44,7 @@ class NearestMotion:
 
 
 class _Program:
-    """DAQP for programs of up to a number of rows, through buffers: half of the time of a call."""
+    """DAQP for up to `capacity` rows, through buffers: half the time of a plain call."""
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
@@ -60,18 +60,18 @@ class _Program:
         self._least[N_MOTION], self._most[N_MOTION] = -_FAR, _FAR
 
     def _input(self, name: str) -> Array:
-        """Where the solver reads it."""
+        """Return the array from which the solver reads an input."""
         values = np.zeros(self._solver.size_in(name), order="F")
         self._buffer.set_arg(self._solver.index_in(name), values.T.data)  # pyright: ignore[reportCallIssue]
         return values.squeeze()
 
     def set_box(self, least: Array, most: Array) -> None:
-        """Bounds (14,) on the joints, in units of the program, as are all that follow."""
+        """Set bounds (14,) on the joints, in units of the program."""
         np.maximum(least, -_FAR, out=self._least[:N_MOTION])
         np.minimum(most, _FAR, out=self._most[:N_MOTION])
 
     def set_rows(self, bounds: Bounds) -> None:
-        """What else is bounded; each row made to be of length 1."""
+        """Set all other bounds; each row is scaled to length 1."""
         n, rows = len(bounds.lower), bounds.rows * UNITS
         scale = np.sqrt(np.vecdot(rows, rows))
         scale[scale == 0.0] = 1.0
@@ -82,14 +82,14 @@ class _Program:
         self._a[n:], self._low[n:], self._high[n:] = 0.0, -_FAR, _FAR
 
     def set_aim(self, motion: Array, weight: Array) -> None:
-        """The motion (14,) to come near to, and the weight (14, 14) of its change."""
+        """Set the wanted motion (14,) and the weight (14, 14) of its change."""
         np.multiply(weight, _OF_SQUARES, out=self._h[:N_MOTION, :N_MOTION])
         self._g[:N_MOTION] = -UNITS * (weight @ motion)
 
     def solve(self) -> Array | None:
-        """The motion (14,), in rad and m; None when there is none."""
+        """Return the motion (14,), in rad and m; None if there is none."""
         try:
             self._run()
-        except RuntimeError:  # how CasADi says so; its statistics take longer than the solution
+        except RuntimeError:  # CasADi's sign of failure; its statistics take longer than solving
             return None
         return self._x[:N_MOTION] * UNITS

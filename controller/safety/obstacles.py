@@ -1,4 +1,4 @@
-"""What the instruments must not hit, as a tracker and a registration would give it each step."""
+"""The obstacles of the instruments, as a tracker and a registration would give them each step."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ COMMON_DUCT = "common bile duct"
 
 @dataclass(frozen=True, kw_only=True)
 class Capsules:
-    """Of several chains, chain after chain, world frame, m.
+    """The capsules of several chains, chain after chain, world frame, m.
 
-    Neighbours need not touch: a severed tube is two chains of one name.
+    Neighbours in a chain need not touch: a tube may be severed.
 
     Attributes:
         names: of the chains.
         first: (n_chain,) first capsule of each chain.
-        chain: (n,) whose each capsule is.
+        chain: (n,) chain of each capsule.
         start_m: (n, 3).
         end_m: (n, 3).
         radius_m: (n,).
@@ -51,12 +51,12 @@ class Capsules:
     radius_m: Array
 
     def of(self, name: str) -> NDArray[np.bool_]:
-        """(n,) which capsules are this chain's."""
+        """Return (n,) which capsules belong to this chain."""
         return self.chain == self.names.index(name)
 
 
 def chained(lengths: Mapping[str, int], start_m: Array, end_m: Array, radius_m: Array) -> Capsules:
-    """Capsules (n, 3), (n, 3), (n,) of chains as long as given, by their names."""
+    """Make capsules (n, 3), (n, 3), (n,) of chains with the given lengths, by their names."""
     first, chain = _places(tuple(lengths.values()))
     return Capsules(
         names=tuple(lengths),
@@ -70,14 +70,14 @@ def chained(lengths: Mapping[str, int], start_m: Array, end_m: Array, radius_m: 
 
 @cache
 def _places(lengths: tuple[int, ...]) -> tuple[Indices, Indices]:
-    """First capsule (n_chain,) of each chain, and whose (n,) each capsule is."""
+    """Return the first capsule (n_chain,) of each chain, and the chain (n,) of each capsule."""
     first, chain = np.cumsum([0, *lengths[:-1]]), np.repeat(np.arange(len(lengths)), lengths)
     return first.astype(np.int32), chain.astype(np.int32)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigidSurroundings:
-    """What keeps its shape for one patient, as registered once, the body at its place."""
+    """What keeps its shape in one patient, as registered once, with the body at rest."""
 
     liver: RigidSurface
     port_wall: RigidSurface
@@ -86,14 +86,14 @@ class RigidSurroundings:
 
 @dataclass(frozen=True, kw_only=True)
 class Surroundings:
-    """What the instruments must not hit, where it is now.
+    """The present places of all obstacles.
 
     Attributes:
-        moved_m: surface name -> (3,) how far it stands from where it was registered. The liver
-            moves with the body, the port wall stays with the ports.
-        capsules: what is round and soft: the common bile duct, the gallbladder, as wide as its
-            rings are now, and the organ's tubes ("duct", "artery", and "second artery" where there
-            is one), as wide as at rest.
+        moved_m: surface name -> (3,) how far it has moved since its registration. The liver moves
+            with the body, the port wall stays with the ports.
+        capsules: what is round and soft: the common bile duct, the gallbladder with its present
+            width, and the organ's tubes ("duct", "artery", and "second artery" if there is one)
+            with their width at rest.
     """
 
     moved_m: dict[str, Array]
@@ -101,7 +101,7 @@ class Surroundings:
 
 
 def registered(world: World) -> RigidSurroundings:
-    """Of the patient who lies there; as a registration before the operation would find it."""
+    """Return the rigid surroundings, as a registration before the operation would find them."""
     organ, anatomy = world.organ, world.anatomy
     liver = sheet(liver_points(organ, anatomy, relief_rng(anatomy)), GRID_M)
     return RigidSurroundings(
@@ -112,7 +112,7 @@ def registered(world: World) -> RigidSurroundings:
 
 
 def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
-    """Where everything is now. Privileged: a tracker without error."""
+    """Return the present surroundings. Privileged: a tracker without error."""
     positions, offset = world.tissue.positions(), world.body.offset_m
     common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
     starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], _mean_radius_m(positions, sac)
@@ -133,7 +133,7 @@ def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
 
 
 def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:
-    """(n_ring,) the outer vertices' mean distance from the centre."""
+    """Return (n_ring,) the outer vertices' mean distance from the centre."""
     outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
     spokes = outer - positions[rings[:, :1]]
     return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)

@@ -1,4 +1,4 @@
-"""Proof that a motion keeps out of what it must: the bounds are linear, the motion is not."""
+"""Proof that a motion does not enter an obstacle: the bounds are linear, the motion is not."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from controller.safety.situation import Situation
 from tissue_sim.frames import Array
 
-INSIDE_M = 1e-4  # what is nearer than this counts as inside
+INSIDE_M = 1e-4  # a link that is nearer than this counts as inside
 MARGIN_M = INSIDE_M + 1e-6  # where a motion from outside stops
-DEEPER_M = 1e-5  # more than this is deeper in what yields
-BESIDE_M = INSIDE_M + DEEPER_M  # what is nearer to a surface than this counts as inside
+DEEPER_M = 1e-5  # in soft obstacles, more than this counts as deeper
+BESIDE_M = INSIDE_M + DEEPER_M  # a link that is nearer to a surface than this counts as inside
 ROUNDING_M = 1e-7
-LOOKS = 9  # of half a millisecond each; a motion that would need more is cut to what is sure
+LOOKS = 9  # of half a millisecond each; a motion that needs more is cut to its proven part
 HALVINGS = 4
-POINTS = 6  # of a motion: a millimetre apart at the speed that tips may have
+POINTS = 6  # of a motion: a millimetre apart at the highest speed of the tips
 
 SURFACES = (LIVER, PORT_WALL)
 
@@ -29,9 +29,9 @@ SURFACES = (LIVER, PORT_WALL)
 def safe_share(
     model: CollisionModel, surroundings: Surroundings, situation: Situation, motion: Array
 ) -> float:
-    """How much of a motion (14,) surely meets nothing, and goes no deeper than it is.
+    """Return the share of a motion (14,) that surely enters nothing and goes no deeper.
 
-    Of what is in a surface, which need not be convex, it is looked at along the way.
+    Links inside a surface, which need not be convex, are checked at points along the way.
     """
     start, change = situation.start, motion.reshape(2, 7)
     inside_m = _inside_m(situation.near, situation.kept_out)
@@ -66,7 +66,7 @@ def _no_deeper(
     change: Array,
     in_surface: dict[Pair, float],
 ) -> bool:
-    """Whether what is in a surface is no deeper in it after a change of joints (2, 7)."""
+    """Return whether links inside a surface are no deeper in it after a change of joints (2, 7)."""
     near = model.near(
         situation.start + change, situation.instruments, surroundings, within_m=BESIDE_M
     )
@@ -78,7 +78,7 @@ def _no_deeper(
 
 
 def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) -> Array:
-    """(n,) how near each pair may come, in view of how near those were that were inside."""
+    """Return (n,) how near each pair may come, given the distances of pairs that were inside."""
     floor = np.where(kept_out(near, worked_on), MARGIN_M, -np.inf)
     for row in range(len(floor)) if inside_m else ():
         pair = near.pair(row)
@@ -88,7 +88,7 @@ def _floor_m(worked_on: WorkedOn, inside_m: dict[Pair, float], near: NearPairs) 
 
 
 def _inside_m(near: NearPairs, barred: NDArray[np.bool_]) -> dict[Pair, float]:
-    """The signed distance of each pair that must not meet and does, over a chain's capsules."""
+    """Return the signed distance of each forbidden pair that touches, over a chain's capsules."""
     beside = barred & (near.distance_m < BESIDE_M)
     if beside.any():
         beside &= (near.distance_m < INSIDE_M) | near.of(*SURFACES)

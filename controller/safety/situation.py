@@ -1,4 +1,4 @@
-"""What a limit or an interlock may know when it bounds the next control step."""
+"""The inputs of limits and interlocks when they bound the next control step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tissue_sim.tools.instruments import Instrument
 
 @dataclass(frozen=True, kw_only=True)
 class Situation:
-    """Where the arms were commanded to be, where they are asked to go, and what is around them.
+    """The last command, the wanted command, and the surroundings of the arms.
 
     Rows: left, right arm. Joints (7,) are those of a `JointCommand`: rad, m for the insertion. A
     motion (14,) is the change of both arms' joints in this control step, the left arm's first.
@@ -29,15 +29,15 @@ class Situation:
         start: (2, 7) joints commanded last.
         rate: (2, 7) rate of change (per s) of the step before.
         asked: (2, 7) joints asked for.
-        arms: how they move with their joints, and with the motion asked for.
-        near: instruments and what they are near to, at `start`.
+        arms: how the arms move with their joints, and with the motion asked for.
+        near: pairs of instrument and obstacle that are near each other, at `start`.
         parting: (n, 14) from a motion to the change of each near pair's distance, m.
         tool_force_n: (2, 3) force of the tissue on each instrument, world frame.
         pinch_n: of the grasper's jaws on the tissue between them.
         shaft_offset_m: (2,) distance of each measured shaft from its remote centre.
-        instruction: that is carried out.
+        instruction: the present one.
         worked_on: structures ("duct", "artery") that the left and the right jaws work on.
-        between_jaws: structures between the right tool's jaws; empty unless these are to close.
+        between_jaws: structures between the right tool's jaws; empty unless the jaws close.
         held_by_clips: structure -> how many clips on it hold the test pull.
     """
 
@@ -59,10 +59,10 @@ class Situation:
 
     @cached_property
     def motion(self) -> Array:
-        """(14,) asked for."""
+        """Return the motion (14,) asked for."""
         return (self.asked - self.start).ravel()
 
     @cached_property
     def kept_out(self) -> NDArray[np.bool_]:
-        """(n,) which near pairs must not meet; of a chain the foremost."""
+        """Return (n,) which near pairs must not touch; of a chain only the foremost."""
         return kept_out(self.near, self.worked_on) & self.near.foremost

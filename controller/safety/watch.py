@@ -1,4 +1,4 @@
-"""What the filter sees: the arms as commanded, and the world as a tracker without error has it."""
+"""What the filter sees: the commanded arms, and the world through a tracker without error."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ARMS = (LEFT_ARM, RIGHT_ARM)
 
 
 class Watch:
-    """Of one patient. Privileged, as a monitor is; what it sees does not reach the policy."""
+    """The filter's view of one patient. Privileged; what it sees does not reach the policy."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -36,7 +36,7 @@ class Watch:
         self._surroundings: Surroundings = surroundings_of(world, self._rigid)
 
     def see(self, start: Array, rate: Array, asked: Array, instruction: Instruction) -> Situation:
-        """The situation in which joints (2, 7) are asked for, `start` having been commanded."""
+        """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
         world, instruments = self._world, self._world.arms.mounted
         self._surroundings = surroundings_of(world, self._rigid)
         near = self._model.near(start, instruments, self._surroundings)
@@ -63,7 +63,7 @@ class Watch:
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:
-        """`proof.safe_share` in what was seen last."""
+        """Return `proof.safe_share` in the last surroundings."""
         return safe_share(self._model, self._surroundings, situation, motion)
 
     def _between_jaws(self) -> frozenset[str]:
@@ -72,7 +72,7 @@ class Watch:
         return between_jaws(self._world.tubes, arms.T_world_tool()[RIGHT_ARM], tool)
 
     def _shaft_offset_m(self) -> Array:
-        """(2,) of the shafts as they are now."""
+        """Return (2,) the offsets of the present shafts."""
         shafts = self._world.tissue.T_world_links()[::N_LINK].astype(float)
         from_rcm_m = (shafts[:, :3, 3] - self._T_world_rcm[:, :3, 3]).tolist()
         axes = shafts[:, :3, 2].tolist()
@@ -85,7 +85,7 @@ class Watch:
 
 
 def _parting(near: NearPairs, moving: Rates) -> Array:
-    """(n, 14) from a motion to the change of each pair's distance."""
+    """Return (n, 14) from a motion to the change of each pair's distance."""
     n, normal = len(near.arm), near.normal
     parting = np.zeros((n, len(ARMS), 7))
     parting[np.arange(n), near.arm] = moving.speeds_along(

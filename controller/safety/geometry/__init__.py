@@ -1,1 +1,1 @@
-"""How far instruments are from what they must not hit."""
+"""How far are the instruments from each obstacle, and in which direction?"""

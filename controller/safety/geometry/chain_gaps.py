@@ -1,4 +1,4 @@
-"""The capsules of chains that are near to links."""
+"""Gaps between links and the capsules of chains."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from controller.safety.geometry.link_cores import LinkCores
 from controller.safety.geometry.segment_gap import segment_gaps
 from controller.safety.obstacles import Capsules
 
-ALONGSIDE_M = 0.001  # assumed: what is hardly farther than the nearest capsule of a chain
+ALONGSIDE_M = 0.001  # assumed: capsules hardly farther than the nearest one of a chain
 
 
 def chain_gaps(links: LinkCores, chains: Capsules, within_m: float) -> CoreGaps:
-    """Of each link and capsule that are nearer than this; `obstacle` counts the chains."""
+    """Return the gaps of links and capsules nearer than `within_m`; `obstacle` counts chains."""
     radii_m = links.radius_m[:, None] + chains.radius_m
     apart_m, on_link, on_chain = segment_gaps(
         links, chains.start_m, chains.end_m, within_m + radii_m

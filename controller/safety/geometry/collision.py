@@ -72,21 +72,21 @@ class NearPairs:
 
     @property
     def obstacle(self) -> NDArray[np.str_]:
-        """(n,) names."""
+        """Return (n,) the obstacles' names."""
         return np.array(self.names)[self.what]
 
     def of(self, *names: str) -> NDArray[np.bool_]:
-        """(n,) whether the obstacle is one of these."""
+        """Return (n,) whether the obstacle is one of these."""
         return _among(self.names, names)[self.what]
 
     @cached_property
     def sides(self) -> Indices:
-        """(2, n) rows of `links` that each pair is of; one past their end for what is no link."""
+        """Return (2, n) the rows of each pair in `links`; one past the end for an obstacle."""
         other = np.where(self.other_link == NO_LINK, 2 * N_LINK, N_LINK + self.other_link)
         return np.stack([N_LINK * self.arm + self.link, other])
 
     def pair(self, row: int) -> Pair:
-        """Who is near to what; the capsules of a chain are one obstacle."""
+        """Return arm, link, obstacle and other link; the capsules of a chain are one obstacle."""
         return (
             int(self.arm[row]),
             int(self.link[row]),
@@ -96,10 +96,10 @@ class NearPairs:
 
 
 class CollisionModel:
-    """Of one patient, for both arms: surfaces are built here, once, and only moved later."""
+    """Near pairs of one patient and both arms; surfaces are built once and only moved later."""
 
     def __init__(self, rigid: RigidSurroundings, T_world_rcm: Array) -> None:
-        """`T_world_rcm` (2, 4, 4): where the remote centres are."""
+        """Build the surfaces; `T_world_rcm` (2, 4, 4) are the remote centres."""
         self._T_world_rcm = T_world_rcm
         self._surfaces = {
             LIVER: SurfaceModel(rigid.liver),
@@ -112,7 +112,7 @@ class CollisionModel:
         self._first_patch = np.cumsum([0, *self._n_patch[:-1]])
 
     def cores(self, joints: Array, instruments: Sequence[Instrument]) -> LinkCores:
-        """Where the instruments are at joints (2, 7)."""
+        """Return the instruments' cores at joints (2, 7)."""
         return link_cores(joints, instruments, self._T_world_rcm)
 
     def near(
@@ -123,11 +123,10 @@ class CollisionModel:
         *,
         within_m: float = ACTIVATION_M,
     ) -> NearPairs:
-        """Every pair nearer than `within_m`, at joints (2, 7).
+        """Return every pair nearer than `within_m`, at joints (2, 7).
 
-        Of one link and one surface, one pair; of one link and one chain, a pair a capsule. A shaft
-        and the port wall are no pair: it goes through it, and is inside the flat wall as far as
-        its wrist, which is checked.
+        A link and a surface are one pair; a link and a chain have a pair for each capsule. A shaft
+        and the port wall are no pair: the shaft passes through it. Its wrist is checked instead.
         """
         links = self.cores(joints, instruments)
         moved_m = np.stack([surroundings.moved_m[name] for name in self._surfaces])
@@ -152,7 +151,7 @@ class CollisionModel:
         return _near_pairs(gaps, links, names, within_m, arms_m)
 
     def _at_least_m(self, links: LinkCores, moved_m: Array) -> tuple[Array, Array]:
-        """Of surfaces and links (2, 8), and of links of the left and right arm (4, 4), how far."""
+        """Return lower bounds of distances: surfaces to links (2, 8), and between arms (4, 4)."""
         slabs = links.slabs(self._directions)
         moved_m = np.repeat(moved_m @ self._directions.T, self._n_patch, axis=0)
         others = joined([self._slabs.moved(moved_m), slabs[N_LINK:]])
@@ -165,7 +164,7 @@ class CollisionModel:
     def _surface_rows(
         self, cores: Callable[[int], Core], near: NDArray[np.bool_], moved_m: Array, first: int
     ) -> Iterator[tuple]:
-        """Of `CORE_GAP`; `first` obstacle of all surfaces."""
+        """Yield rows of `CORE_GAP`; the surfaces' obstacles count from `first`."""
         for k, surface in enumerate(self._surfaces.values()):
             surface.move(moved_m[k])
             for link in np.flatnonzero(near[k]).tolist():
@@ -175,7 +174,7 @@ class CollisionModel:
 def _rows_between_arms(
     cores: Callable[[int], Core], near: NDArray[np.bool_], radius_m: Array, obstacle: int
 ) -> Iterator[tuple]:
-    """Of `CORE_GAP`."""
+    """Yield rows of `CORE_GAP`."""
     for link, other in np.transpose(near.nonzero()).tolist():
         between = gap(cores(link), cores(N_LINK + other))
         yield link, obstacle, other, *_in_m(between), radius_m[N_LINK + other], True
@@ -188,7 +187,7 @@ def _in_m(gap: Gap) -> tuple[float, Array, Array]:
 def _near_pairs(
     gaps: CoreGaps, links: LinkCores, names: tuple[str, ...], within_m: float, others_m: Array
 ) -> NearPairs:
-    """The rows with the radii put on."""
+    """Add the radii to the gaps between cores."""
     radius_m = links.radius_m
     on_link, on_other = gaps["on_link_m"], gaps["on_other_m"]
     normal = (on_link - on_other) / gaps["apart_m"][:, None]
@@ -212,10 +211,10 @@ def _near_pairs(
 
 @cache
 def _among(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.bool_]:
-    """(n,) which names are wanted."""
+    """Return (n,) which names are wanted."""
     return np.isin(names, wanted)
 
 
 def _distance_m(gaps: CoreGaps, radius_m: Array) -> Array:
-    """(n,) between the surfaces about the cores; `radius_m` (8,) of the links."""
+    """Return (n,) the distances between the surfaces; `radius_m` (8,) of the links."""
     return gaps["apart_m"] - radius_m[gaps["link"]] - gaps["other_radius_m"]

@@ -1,4 +1,4 @@
-"""Gaps between the links' cores and whatever is near them, in a table: a row a pair."""
+"""A table of the gaps between the links' cores and near obstacles: a row a pair."""
 
 from __future__ import annotations
 

@@ -35,29 +35,29 @@ class Gap(NamedTuple):
 
 
 class Core:
-    """A line, from corner to corner of (2, 3), or a flat plate, round the corners (4, 3)."""
+    """A line between corners (2, 3), or a flat plate with corners (4, 3) in order."""
 
     __slots__ = ("body", "corners_mm")
 
     def __init__(self, corners_mm: Array, body: fcl.CollisionObject | None = None):
-        """`body`: of the same place and shape, if made already."""
+        """Take the corners, and a `body` of the same place and shape, if made already."""
         self.corners_mm = corners_mm
         self.body = body or fcl.CollisionObject(triangles(corners_mm))
 
     @property
     def centre_mm(self) -> Array:
-        """(3,)."""
+        """Return the centre (3,)."""
         return self.corners_mm.mean(axis=0)
 
     @property
     def edges_mm(self) -> Array:
-        """(2, 3) half sizes: the core is {centre + s edges[0] + t edges[1], s, t in [-1, 1]}."""
+        """Return half edges (2, 3): the core is {centre + s e[0] + t e[1], s, t in [-1, 1]}."""
         first = self.corners_mm[0]
         across = self.corners_mm[1] - first if len(self.corners_mm) == 4 else np.zeros(3)
         return 0.5 * np.stack([across, self.corners_mm[-1] - first])
 
     def samples_mm(self, spacing_mm: float) -> Array:
-        """(n, 3) points of the core, corners included, no farther apart than the spacing."""
+        """Return points (n, 3) of the core, with its corners, at most `spacing_mm` apart."""
         edges = self.edges_mm
         sizes = 2.0 * np.sqrt((edges * edges).sum(axis=1))
         s, t = (np.linspace(-1.0, 1.0, 2 + int(size / spacing_mm)) for size in sizes)
@@ -66,7 +66,7 @@ class Core:
 
 
 def triangles(corners_mm: Array) -> fcl.BVHModel:
-    """A core's shape for FCL."""
+    """Return a core's shape for FCL."""
     model = fcl.BVHModel()
     model.beginModel(2, 6)
     model.addTriangle(corners_mm[0], corners_mm[1], corners_mm[-1])
@@ -79,9 +79,9 @@ def triangles(corners_mm: Array) -> fcl.BVHModel:
 def nearest_points(
     a: fcl.CollisionObject, b: fcl.CollisionObject
 ) -> tuple[float, Array, Array, int]:
-    """Of two meshes, by FCL: distance, point of a, point of b (mm, world), triangle of b.
+    """Return, by FCL, the distance of two meshes, points of a and b (mm, world), triangle of b.
 
-    The distance is 0 when they touch, and the points mean nothing then.
+    If they touch, the distance is 0 and the points have no meaning.
     """
     result = fcl.DistanceResult()
     distance_mm = fcl.distance(a, b, _REQUEST, result)
@@ -90,13 +90,13 @@ def nearest_points(
 
 
 def gap(a: Core, b: Core) -> Gap:
-    """Between two cores."""
+    """Return the gap between two cores."""
     distance_mm, on_a, on_b, _ = nearest_points(a.body, b.body)
     return Gap(distance_mm, on_a, on_b) if distance_mm > TOUCHING_MM else overlap(a, b)
 
 
 def overlap(a: Core, b: Core) -> Gap:
-    """Of two cores that touch: the shortest way out.
+    """Return the shortest way out of each other for two cores that touch.
 
     a - b (Minkowski) is a zonotope: offset + sum t_k edge_k, t_k in [-1, 1], which holds the
     origin. The way out crosses its nearest face, and a face lies square to two edges.
@@ -113,7 +113,7 @@ def overlap(a: Core, b: Core) -> Gap:
 
 
 def _face_normals(edges: Array) -> Array:
-    """(n, 3) unit normals of the zonotope's faces, both ways; of a line's, two across."""
+    """Return (n, 3) unit normals of the zonotope's faces, both ways; for a line, two across."""
     pairs = np.array([np.cross(edges[i], edges[j]) for i, j in combinations(range(4), 2)])
     length = np.linalg.norm(pairs, axis=1)
     spread = length > _PARALLEL * (edges * edges).sum()
@@ -128,7 +128,7 @@ def _face_normals(edges: Array) -> Array:
 
 
 def _on_face(edges: Array, offset: Array, normal: Array) -> Array:
-    """(4,) t in [-1, 1] with offset + sum t_k edge_k = 0, lowest along the normal."""
+    """Return (4,) t in [-1, 1] with offset + sum t_k edge_k = 0, lowest along the normal."""
     rise = edges @ normal
     free = np.abs(rise) <= _PARALLEL * np.abs(edges).sum()
     shares = np.where(free, 0.0, -np.sign(rise))

@@ -53,23 +53,23 @@ class LinkCores:
     radius_m: Array
 
     def slabs(self, directions: Array) -> Slabs:
-        """Of the links, radii put on, along (k, 3) unit vectors of the world frame."""
+        """Return the slabs of the links with their radii, along world unit vectors (k, 3)."""
         reach = np.abs(directions @ self.R_world_core) @ self.half_size_m[..., None]
         middle, half = self.centre_m @ directions.T, reach[..., 0] + self.radius_m[:, None]
         return Slabs(low_m=middle - half, high_m=middle + half)
 
     def lowest_m(self, links: Indices, directions: Array) -> Array:
-        """(n,) the lowest point of each of these cores (n,) along its direction (n, 3)."""
+        """Return (n,) the lowest extent of cores `links` (n,) along their directions (n, 3)."""
         return np.vecdot(self.corners_m[links], directions[:, None]).min(axis=1)
 
     @cached_property
     def corners_m(self) -> Array:
-        """(8, 4, 3), world frame; those of a line are in pairs."""
+        """Return corners (8, 4, 3), world frame; those of a line are pairs of equal points."""
         edges = self.R_world_core[:, :, ::2] * self.half_size_m[:, None, ::2]
         return self.centre_m[:, None] + _SIGNS @ edges.swapaxes(1, 2)
 
     def core(self, link: int) -> Core:
-        """For FCL."""
+        """Return a link's core for FCL."""
         half_x, _, half_z = (MM * self.half_size_m[link]).tolist()
         R, centre_mm = self.R_world_core[link], MM * self.centre_m[link]
         if half_x == 0.0:
@@ -81,7 +81,7 @@ class LinkCores:
 
 
 def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Array) -> LinkCores:
-    """Where both instruments are at joints (2, 7), remote centres at poses (2, 4, 4).
+    """Return both instruments' cores at joints (2, 7) with remote centres at poses (2, 4, 4).
 
     Fingers that press on each other (a jaw below 0) are closed.
     """
@@ -99,7 +99,7 @@ def link_cores(joints: Array, instruments: Sequence[Instrument], T_world_rcm: Ar
 def most_motion_m(
     start: Array, end: Array, instruments: Sequence[Instrument]
 ) -> tuple[Array, Array]:
-    """How far any point of a core moves on the straight joint path at most, and how it bends.
+    """Return bounds on the motion of any core point along a straight joint path, and on its bend.
 
     Args:
         start: (2, 7) joints.
@@ -141,7 +141,7 @@ def _core_poses(instruments: tuple[Instrument, ...]) -> symbolic.Function:
 
 
 def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX, ca.SX]]:
-    """`T_link_core` (4, 4) and half size (3,) of each link, the shaft as long as it is inserted."""
+    """Return `T_link_core` (4, 4) and half size (3,) of each link; the shaft up to its port."""
     patches = link_patches(instrument)
     a, b, w = patches.a_link_m.copy(), patches.b_link_m, patches.w_link_m
     a[SHAFT] = b[SHAFT]
@@ -160,22 +160,22 @@ def _cores_of_arm(insertion: ca.SX, instrument: Instrument) -> list[tuple[ca.SX,
 
 @cache
 def _plate(half_x_mm: float, half_z_mm: float) -> tuple[Array, fcl.BVHModel]:
-    """Corners (4, 3) in its own frame, and shape, of a finger's core: an instrument has one."""
+    """Return corners (4, 3), in its own frame, and shape of a finger's core."""
     corners_mm = _ROUND_A_PLATE * [half_x_mm, 0.0, half_z_mm]
     return corners_mm, triangles(corners_mm)
 
 
 @cache
 def _radii_m(instruments: tuple[Instrument, ...]) -> Array:
-    """(8,)."""
+    """Return the links' radii (8,)."""
     return np.concatenate([link_patches(instrument).radius_m for instrument in instruments])
 
 
 @cache
 def _levers_m(instruments: tuple[Instrument, ...]) -> Array:
-    """(2, 4, 7) greatest distance of each link's core from each joint's axis; 1 for the insertion.
+    """Return (2, 4, 7) largest distances of links from joint axes; 1 for the insertion.
 
-    With the wrist at the remote centre; deeper, the axes there are farther by as much: `_DEEP`.
+    The wrist is at the remote centre; deeper, the axes there are farther by that depth: `_DEEP`.
     """
     levers = []
     for instrument in instruments:

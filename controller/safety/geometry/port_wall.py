@@ -1,7 +1,4 @@
-"""The abdominal wall from within.
-
-It is neither drawn nor felt by the simulator.
-"""
+"""The abdominal wall from inside. The simulator neither draws it nor lets it touch anything."""
 
 from __future__ import annotations
 
@@ -15,11 +12,11 @@ HALF_SIZE_M = 0.30  # farther than an instrument reaches from its port
 
 
 def port_wall(ports_world_m: Array) -> RigidSurface:
-    """The wall about two ports (2, 3); the field's centre, the world's origin, is inside.
+    """Return the wall around two ports (2, 3); the world's origin is inside.
 
-    Assumed flat, which an inflated abdomen is within centimetres about the ports. It has no holes:
-    shafts are not checked against it, and a wrist stays farther inside than its cannula. Through
-    the hole of a port the other instrument could leave, and be behind the wall without a warning.
+    Assumed flat, as an inflated abdomen is within centimetres of the ports. It has no holes:
+    shafts are not checked against it, and a wrist stays farther inside than its cannula. Through a
+    hole the other instrument could leave and be behind the wall without a warning.
     """
     middle = ports_world_m.mean(axis=0)
     outward, across = unit(middle), unit(ports_world_m[1] - middle)

@@ -31,7 +31,7 @@ class RigidSurface:
 
 
 class SurfaceModel:
-    """Signed distances to one surface, wherever it has moved to without turning."""
+    """Signed distances to one surface, which may move but not turn."""
 
     def __init__(self, surface: RigidSurface) -> None:
         points, triangles = surface.points_m, surface.triangles
@@ -47,13 +47,13 @@ class SurfaceModel:
         self.move(np.zeros(3))
 
     def move(self, moved_m: Array) -> None:
-        """Put it this far (3,) from where its points have it, world frame."""
+        """Place the surface this far (3,) from its original points, world frame."""
         self._body.setTranslation(MM * moved_m)
 
     def slabs(self, directions: Array) -> Slabs:
-        """(n, k) of n patches where its points have them, and of all that is straight behind those.
+        """Return slabs (n, k) of n patches at their original place, with all that is behind them.
 
-        A hollow is outside of all patches, but not outside of one body about the whole.
+        A hollow is outside of all patches, but would be inside of one body around the whole.
         """
         along, faces = self._points_m @ directions.T, directions @ self.outward
         patches = [along[np.unique(patch)] for patch in _patches(self._points_m, self._triangles)]
@@ -64,7 +64,7 @@ class SurfaceModel:
         return Slabs(low_m=low, high_m=high)
 
     def gap(self, core: Core) -> Gap:
-        """Between a core and the surface; as deep as the core's deepest point when not outside."""
+        """Return the gap between a core and the surface; inside, that of its deepest point."""
         distance_mm, on_core, on_surface, triangle = nearest_points(core.body, self._body)
         if distance_mm > TOUCHING_MM and self._is_outside(on_core - on_surface, triangle):
             return Gap(distance_mm, on_core, on_surface)
@@ -72,7 +72,7 @@ class SurfaceModel:
         return min((self._gap_of_point(point) for point in points), key=lambda g: g.distance_mm)
 
     def _gap_of_point(self, point_mm: Array) -> Gap:
-        """Of a point, which is outside or behind; on the surface it counts as behind."""
+        """Return the gap of a point, outside or behind; on the surface it counts as behind."""
         point = Core(np.stack([point_mm, point_mm]))
         distance_mm, _, on_surface, triangle = nearest_points(point.body, self._body)
         if distance_mm <= TOUCHING_MM:
@@ -85,7 +85,7 @@ class SurfaceModel:
 
 
 def _patches(points_m: Array, triangles: NDArray[np.integer]) -> list[NDArray[np.integer]]:
-    """The triangles, halved across where they reach farthest until each part is small enough."""
+    """Split the triangles in halves, across their longest extent, until each part is small."""
     if len(triangles) <= PATCH:
         return [triangles]
     centres = points_m[triangles].mean(axis=1)

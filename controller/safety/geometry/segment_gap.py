@@ -1,7 +1,8 @@
 """The gaps between the links' cores and line segments, in closed form: a Warp kernel.
 
-The squared distance to a box is convex along a segment, and its slope is straight but for bends
-in the planes of the faces: the least lies between the bends, or ends, where its sign changes.
+The squared distance to a box is convex along a segment, and its slope is piecewise linear with
+bends in the planes of the faces: the minimum lies between the bends, or ends, where the slope
+changes its sign.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ def _on_box(point: wp.vec3d, half: wp.vec3d):
 
 @wp.func
 def _slope(start: wp.vec3d, way: wp.vec3d, half: wp.vec3d, share: wp.float64):
-    """Half the slope of the squared distance, at a share of the way."""
+    """Return half the slope of the squared distance, at a share of the way."""
     point = start + share * way
     return wp.dot(point - _on_box(point, half), way)
 
 
 @wp.func
 def _nearest_share(start: wp.vec3d, way: wp.vec3d, half: wp.vec3d):
-    """Of a segment's way, where it is nearest to a box about the origin."""
+    """Return the share of a segment's way that is nearest to a box around the origin."""
     zero, one = wp.float64(0.0), wp.float64(1.0)
     low, high = zero, one
     for k in range(6):
@@ -57,7 +58,7 @@ def _nearest_share(start: wp.vec3d, way: wp.vec3d, half: wp.vec3d):
 
 @wp.func
 def _at_least(start: wp.vec3d, end: wp.vec3d, half: wp.vec3d):
-    """The distance between two boxes: the given one and one about the segment."""
+    """Return the distance between the given box and the bounding box of the segment."""
     beyond = wp.max(wp.min(start, end), -wp.max(start, end)) - half
     return wp.length(wp.max(beyond, wp.vec3d()))
 
@@ -106,14 +107,14 @@ class _Workspace:
 
 @cache
 def _workspace(n_segment: int, thread: int) -> _Workspace:
-    """Of each thread its own: another's launch may run while this one's results are read."""
+    """Return a thread's own workspace: another thread may launch while results are read."""
     return _Workspace(n_segment)
 
 
 def segment_gaps(
     links: LinkCores, start_m: Array, end_m: Array, within_m: Array
 ) -> tuple[Array, Array, Array]:
-    """Between the links' cores and segments from start to end (n, 3), world frame.
+    """Return the gaps between the links' cores and segments from start to end (n, 3), world frame.
 
     Args:
         within_m: (8, n) pairs that are farther apart need no gap.

@@ -1,4 +1,4 @@
-"""Every limit that a motion is kept within, a file each."""
+"""Which limits must every motion keep? One limit a file."""
 
 from controller.safety.bounds import Limit
 from controller.safety.limits.acceleration import Acceleration

@@ -1,4 +1,4 @@
-"""Joints gain speed no faster than they can without shaking the arm; they may always brake."""
+"""Joints accelerate only as fast as they can without shaking the arm; they may always brake."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RISE_S = 0.05  # from rest to full speed, assumed
 
 @dataclass(frozen=True, kw_only=True)
 class Acceleration:
-    """A motion stops at once when it must, so this limit never stands against another."""
+    """Limits the gain of speed. A motion may stop at once, so no other limit conflicts with it."""
 
     name: str = "acceleration"
 

@@ -1,4 +1,4 @@
-"""What touches tissue hardly moves while a tube is beside an instrument that must not hit it."""
+"""An arm that touches tissue moves slowly while a tube is beside an instrument."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from controller.safety.limits.joint_speed import OF_BOTH_ARMS
 from controller.safety.limits.tissue_force import FELT_N
 from controller.safety.situation import Situation
 
-BESIDE_M = 0.004  # about how far a tube that springs loose gets in a control step
+BESIDE_M = 0.004  # about how far a tube moves in a control step when it springs loose
 SHARE = 0.01  # of the joints' speed: the tip's is some 2 mm/s
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlowBesideTubes:
-    """The tubes hang on the tissue that is drawn or pushed, and swing onto what is beside them.
+    """Slows arms that touch tissue: tubes move with it, and may swing onto a nearby instrument.
 
-    Jaws that are at work close and open as ever.
+    Working jaws close and open at full speed.
     """
 
     name: str = "slow beside tubes"
@@ -36,7 +36,7 @@ class SlowBesideTubes:
 
 
 def _is_tube_beside(situation: Situation) -> bool:
-    """Whether a tube is near an instrument that is kept out of it."""
+    """Return whether a tube is near an instrument that must not touch it."""
     near = situation.near
     beside = situation.kept_out & (near.distance_m < BESIDE_M)
     return bool((beside & ~near.of(*FIRM)).any())

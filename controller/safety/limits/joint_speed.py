@@ -1,4 +1,4 @@
-"""Joints are no faster than the motors and their gears."""
+"""Joints are no faster than their motors and gears."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OF_BOTH_ARMS = np.tile(JOINT_SPEED, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class JointSpeed:
-    """Of each joint on its own."""
+    """Limits the speed of each joint separately."""
 
     name: str = "joint speed"
 

@@ -1,4 +1,4 @@
-"""Instruments keep out of what must not be hit, and come out if they are in."""
+"""Instruments stay out of obstacles, and move out if they are inside."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from controller.safety.situation import Situation
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
-TUBE_MARGIN_M = 0.001  # assumed: of a tube, which comes and goes by itself
+TUBE_MARGIN_M = 0.001  # assumed: of a tube, which moves by itself
 TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
-LEAVE_M_S = 0.01  # how fast an instrument comes out, assumed
+LEAVE_M_S = 0.01  # how fast an instrument moves out, assumed
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeepOut:
-    """Out of everything that `exemption` does not exempt.
+    """Keeps instruments out of everything that `exemption` does not exempt.
 
     The distance to the margin shrinks by no more than a share of itself in a step. Within the
-    margin an instrument leaves by the shortest way, or, where it cannot, goes no deeper.
+    margin an instrument leaves by the shortest way, or, if it cannot, goes no deeper.
     """
 
     name: str = "keep-out"
@@ -49,7 +49,7 @@ class KeepOut:
 
 
 class PairNames(Sequence[str]):
-    """Names of near pairs, each made when it is asked for."""
+    """Names of near pairs, made on demand."""
 
     def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
         self._near, self._pairs = near, pairs

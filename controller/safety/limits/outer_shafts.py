@@ -1,4 +1,4 @@
-"""Outside the body too the shafts keep apart: where tips go apart, they come together."""
+"""The shafts stay apart outside the body too: they approach there when the tips move apart."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from controller.safety.bounds import NO_BOUNDS, Bounds, approach_share, at_least
 from controller.safety.situation import Situation
 
-NEAR_M = 0.1  # farther than both get in two steps
+NEAR_M = 0.1  # farther than both shafts move in two steps
 MARGIN_M = 0.003  # assumed: more than a joint motion bends within a step
-TIME_CONSTANT_S = 0.1  # assumed, as for all that is kept out of
+TIME_CONSTANT_S = 0.1  # assumed, as in `keep_out`
 
 
 @dataclass(frozen=True, kw_only=True)
 class OuterShafts:
-    """The gap less the margin shrinks by no more than a share of itself in a step; first order."""
+    """Lets the gap to the margin shrink by no more than a share of itself a step; first order."""
 
     name: str = "outer shafts"
 

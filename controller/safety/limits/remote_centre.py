@@ -18,7 +18,7 @@ _ROWS, _WHAT = EACH_JOINT[_INSERTION::7], JOINTS[_INSERTION::7]
 
 @dataclass(frozen=True, kw_only=True)
 class RemoteCentre:
-    """An arm whose measured shaft is beside its remote centre does not move at all."""
+    """Keeps the wrist inside; stops an arm whose measured shaft is beside its remote centre."""
 
     name: str = "remote centre"
 

@@ -1,4 +1,4 @@
-"""Tips are no faster than a surgeon can follow, and slow near the common bile duct."""
+"""Tips are no faster than a surgeon can follow."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tissue_sim.frames import Array
 
 TIP_SPEED_M_S = 0.2  # assumed: fast for a hand in surgery
 _NAMES = tuple(f"{arm} tip{aside}" for arm in ARMS for aside in ("", " aside", " aside"))
-ASIDE = 0.1  # of it, square to the motion that is asked for: lengthens it by 1 % at most
+ASIDE = 0.1  # share of the speed square to the motion asked for; lengthens it by 1 % at most
 
 
 @dataclass(frozen=True, kw_only=True)
 class TipSpeed:
-    """Along the motion asked for up to the speed, and hardly any to its sides.
+    """Limits the tip's speed along the motion asked for, and more strictly to its sides.
 
-    To first order: a step that turns the wrist as fast as it can moves the tip up to 40 % farther.
+    To first order: a step that turns the wrist at full speed moves the tip up to 40 % farther.
     """
 
     name: str = "tip speed"
@@ -31,6 +31,6 @@ class TipSpeed:
 
 
 def tip_box(situation: Situation, most_m: Array) -> Bounds:
-    """Bounds on how far each tip (2,) moves in the step."""
+    """Return bounds on how far each tip (2,) moves in the step."""
     most = (most_m[:, None] * [1.0, ASIDE, ASIDE]).ravel()
     return between(situation.arms.tip_rows, -most, most, _NAMES)

@@ -1,4 +1,4 @@
-"""Instruments pull, push and pinch no harder than tissue bears."""
+"""Instruments pull, push and pinch no harder than tissue can bear."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from controller.safety.bounds import (
 from controller.safety.situation import Situation
 from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
 
-SHARE = 0.8  # of what injures, assumed
-STIFFNESS_N_M = 500.0  # assumed: stiffer than tissue, so that force rises less than is reckoned
+SHARE = 0.8  # of the force that injures, assumed
+STIFFNESS_N_M = 500.0  # assumed: stiffer than tissue, so that force rises less than predicted
 PINCH_N_RAD = 60.0  # assumed: of tissue between jaws
 TIME_CONSTANT_S = 0.1  # assumed
 FELT_N = 0.01  # less has no direction
@@ -29,7 +29,7 @@ _LEFT_JAW = 6
 
 @dataclass(frozen=True, kw_only=True)
 class TissueForce:
-    """The tip moves against the tissue's force, and the grasper closes, as far as force allows."""
+    """Limits the tip's motion against the tissue's force, and the grasper's closing."""
 
     name: str = "tissue force"
 
@@ -50,5 +50,5 @@ class TissueForce:
 
 
 def _give(room_n: float, share: float) -> float:
-    """The least change of force, N, towards the limit."""
+    """Return the lower bound of the change of force, N."""
     return -share * max(room_n, 0.0)
