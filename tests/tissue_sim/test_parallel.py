@@ -1,4 +1,4 @@
-"""Laws of worlds on threads: each is as if alone, whatever the number of threads."""
+"""Laws of worlds on threads: each world runs as if alone, for any number of threads."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +16,7 @@ SEEDS = (10_000, 10_001, 10_002)
 
 
 def reach(k: int) -> JointCommand:
-    """The grasper into the tissue, jaws working."""
+    """Move the grasper into the tissue with working jaws."""
     q = np.tile([0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4], (2, 1))
     q[1, :3] = [0.1, 0.0, 0.08]
     q[0, 2] += 0.002 * k
@@ -42,12 +42,12 @@ def test_the_number_of_threads_changes_no_bit() -> None:
             np.testing.assert_array_equal(a, b)
 
 
-def test_a_world_does_not_feel_its_neighbours() -> None:
+def test_worlds_do_not_affect_each_other() -> None:
     for a, b in zip(run(1, SEEDS[1:2])[0][:1], run(3)[1][:1], strict=True):
         np.testing.assert_array_equal(a, b)
 
 
-def test_a_bad_command_holds_no_other_world_up() -> None:
+def test_a_bad_command_does_not_stop_other_worlds() -> None:
     bad = JointCommand(joints=np.full((2, 7), np.nan))
     with Worlds(2, threads=1) as worlds:
         worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])

@@ -1,4 +1,4 @@
-"""Laws of the world: repeatable bit for bit, whole when saved, and it refuses what is bad."""
+"""Laws of the world: repeatable bit for bit, saved completely, and bad input is refused."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -45,7 +45,7 @@ def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> N
 
 
 def tear_and_open(world: World) -> None:
-    """The artery pulled in two, and a hole in the gallbladder."""
+    """Tear the artery in two, and open a hole in the gallbladder."""
     load = Load(tube="artery", segment=5, pull_n=3.0, holds_n=2.0)
     torn = tear(world.tubes, load, time_s=world.record.time_s)
     assert torn is not None
@@ -57,7 +57,7 @@ TREATMENTS = {"none": lambda _: None, "clip and cut": clip_and_cut, "tear": tear
 
 
 @pytest.mark.parametrize("treat", TREATMENTS.values(), ids=TREATMENTS)
-def test_saved_and_restored_it_goes_on_the_same(
+def test_a_restored_world_continues_identically(
     world: World, treat: Callable[[World], None]
 ) -> None:
     run(world, 0, SAVED_AT)
@@ -101,7 +101,7 @@ def test_a_saved_state_is_a_copy(world: World) -> None:
     assert_same(saved["tissue"], before)
 
 
-def test_another_patients_state_is_refused_and_nothing_moves(world: World) -> None:
+def test_another_patients_state_is_refused_and_changes_nothing(world: World) -> None:
     world.reset(anatomy_from_seed(SEED + 1))
     other = world.state()
     world.reset(anatomy_from_seed(SEED))
@@ -124,14 +124,14 @@ BAD_COMMANDS = {
 
 
 @pytest.mark.parametrize("joints", BAD_COMMANDS.values(), ids=BAD_COMMANDS)
-def test_a_bad_command_is_refused_and_nothing_moves(world: World, joints: Array) -> None:
+def test_a_bad_command_is_refused_and_changes_nothing(world: World, joints: Array) -> None:
     before = world.state()
     with pytest.raises(ValueError, match=r"command: joints must be \(2, 7\) finite numbers"):
         world.step(JointCommand(joints=joints))
     assert_same(world.state(), before)
 
 
-def test_periods_that_are_no_multiples_are_refused_by_name() -> None:
+def test_periods_that_are_not_multiples_are_refused_by_name() -> None:
     with pytest.raises(ValueError, match=r"control_step_s = 0\.04 must be a multiple of 0\.0166"):
         WorldConfig(control_step_s=0.04)
     with pytest.raises(ValueError, match=r"tissue\.step_s = 0\.01 must be a multiple of 0\.0083"):
@@ -168,7 +168,7 @@ def test_a_clip_closed_in_the_air_drops(world: World) -> None:
     assert [c.number for c in world.record.clips] == [1, 2]
 
 
-def test_a_jaw_that_was_not_opened_places_no_clip(world: World) -> None:
+def test_a_jaw_that_did_not_open_places_no_clip(world: World) -> None:
     work_the_right_jaw(world, 0.1, 0.0)
     assert world.record.clips == ()
     assert world.record.clip_loaded

@@ -1,4 +1,4 @@
-"""Laws of the kept stiffness: it stands in for the true one only while that is nearly the same."""
+"""Laws of the kept stiffness: it replaces the true one only while both are nearly the same."""
 
 import numpy as np
 import pytest
@@ -17,18 +17,18 @@ def stretched(share: float) -> Array:
 
 
 def body(x: Array) -> Tissue:
-    """A block in shape x, with nothing worked out yet."""
+    """Return a block in shape x, before any stiffness was computed."""
     tissue = tissue_of(organ_of(REST, TETS), RUBBER)
     put(tissue, x)
     return tissue
 
 
 def elements(tissue: Tissue) -> tuple[Array, Array]:
-    """Forces and stiffness that the elements add where the vertices are now."""
+    """Return the forces and stiffness that the elements add at the current positions."""
     return forces(tissue, "elements"), dense_stiffness(tissue)
 
 
-def test_near_by_the_stiffness_is_kept_and_the_forces_are_those_of_here() -> None:
+def test_after_a_small_motion_the_stiffness_is_kept_and_the_forces_are_current() -> None:
     near = 0.9 * float(MAX_DRIFT) / REST.max()
     tissue = body(stretched(0.2))
     _, before = elements(tissue)
@@ -41,7 +41,7 @@ def test_near_by_the_stiffness_is_kept_and_the_forces_are_those_of_here() -> Non
     assert np.abs(stiffness_here - kept).max() < 0.01 * np.abs(kept).max()
 
 
-def test_far_off_the_stiffness_is_worked_out_anew() -> None:
+def test_after_a_large_motion_the_stiffness_is_computed_again() -> None:
     far = 1.1 * float(MAX_DRIFT) / REST.max()
     tissue = body(stretched(0.2))
     elements(tissue)
@@ -50,10 +50,10 @@ def test_far_off_the_stiffness_is_worked_out_anew() -> None:
         np.testing.assert_array_equal(here, fresh)
 
 
-def test_a_change_of_bulk_or_topology_ends_its_time() -> None:
+def test_a_change_of_bulk_or_topology_invalidates_the_stiffness() -> None:
     tissue = body(stretched(0.2))
     _, before = elements(tissue)
-    tissue.host("folded")[0, 0] = 1  # and not half its volume: it stays so
+    tissue.host("folded")[0, 0] = 1  # with less than half its volume it stays folded
     tissue.host("volume")[0, 0] *= 10.0
     tissue.stages["untangle"].launch()
     _, eased = elements(tissue)
@@ -66,10 +66,10 @@ def test_a_change_of_bulk_or_topology_ends_its_time() -> None:
     assert np.trace(without) < np.trace(before)
 
 
-@pytest.mark.parametrize("worked_out", [False, True])
-def test_restoring_brings_the_kept_stiffness_back(worked_out: bool) -> None:
+@pytest.mark.parametrize("computed", [False, True])
+def test_restoring_recovers_the_kept_stiffness(computed: bool) -> None:
     tissue = body(stretched(0.2))
-    if worked_out:
+    if computed:
         elements(tissue)
     put(tissue, stretched(0.2 + 0.9 * float(MAX_DRIFT) / REST.max()))
     state = tissue.state()

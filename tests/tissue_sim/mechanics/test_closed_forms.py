@@ -1,4 +1,4 @@
-"""Bodies against closed forms: a stretched bar, a bent beam, a squeezed, a cut and a sliding one.
+"""Bodies against closed forms: a stretched bar, a bent beam, a squeezed, a cut and a sliding block.
 
 The experiments are those of the validation page, `notebooks/01_field_and_physics.ipynb`.
 """
@@ -17,14 +17,14 @@ from tissue_sim.verification.volume import volume
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
-def test_a_pulled_bar_stretches_as_its_energy_says(poisson: float) -> None:
+def test_a_pulled_bar_stretches_as_its_energy_predicts(poisson: float) -> None:
     bar = stretch(poisson, [0.02, 0.3])
     np.testing.assert_allclose(bar.measured, bar.expected[:, [0, 1, 1]], atol=bar.tolerance)
     assert bar.uneven.max() < bar.tolerance
 
 
 @pytest.mark.parametrize("stress_over_young", [-0.25, -0.1, 0.2])
-def test_a_block_on_a_table_shortens_as_its_energy_says(stress_over_young: float) -> None:
+def test_a_block_on_a_table_shortens_as_its_energy_predicts(stress_over_young: float) -> None:
     """Without lateral strain: s = 1 + stress / E, exactly."""
     material = Material(young_pa=50e3, poisson=0.0)
     size = (0.012, 0.012, 0.006)
@@ -38,8 +38,8 @@ def test_a_block_on_a_table_shortens_as_its_energy_says(stress_over_young: float
 
 
 @pytest.mark.parametrize("loaded", LOADINGS)
-def test_a_cantilever_sinks_as_timoshenkos_beam_when_refined(loaded: str) -> None:
-    """From below, and with an error of second order in the cells."""
+def test_a_refined_cantilever_converges_to_timoshenkos_beam(loaded: str) -> None:
+    """The deflection converges from below, with an error of second order in the cell size."""
     beam = cantilever(loaded)
     # small enough for a linear theory
     assert timoshenko_m(np.array(LENGTH_M), loaded) < 0.05 * LENGTH_M
@@ -49,7 +49,7 @@ def test_a_cantilever_sinks_as_timoshenkos_beam_when_refined(loaded: str) -> Non
     assert beam.excess[-1] < 0.18
 
 
-def test_a_block_keeps_its_volume_as_its_bulk_modulus_says() -> None:
+def test_a_blocks_volume_changes_as_its_bulk_modulus_predicts() -> None:
     block = volume([0.0, 0.3, 0.45, 0.49])
     assert block.strain.min() > 0.004  # it is deformed
     assert np.all(np.abs(block.change - block.expected) < block.tolerance)
@@ -57,7 +57,7 @@ def test_a_block_keeps_its_volume_as_its_bulk_modulus_says() -> None:
     assert block.change[-1] < block.strain[-1] / 20
 
 
-def test_every_element_keeps_its_side_up_when_squeezed() -> None:
+def test_no_element_is_inverted_by_a_squeeze() -> None:
     """A nearly incompressible block pressed on a table by more than half its modulus."""
     material = Material(young_pa=50e3, poisson=0.45)
     size = (0.016, 0.016, 0.006)
@@ -70,7 +70,7 @@ def test_every_element_keeps_its_side_up_when_squeezed() -> None:
     assert tissue.volumes().min() > 0
 
 
-def test_a_block_between_springs_is_squeezed_as_two_springs_in_series() -> None:
+def test_a_block_between_springs_behaves_as_two_springs_in_series() -> None:
     block = squeezed_block([0.3, 3.0])
     np.testing.assert_allclose(block.height, block.expected, atol=1e-5)
 
@@ -80,15 +80,15 @@ def test_a_stretched_strip_gapes_by_its_stretch_when_cut_through() -> None:
     np.testing.assert_allclose(cut.gap_m, cut.stretched_m, atol=100 * SETTLED_M)
 
 
-def test_a_slit_yields_as_fracture_mechanics_says_when_refined() -> None:
-    """From below, by half as much with half the cell."""
+def test_a_refined_slit_converges_to_fracture_mechanics() -> None:
+    """It converges from below; half the cell size halves the error."""
     cut = slit([4, 8, 16])
     assert np.all((cut.shortfall > 0) & (cut.shortfall < cut.max_shortfall))
     assert abs(cut.order[-1] - 1) < 0.2
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.5])
-def test_a_block_holds_inside_the_friction_cone_and_slides_outside(friction: float) -> None:
+def test_a_block_sticks_inside_the_friction_cone_and_slides_outside(friction: float) -> None:
     held = friction_cone(friction, [0.5, 0.9])
     assert np.all(np.abs(held.slid_m) < held.creep_m)
     np.testing.assert_allclose(held.ratio, held.slope, rtol=0.02)

@@ -43,7 +43,7 @@ def touching(tissue: Tissue) -> Array:
 
 
 def felt(tissue: Tissue) -> Array:
-    """(n, 3) force of the instruments on each vertex."""
+    """Return the (n, 3) force of the instruments on each vertex."""
     f = tissue.host("contact_force")[0, : tissue.n_vertex()].astype(float)
     return np.where(touching(tissue)[:, None] >= 0, f, 0.0)
 
@@ -69,7 +69,7 @@ def test_a_body_on_the_bed_comes_to_rest_where_the_bed_carries_its_weight() -> N
     assert np.abs(tissue.host("bed_force")[0] @ R[:, :2]).max() < 1e-3 * weight
 
 
-def test_what_is_held_into_the_bed_comes_to_rest_at_the_worlds_step() -> None:
+def test_tissue_held_in_the_bed_comes_to_rest_at_the_worlds_step() -> None:
     """Springs of 60 N/m hold its lower side 2 mm deep; the bed's push would throw it out."""
     rest, tets = box((0.01,) * 3, (2, 2, 2))
     below = np.flatnonzero(rest[:, 2] == 0.0).astype(np.int32)
@@ -79,7 +79,7 @@ def test_what_is_held_into_the_bed_comes_to_rest_at_the_worlds_step() -> None:
         tissue.step()
     static = equilibrium(statics_of(tissue), rest)
     assert static[below, 2].max() < 0.002  # it does lie in the bed
-    # the solver leaves micrometres; a vertex that is thrown out comes a millimetre far
+    # the solver leaves micrometres; a vertex that is thrown out moves by a millimetre
     assert np.abs(tissue.positions() - static).max() < 1e-5
 
 
@@ -100,7 +100,7 @@ def test_a_light_body_does_not_bounce_on_the_bed_at_the_step_of_the_world(
     assert np.abs(tissue.host("velocity")).max() < 1e-4
 
 
-def test_beside_the_bed_tissue_falls_on() -> None:
+def test_tissue_beside_the_bed_keeps_falling() -> None:
     rest, tets = box((0.002,) * 3, (1, 1, 1))
     bed = LiverBed(**(vars(FAR_BED) | {"point_m": np.zeros(3), "edge_m": 0.005}))
     tissue = tissue_of(organ_of(rest, tets, bed=bed), gravity_m_s2=(0.0, 0.0, -9.81))
@@ -112,7 +112,7 @@ def test_beside_the_bed_tissue_falls_on() -> None:
 
 @pytest.fixture(scope="module")
 def pressed() -> Tissue:
-    """A block held below, a capsule lowered into its upper side by 1.5 mm and dragged a little."""
+    """Press a capsule 1.5 mm into a block that is held below, and drag it a little."""
     rest, tets = box((0.02, 0.02, 0.01), (6, 6, 3))
     tissue = tissue_of(organ_of(rest, tets, fixed=rest[:, 2] == 0), damping_per_s=20.0)
     for k in range(150):
@@ -134,13 +134,13 @@ def put_capsule(tissue: Tissue, height_m: float, drag_m: float = 0.0) -> None:
 
 
 def test_an_instrument_pushes_tissue_out(pressed: Tissue) -> None:
-    """At rest each touched vertex stands as deep as its force over the contact's stiffness."""
+    """At rest the depth of each touched vertex is its force over the contact's stiffness."""
     axis = pressed.shapes.a.numpy()[0, CAPSULE]
     off = pressed.positions()[:, 1:] - axis[1:]
     depth = CAPSULE_RADIUS_M - np.linalg.norm(off, axis=1)
     held = touching(pressed) == CAPSULE
     assert held.sum() >= 5
-    assert depth[held].max() < 0.0003  # of 1.5 mm that it was lowered
+    assert depth[held].max() < 0.0003  # of the 1.5 mm that the capsule was lowered
     np.testing.assert_array_equal(depth > 0, held)
     normal = off[held] / np.linalg.norm(off[held], axis=1, keepdims=True)
     push = (felt(pressed)[held][:, 1:] * normal).sum(axis=1)
@@ -162,8 +162,8 @@ def test_instrument_and_tissue_feel_opposite_forces_and_torques(pressed: Tissue)
     assert not others.any()
 
 
-def test_at_rest_the_held_side_carries_what_the_instrument_presses(pressed: Tissue) -> None:
-    """Statics through the whole solver: elastic force at the fixed side balances the contact."""
+def test_at_rest_the_held_side_carries_the_instruments_force(pressed: Tissue) -> None:
+    """Statics of the whole solver: the elastic force at the fixed side balances the contact."""
     velocity = np.abs(pressed.host("velocity")).max()
     assert velocity < 1e-5
     before = pressed.state()
@@ -184,7 +184,7 @@ def test_friction_never_leaves_its_cone_and_sticks_inside_it(pressed: Tissue) ->
     tangential = np.linalg.norm(f - along[:, None] * normal, axis=1)
     # a force is that of the linearised step: at rest it differs from the cone by a rounding
     assert (tangential <= 0.3 * along * 1.01 + 1e-5).all()
-    assert tangential.max() > 0.01  # dragged: it does rub
+    assert tangential.max() > 0.01  # the drag causes friction
     # inside the cone the place on the capsule is kept, and the pull is the sticking spring's
     T = pressed.shapes.T_world_link.numpy()[0, CAPSULE].astype(float)
     stuck = transform(T, pressed.host("stick_point")[0, : pressed.n_vertex()][held].astype(float))
@@ -196,7 +196,7 @@ def test_friction_never_leaves_its_cone_and_sticks_inside_it(pressed: Tissue) ->
     np.testing.assert_allclose(tangential[inside], expected[inside], rtol=0.05, atol=2e-4)
 
 
-def test_tissue_that_nothing_touches_feels_nothing() -> None:
+def test_tissue_without_contact_has_no_contact_force() -> None:
     tissue = tissue_of(organ_of(*box((0.01,) * 3, (2, 2, 2))))
     put_capsule(tissue, 0.1)
     tissue.step()
@@ -209,7 +209,7 @@ GRASPER_FRICTION = 0.7
 
 
 def put_grasper(tissue: Tissue, T_world_tool: Array, jaw_rad: float, friction: float) -> None:
-    """The grasper's two fingers, turned about their joint by half the jaw's opening each."""
+    """Place the grasper's two fingers, each turned about its joint by half the jaw's opening."""
     patches = link_patches(GRASPER)
     rows = {}
     for row, sign in zip(LEFT_FINGERS, (1.0, -1.0), strict=True):
@@ -232,14 +232,14 @@ FACE_MIDDLE_M = np.array([SIDE_M, SIDE_M / 2, SIDE_M / 2])  # of the block's fac
 
 
 def block() -> Tissue:
-    """A block of 2 mm elements, held at its face x = 0."""
+    """Return a block of 2 mm elements, held at its face x = 0."""
     rest, tets = box((SIDE_M,) * 3, (6, 6, 6))
     return tissue_of(organ_of(rest, tets, fixed=rest[:, 0] == 0))
 
 
 @pytest.mark.parametrize("finger", LEFT_FINGERS)
-def test_closed_jaws_that_press_sideways_are_one_body(finger: int) -> None:
-    """What touches the outside of one finger is not drawn through the other."""
+def test_closed_jaws_that_press_sideways_act_as_one_body(finger: int) -> None:
+    """Tissue that touches the outside of one finger is not drawn through the other."""
     tissue = block()
     y = np.array([-1.0 if finger == LEFT_FINGERS[0] else 1.0, 0.0, 0.0])  # finger towards block
     R = np.stack([[0.0, 0.0, 1.0], y, np.cross([0.0, 0.0, 1.0], y)], axis=1)
@@ -255,8 +255,8 @@ def test_closed_jaws_that_press_sideways_are_one_body(finger: int) -> None:
 
 
 @pytest.mark.parametrize("swept", [False, True])
-def test_a_finger_pushes_ahead_what_it_sweeps_over_in_one_step(*, swept: bool) -> None:
-    """Put where it is, it touches nothing: it is all behind the face, between two layers."""
+def test_a_finger_pushes_the_tissue_that_it_sweeps_over_in_one_step(*, swept: bool) -> None:
+    """A finger that is placed there touches nothing: it is behind the face, between two layers."""
     tissue = block()
     now = pose(np.eye(3), FACE_MIDDLE_M - [0.001, 0.0, 0.0])
     before = pose(np.eye(3), np.add(FACE_MIDDLE_M, [0.002, 0.0, 0.0]))
@@ -276,7 +276,7 @@ def test_a_finger_pushes_ahead_what_it_sweeps_over_in_one_step(*, swept: bool) -
     np.testing.assert_array_equal(touched & ~at_face, False)
 
 
-def test_a_tube_that_a_finger_ran_into_gets_off_it_to_one_side() -> None:
+def test_a_tube_that_a_finger_ran_into_leaves_it_on_one_side() -> None:
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     rings = organ.rings["duct"][8:13]
@@ -300,12 +300,12 @@ def test_a_tube_that_a_finger_ran_into_gets_off_it_to_one_side() -> None:
 
 
 def sides(tissue: Tissue, rings: Array, middle: Array, over: Array) -> Array:
-    """On which side of a finger each vertex of some rings lies."""
+    """Return the side of a finger on which each vertex of some rings lies."""
     return np.sign((tissue.positions()[rings[1:-1].ravel()] - middle) @ over)
 
 
 def pulled_by(friction: float, jaw_rad: float, pull_m: float) -> tuple[Grasp, float, float]:
-    """Grasp the infundibulum and draw it: the hold, how far the tissue came, how far the tool."""
+    """Grasp the infundibulum and pull it; return the hold and the paths of tissue and tool."""
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     ring = organ.sac_rings[5]
@@ -348,10 +348,8 @@ def test_an_open_grasper_holds_nothing() -> None:
 
 
 @pytest.mark.parametrize(("share", "slips"), [(0.98, False), (1.02, True)])
-def test_tissue_that_slides_in_the_jaws_by_the_threshold_begins_the_grasp_anew(
-    share: float, slips: bool
-) -> None:
-    """Slip is measured along the jaws' surface; a squeeze across it is none."""
+def test_a_slip_by_the_threshold_restarts_the_grasp(share: float, slips: bool) -> None:
+    """Slip is measured along the jaws' surface; a squeeze across it is not slip."""
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     touching_now = tissue.host("contact_shape")[0]
@@ -370,7 +368,7 @@ def test_tissue_that_slides_in_the_jaws_by_the_threshold_begins_the_grasp_anew(
 
 
 def nearest_on_line(points: Array, line: Array) -> Array:
-    """(n, 3) nearest point of a polyline to each point."""
+    """Return the (n, 3) nearest point of a polyline to each point."""
     a, u = line[:-1], np.diff(line, axis=0)
     share = np.einsum("nkx,kx->nk", points[:, None] - a, u) / (u**2).sum(axis=1)
     feet = a + np.clip(share, 0.0, 1.0)[..., None] * u
@@ -379,9 +377,9 @@ def nearest_on_line(points: Array, line: Array) -> Array:
 
 
 def deepest_share(seed: int, *, contact: bool) -> float:
-    """How deep the artery's wall gets into the duct, over the duct's radius.
+    """Return the largest depth of the artery's wall in the duct, over the duct's radius.
 
-    The artery's middle is pressed at the duct with 0.3 N.
+    A force of 0.3 N presses the artery's middle against the duct.
     """
     organ = build_organ(anatomy_from_seed(seed))
     tissue = Tissue([organ])
@@ -395,7 +393,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
     for k in range(300):
         x = tissue.positions().astype(float)
         line, outer = x[duct[:, 0]], x[artery[:, 1 + TUBE_SECTORS :].ravel()]
-        if deepest < 0:  # from first touch the way is kept
+        if deepest < 0:  # after the first contact the direction stays the same
             towards = unit(nearest_on_line(x[middle[:1]], line)[0] - x[middle[0]])
         apart = np.linalg.norm(outer - nearest_on_line(outer, line), axis=1).min()
         deepest = max(deepest, 1 - apart / radius)
@@ -408,10 +406,12 @@ def deepest_share(seed: int, *, contact: bool) -> float:
 @pytest.mark.parametrize("seed", [3, 8, 31])
 def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
     assert 0.0 < deepest_share(seed, contact=True) < 0.3
-    assert deepest_share(seed, contact=False) > 0.8  # the push is one that would go through
+    assert (
+        deepest_share(seed, contact=False) > 0.8
+    )  # without contact this force pushes the artery through
 
 
-def test_what_pushes_the_artery_pushes_the_duct_back() -> None:
+def test_artery_and_duct_push_each_other_with_opposite_forces() -> None:
     organ = build_organ(anatomy_from_seed(0))
     tissue = tissue_of(organ, None)
     duct, artery = (organ.rings[t] for t in TUBES)
@@ -426,8 +426,8 @@ def test_what_pushes_the_artery_pushes_the_duct_back() -> None:
     assert (f[artery[6]].sum(axis=0)) @ to < 0 < (f[duct].sum(axis=(0, 1))) @ to
 
 
-def test_a_tube_s_end_within_the_sac_is_touched_only_once_it_is_out() -> None:
-    """A finger that runs into the neck touches the sac there; torn out, the end is like any."""
+def test_a_tubes_end_within_the_sac_can_be_touched_only_after_it_is_torn_out() -> None:
+    """A finger in the neck touches the sac there; once torn out, the end is like any other."""
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     ring = organ.rings["duct"][-1]
@@ -440,7 +440,7 @@ def test_a_tube_s_end_within_the_sac_is_touched_only_once_it_is_out() -> None:
 
 
 def contact_of(tissue: Tissue, vertices: Array) -> Array:
-    """Which vertices touch a ball put where they are."""
+    """Return which vertices touch a ball at their mean position."""
     middle = tissue.positions()[vertices].mean(axis=0).astype(float)
     ball = {
         "a": middle,

@@ -1,4 +1,4 @@
-"""A thread an element gives the step that a thread an environment gives."""
+"""One thread per element computes the same step as one thread per environment."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ AGREEMENT_M = 3.0e-6  # of some millimetres: rounding, once both have converged
 
 
 def batch() -> Tissue:
-    """Two patients: a clip on one's duct; the other has two arteries, and its sac is pressed."""
+    """Return two patients: one with a clip, one with two arteries and a pressed sac."""
     first, second = (anatomy_from_seed(seed) for seed in SEEDS)
     organs = [build_organ(first), build_organ(variant("two-arteries", second))]
     config = TissueConfig(tolerance=1e-5, settled_j=0.0, iterations=2000)
@@ -32,7 +32,7 @@ def batch() -> Tissue:
 
 
 def press(tissue: Tissue, b: int) -> None:
-    """A rounded rod lies across the infundibulum, three millimetres deep."""
+    """Press a rounded rod three millimetres into the infundibulum."""
     ring = tissue.positions(b)[tissue.organs[b].sac_rings[4]].astype(float)
     top = ring[np.argmax(ring[:, 2])]
     radius_m, reach = 0.002, np.array([0.02, 0.0, 0.0])
@@ -60,7 +60,7 @@ def test_both_paths_take_the_same_steps() -> None:
     assert np.abs(tissue.shapes.force.numpy() - force).max() < 0.01 * np.abs(force).max()
 
 
-def test_what_is_changed_on_the_host_is_pushed() -> None:
+def test_push_copies_changes_from_the_host() -> None:
     tissue = batch()
     parallel = DataParallelTissue(tissue, device="cpu", iterations=10)
     tissue.host("link_stiffness")[0] = 0.0
@@ -70,7 +70,7 @@ def test_what_is_changed_on_the_host_is_pushed() -> None:
 
 @pytest.mark.slow
 def test_the_kernels_compile_for_a_gpu(tmp_path) -> None:
-    """Needs no GPU: Warp carries its compiler."""
+    """This needs no GPU: Warp includes its compiler."""
     made = wp.compile_aot_module(data_parallel, arch=80, use_ptx=True, module_dir=tmp_path)
     assert [path.stat().st_size > 0 for path in made]
 

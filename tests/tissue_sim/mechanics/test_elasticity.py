@@ -69,7 +69,7 @@ def test_energy_is_the_formula(block: Tissue) -> None:
     assert energy(block) == pytest.approx(psi * SIDE_M**3, rel=40 * SVD_EPS)
 
 
-def test_stiffness_is_minus_the_slope_of_the_force_where_nothing_is_projected(
+def test_stiffness_is_minus_the_slope_of_the_force_without_projection(
     block: Tissue,
 ) -> None:
     # Stretched by a tenth all ways: s_i + s_j > 2 and lambda (J - 1) s = 0.55 mu < mu, so every
@@ -120,7 +120,7 @@ finite = st.floats(-2.0, 2.0, width=32)
 def test_element_stiffness_is_symmetric_and_has_no_negative_direction(
     tetrahedron: Tissue, F: Array, poisson_lam: float
 ) -> None:
-    """At any deformation gradient: inverted, flat and collapsed too."""
+    """It holds at any deformation gradient, also inverted, flat or collapsed."""
     mu, _ = RUBBER.lame
     tetrahedron.host("lam")[:] = poisson_lam * mu
     put(tetrahedron, CORNERS @ F.T)

@@ -46,7 +46,7 @@ def total_energy(tissue: Tissue) -> float:
 
 
 def shaken(seed: int, *, size: float, **config) -> Tissue:
-    """A body deformed by a share of its size and thrown about."""
+    """Return a body that is deformed by a share of its size and has random velocities."""
     rng = np.random.default_rng(seed)
     tissue = body(**config)
     put(tissue, REST @ (np.eye(3) + rng.normal(0, size, (3, 3))).T)
@@ -60,10 +60,10 @@ def test_mass_is_density_times_volume() -> None:
 
 
 def rounding_n(tissue: Tissue) -> float:
-    """Sum of the forces that come from rounding alone, N.
+    """Return the sum of the forces that come from rounding alone, N.
 
-    A row of the stiffness matrix sums to its roundings instead of zero, which hold back the
-    motion of a step; elastic forces cancel to their roundings.
+    A row of the stiffness matrix sums to its rounding errors instead of zero, which resist the
+    motion of a step; elastic forces cancel to their rounding errors.
     """
     moved = np.abs(velocity(tissue)).max() * tissue.config.step_s
     stiffest = np.abs(tissue.host("block")[0]).max()
@@ -146,7 +146,7 @@ def test_energy_of_a_vibration_never_grows(h: float, size: float, seed: int) -> 
 
 
 def test_a_violent_shake_dies_out_at_the_worlds_step() -> None:
-    """Elements thrown a third of their size a step: the linearisation may overshoot, not grow."""
+    """Elements move by a third of their size per step: the energy may overshoot, not grow."""
     tissue = shaken(0, size=0.1, step_s=H_S)
     tissue.host("velocity")[0, : len(REST)] -= momentum(tissue) / mass(tissue).sum()
     before = total_energy(tissue)

@@ -27,7 +27,7 @@ def tissue() -> Tissue:
 
 @pytest.fixture
 def whole(tissue: Tissue):
-    """The tissue with every spring as it was, whatever a test did to them."""
+    """Yield the tissue with all springs intact, and restore it after the test."""
     before = tissue.state()
     yield tissue
     tissue.restore(before)
@@ -40,7 +40,7 @@ def spring_energy_j(tissue: Tissue) -> float:
 
 
 def only(tissue: Tissue, kind: str) -> None:
-    """Take all springs but one kind away."""
+    """Remove all springs but one kind."""
     for other in {"tie", "link", "anchor"} - {kind}:
         tissue.host(f"{other}_stiffness")[:] = 0.0
 
@@ -78,7 +78,7 @@ def test_force_is_minus_the_slope_of_the_energy(whole: Tissue, kind: str) -> Non
 
 
 @pytest.mark.parametrize("kind", ["tie", "link"])
-def test_springs_between_tissue_pull_both_ends_alike(whole: Tissue, kind: str) -> None:
+def test_springs_within_tissue_pull_both_ends_equally(whole: Tissue, kind: str) -> None:
     only(whole, kind)
     x = disturbed(whole)
     f = forces(whole, "springs")
@@ -91,7 +91,7 @@ def test_springs_between_tissue_pull_both_ends_alike(whole: Tissue, kind: str) -
 
 
 @pytest.mark.parametrize("kind", ["tie", "anchor"])
-def test_stiffness_is_that_of_the_energy(whole: Tissue, kind: str) -> None:
+def test_stiffness_is_the_curvature_of_the_energy(whole: Tissue, kind: str) -> None:
     """Linear springs: f(x + d) - f(x) = -K d."""
     only(whole, kind)
     x = disturbed(whole)
@@ -167,7 +167,7 @@ def test_a_spring_breaks_above_its_strength_and_not_below(tissue: Tissue, kind: 
         tissue.restore(before)
 
 
-def test_a_broken_spring_pulls_no_more_and_does_not_heal(whole: Tissue) -> None:
+def test_a_broken_spring_has_no_force_and_stays_broken(whole: Tissue) -> None:
     only(whole, "anchor")
     pull_anchor(whole, 10.0)
     v = whole.host("anchor")[0, 0]

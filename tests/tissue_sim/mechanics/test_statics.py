@@ -1,4 +1,4 @@
-"""Laws of the static solver, and the tissue's steps held to what it finds."""
+"""Laws of the static solver, and the tissue's steps compared with its result."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +20,7 @@ from tissue_sim.verification.retraction import MAX_ERROR_M, retraction
 from tissue_sim.verification.statics import RESIDUAL_N, displaced, equilibrium, statics_of
 
 PATIENT = anatomy_from_seed(10_003)
-FOLDS = "refined, elements turn inside out at the border of its grasp and tremble: 0.1 to 0.4 mm"
+FOLDS = "in the refined mesh, elements invert at the border of the grasp and vibrate: 0.1 to 0.4 mm"
 NOISE_M = 1e-4
 STEP_M = 1e-8  # of central differences: truncation 1e-8, rounding 1e-7, both shares
 DIFFERENCE_ERROR = 1e-5
@@ -28,7 +28,7 @@ DIFFERENCE_ERROR = 1e-5
 
 @pytest.fixture(scope="module")
 def tissue() -> Tissue:
-    """A patient whose duct is clipped, so that every kind of energy is there."""
+    """Return a patient whose duct is clipped, so that every kind of energy is present."""
     tissue = Tissue([build_organ(PATIENT)], stiffness_scale=[PATIENT.stiffness_scale])
     tubes = Tubes(tissue, tissue.organs[0])
     where = astride(tubes, "duct", 0.5 * tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M / 2)
@@ -66,8 +66,8 @@ def test_gradient_and_hessian_are_slopes_of_the_energy(
 
 
 @pytest.mark.parametrize("kind", [Elements, Links])
-def test_projecting_takes_the_negative_directions_away(kind: type, tissue: Tissue) -> None:
-    """Tissue pressed together buckles, and so do strands."""
+def test_projection_removes_negative_curvature(kind: type, tissue: Tissue) -> None:
+    """Compressed tissue buckles, and so do strands."""
     potential = next(p for p in statics_of(tissue).potentials if isinstance(p, kind))
     x = 0.7 * tissue.organs[0].vertices
     exact, projected = (
@@ -78,19 +78,19 @@ def test_projecting_takes_the_negative_directions_away(kind: type, tissue: Tissu
     assert projected.min() > -1e-12 * projected.max()
 
 
-def test_its_forces_are_the_kernels(tissue: Tissue) -> None:
+def test_its_forces_equal_the_kernels_forces(tissue: Tissue) -> None:
     x = disturbed(tissue)
     statics = statics_of(tissue)
     stepped = forces(tissue, "elements", "springs", "tool and bed contact")
     expected = -sum(p.gradient(x) for p in statics.potentials)
     off = np.abs(stepped - expected)[~statics.fixed].max()
-    # a rounding of the places acts through the stiffness; tens of them add at a vertex
+    # a rounding of the positions acts through the stiffness; tens of them add up at a vertex
     stiffest = abs(statics.hessian(x, projected=False)).max()
     assert off < 50 * EPS * stiffest * np.abs(x).max()
     assert off < 1e-3 * np.abs(expected).max()
 
 
-def test_an_equilibrium_is_balanced_and_moving_it_keeps_what_is_fixed() -> None:
+def test_an_equilibrium_is_balanced_and_a_shift_moves_fixed_vertices_exactly() -> None:
     organ = build_organ(PATIENT)
     held = np.isin(np.arange(len(organ.vertices)), organ.sac_rings[4])
     statics = statics_of(Tissue([replace(organ, fixed=organ.fixed | held)]))
@@ -125,13 +125,13 @@ def test_a_retraction_comes_to_rest_at_the_static_solution(
     assert result.tets > (2_000, 10_000)[refinement - 1]
     assert result.broken == 0
     assert np.linalg.norm(result.static_m - organ.vertices, axis=1).max() > 0.9 * result.shift_m
-    assert result.largest_m[0] > 10 * result.largest_m[-1]  # it was on its way
+    assert result.largest_m[0] > 10 * result.largest_m[-1]  # it was still moving
     assert result.largest_m[-1] < MAX_ERROR_M / 20
-    assert result.lag_m[-1] < result.largest_m[-1]  # what is left is the solver's
+    assert result.lag_m[-1] < result.largest_m[-1]  # the remaining error is the solver's
 
 
 def test_a_refined_organ_is_the_same_body() -> None:
-    """Corners cut off by the coarse rings are filled: the polygon's area grows by a few percent."""
+    """Fine rings fill corners that coarse rings cut off: the area grows by a few percent."""
     coarse, fine = (build_organ(PATIENT, refinement=n) for n in (1, 2))
     assert len(fine.tets) == 4 * len(coarse.tets)
     for tube in TUBES:

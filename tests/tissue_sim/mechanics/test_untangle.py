@@ -1,4 +1,4 @@
-"""Laws of untangling: scattered tissue finds its shape again, and sound tissue feels no change."""
+"""Laws of untangling: scattered tissue recovers its shape, and sound tissue does not change."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SCATTER_M = 0.003  # twice the tube's radius
 
 
 def tube() -> Tissue:
-    """A piece of duct, held at both ends."""
+    """Return a piece of duct, held at both ends."""
     organ = organ_of(
         TUBE.vertices,
         TUBE.tets,
@@ -27,8 +27,8 @@ def tube() -> Tissue:
     )
 
 
-def inside_out_after_a_scatter(tissue: Tissue, seed: int) -> int:
-    """How many elements are inverted 2 s after three rings were thrown about."""
+def inverted_after_a_scatter(tissue: Tissue, seed: int) -> int:
+    """Return the number of inverted elements 2 s after three rings were scattered."""
     x, rings = TUBE.vertices.copy(), TUBE.rings[3:6].ravel()
     x[rings] += np.random.default_rng(seed).normal(0.0, SCATTER_M, (len(rings), 3))
     put(tissue, x)
@@ -39,8 +39,8 @@ def inside_out_after_a_scatter(tissue: Tissue, seed: int) -> int:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_scattered_tube_finds_back(seed: int) -> None:
-    assert inside_out_after_a_scatter(tube(), seed) == 0
+def test_a_scattered_tube_recovers(seed: int) -> None:
+    assert inverted_after_a_scatter(tube(), seed) == 0
 
 
 def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() -> None:
@@ -58,8 +58,8 @@ def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() ->
         np.testing.assert_array_equal(lam, np.where(near, 0.0, bulk))
 
 
-def test_bulk_comes_back_when_most_of_the_volume_has() -> None:
-    """Between inside out and half its volume an element keeps what it has: no to and fro."""
+def test_the_bulk_modulus_returns_when_most_of_the_volume_has_returned() -> None:
+    """Between inversion and half its volume an element keeps its state: it does not alternate."""
     tissue, centre = tube(), int(TUBE.rings[4, 0])
     eased = []
     for out_m in (0.0005, 0.01, 0.0005, 0.0, 0.0005):

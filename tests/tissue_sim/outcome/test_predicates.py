@@ -1,6 +1,6 @@
-"""Laws of the predicates: true for work well done, false for each way it is done badly.
+"""Laws of the predicates: true for correct work, false for each way in which it is wrong.
 
-The work is put into the tissue where the tools would do it.
+Clips and cuts are put into the tissue where the tools would make them.
 """
 
 from dataclasses import replace
@@ -153,7 +153,7 @@ def test_a_clip_that_has_not_closed_the_lumen_is_not_placed(world: World) -> Non
     assert not clip_placed(world, "duct", 1)
 
 
-def test_a_lost_clip_is_not_placed_and_no_stump_holds(world: World) -> None:
+def test_a_detached_clip_is_not_placed_and_no_stump_holds(world: World) -> None:
     clip(world, "duct", 0.5 * world.tubes.length_m["duct"])
     assert stumps_hold(world)
     world.record = replace(world.record, clips=(detach(world.tubes, world.record.clips[0]),))
@@ -162,14 +162,14 @@ def test_a_lost_clip_is_not_placed_and_no_stump_holds(world: World) -> None:
 
 
 def bring_tubes_together(world: World, share: float) -> None:
-    """Lay the artery's middle beside the duct's, so that one mouth takes both."""
+    """Move the artery's middle beside the duct's, so that one clip can take both."""
     x, rings = world.tissue.positions(), world.tubes.below
     duct, artery = (world.tubes.point(t, share * world.tubes.length_m[t])[0] for t in TUBES)
     beside = sum(world.tubes.radius_m(t) for t in TUBES) * np.array([0.0, 1.0, 0.0])
     x[rings["artery"]] += (duct + beside - artery).astype(np.float32)
 
 
-def test_a_clip_on_both_tubes_is_on_neither(world: World) -> None:
+def test_a_clip_on_both_tubes_counts_for_neither(world: World) -> None:
     bring_tubes_together(world, 0.4)
     T = astride(
         world.tubes, "duct", 0.4 * world.tubes.length_m["duct"], beyond_m=CLIP_LENGTH_M - 0.002
@@ -239,7 +239,7 @@ def test_an_unclipped_stump_does_not_hold(world: World) -> None:
 
 
 def press(world: World, inward_n: float) -> None:
-    """Both of the grasper's jaws on one vertex each of the infundibulum."""
+    """Press both of the grasper's jaws on one vertex each of the infundibulum."""
     upper, lower = world.organ.sac_rings[0, :2]
     across = world.arms.T_world_tool()[LEFT_ARM, :3, 1]
     for vertex, finger, along in zip((upper, lower), LEFT_FINGERS, (-across, across), strict=True):
@@ -248,7 +248,7 @@ def press(world: World, inward_n: float) -> None:
 
 
 def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: World) -> None:
-    """All conditions hold but one at a time."""
+    """Each condition is necessary: the grasp does not count if one of them fails."""
     x, fixed = world.tissue.positions(), world.tissue.host("fixed")[0, : world.tissue.n_vertex()]
     good = Grasp(
         vertices=(1, 2), place_tool_m=((0, 0, 0),) * 2, since_s=0.0, traction_n=0.5, pinch_n=2

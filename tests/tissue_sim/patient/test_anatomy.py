@@ -1,4 +1,4 @@
-"""Laws of the patient: drawn within ranges, refused when impossible, the same for a seed."""
+"""Laws of the patient: drawn within ranges, refused when impossible, reproducible from a seed."""
 
 import json
 import math
@@ -58,7 +58,7 @@ def test_seeds_fill_the_ranges() -> None:
         assert drawn == set(range(int(allowed.low), int(allowed.high) + 1))
 
 
-def test_the_artery_lies_on_the_left_as_often_as_said() -> None:
+def test_the_artery_lies_on_the_left_in_the_stated_share_of_patients() -> None:
     left = sum(p.artery_on_left for p in MANY)
     spread = math.sqrt(len(MANY) * SWAPPED_SHARE * (1 - SWAPPED_SHARE))
     assert abs(left - SWAPPED_SHARE * len(MANY)) < 4 * spread
@@ -83,7 +83,7 @@ def test_an_impossible_value_is_refused_by_name_value_and_range(name: str, beyon
 
 @pytest.mark.parametrize("name", RANGES)
 @pytest.mark.parametrize("value", [True, None, "0.03", [0.03], math.inf, -math.inf, 1j])
-def test_what_is_no_number_is_refused(name: str, value: Any) -> None:
+def test_a_value_that_is_not_a_number_is_refused(name: str, value: Any) -> None:
     with pytest.raises(ValueError, match=f"{name} = {re.escape(repr(value))} must be a number"):
         replace(MANY[0], **{name: value})
 
@@ -132,7 +132,7 @@ def test_a_tube_wider_than_the_infundibulum_is_refused(tube: str) -> None:
         with_width(1.001 * most)
 
 
-def test_a_second_artery_is_held_to_the_same_ranges() -> None:
+def test_a_second_artery_has_the_same_ranges() -> None:
     artery = MANY[0].arteries["artery"]
     for part in fields(Artery):
         allowed = RANGES[f"artery_{part.name}"]
@@ -150,14 +150,14 @@ def test_a_bad_seed_is_refused(seed: Any) -> None:
 
 @settings(max_examples=50)
 @given(seed=SEEDS)
-def test_saved_as_text_and_read_back_it_is_the_same(seed: int) -> None:
+def test_an_anatomy_survives_conversion_to_text_and_back(seed: int) -> None:
     for patient in (anatomy_from_seed(seed), variant("two-arteries", anatomy_from_seed(seed))):
         again = anatomy_from_dict(json.loads(json.dumps(anatomy_to_dict(patient))))
         assert again == patient
         assert again.hash == patient.hash
 
 
-def test_a_dictionary_of_other_fields_is_refused_by_name() -> None:
+def test_a_dictionary_with_wrong_fields_is_refused_by_name() -> None:
     data = anatomy_to_dict(MANY[0])
     with pytest.raises(ValueError, match="spleen_m"):
         anatomy_from_dict(data | {"spleen_m": 0.1})
@@ -174,7 +174,7 @@ def test_a_dictionary_of_other_fields_is_refused_by_name() -> None:
         anatomy_from_dict(data)
 
 
-def test_the_same_seed_is_the_same_patient() -> None:
+def test_the_same_seed_gives_the_same_patient() -> None:
     for patient in MANY[:20]:
         assert anatomy_from_seed(patient.seed) == patient
         assert anatomy_from_seed(np.int64(patient.seed)).hash == patient.hash

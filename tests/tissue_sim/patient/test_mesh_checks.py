@@ -1,4 +1,4 @@
-"""Laws of the mesh check: what cannot be simulated is refused by name, and nothing else is."""
+"""Laws of the mesh check: it refuses, by name, exactly the meshes that cannot be simulated."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -71,7 +71,7 @@ BREAKS: dict[Callable[[Array, Indices], Mesh], str] = {
 
 
 @pytest.mark.parametrize("broken", BREAKS, ids=lambda f: f.__name__)
-def test_a_broken_mesh_is_refused_by_what_is_broken(
+def test_a_broken_mesh_is_refused_and_the_message_names_the_fault(
     broken: Callable[[Array, Indices], Mesh],
 ) -> None:
     vertices, tets = box((0.02, 0.02, 0.02), (2, 2, 2))
@@ -120,13 +120,13 @@ def test_a_part_that_nothing_holds_is_refused() -> None:
     require_sound_organ(replace(organ, **tie))
 
 
-def test_one_body_alone_may_be_free() -> None:
+def test_a_single_body_may_be_free() -> None:
     body = rod()
     require_sound_organ(organ_of(body.vertices, body.tets))
 
 
 @pytest.mark.parametrize("name", ["tie_vertex", "tie_corners", "bed_vertices", "remnants"])
-def test_what_joins_vertices_must_name_vertices(name: str) -> None:
+def test_joints_must_refer_to_existing_vertices(name: str) -> None:
     organ = build_organ(replace(anatomy_from_seed(0), remnants=3))
     require_sound_organ(organ)
     wrong = getattr(organ, name).copy()

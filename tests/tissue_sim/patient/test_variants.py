@@ -1,4 +1,4 @@
-"""Laws of the anatomical variants: what a name means holds for every seed."""
+"""Laws of the anatomical variants: the meaning of each name holds for every seed."""
 
 from dataclasses import asdict
 
@@ -25,7 +25,7 @@ CROSSING = ("artery-in-front", "artery-behind")
 
 
 def line(organ: Organ, tube: str) -> Array:
-    """(n, 3) densely along a tube's centreline, up to the sac."""
+    """Return dense points (n, 3) on a tube's centreline, up to the sac."""
     centres = organ.vertices[organ.rings[tube][: organ.neck_ring[tube] + 1, 0]]
     at, k = np.linspace(0, len(centres) - 1, 300), np.arange(len(centres))
     return np.stack([np.interp(at, k, centres[:, i]) for i in range(3)], axis=1)
@@ -47,7 +47,7 @@ def test_a_variant_is_a_pure_function_of_the_patient(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_a_variant_changes_what_it_says_and_nothing_else(name: str) -> None:
+def test_a_variant_changes_only_its_own_parameters(name: str) -> None:
     chosen = VARIANTS[name]
     own = {*chosen.drawn, *chosen.fixed} | ({"second_artery"} if chosen.second_artery else set())
     for seed in SEEDS:
@@ -91,7 +91,7 @@ def test_a_crossing_artery_passes_over_or_under_the_duct_as_seen(name: str) -> N
         assert side * ((artery[-1] - duct[-1]) @ RIGHT) < 0  # ends on the other side of the neck
 
 
-def test_names_mean_what_they_say() -> None:
+def test_each_variant_has_the_property_in_its_name() -> None:
     for seed in SEEDS:
         patient = anatomy_from_seed(seed)
         duct = RANGES["duct_length_m"], RANGES["duct_diameter_m"]
@@ -105,7 +105,7 @@ def test_names_mean_what_they_say() -> None:
         assert second.insertion_m >= patient.artery_insertion_m
 
 
-def test_fat_joins_duct_artery_and_sac_and_is_seen_until_it_breaks() -> None:
+def test_fat_joins_duct_artery_and_sac_and_is_drawn_until_it_breaks() -> None:
     world = World()
     world.reset(variant("fat", anatomy_from_seed(10_000)))
     organ, first = world.organ, world.anatomy.remnants
@@ -144,7 +144,7 @@ def test_the_second_artery_pushes_the_other_tubes_away(two_arteries: Organ, othe
     assert (f[second[6]].sum(axis=0)) @ to < 0 < (f[first].sum(axis=(0, 1))) @ to
 
 
-def test_environments_of_different_tubes_step_as_they_would_alone(two_arteries: Organ) -> None:
+def test_environments_with_different_tubes_step_as_they_do_alone(two_arteries: Organ) -> None:
     organs = [build_organ(anatomy_from_seed(10_000)), two_arteries]
     together = Tissue(organs)
     alone = [Tissue([organ]) for organ in organs]

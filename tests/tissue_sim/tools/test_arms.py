@@ -125,7 +125,7 @@ def test_closed_finger_faces_touch(arms):
 
 
 def glide(arms, scene, steps):
-    """All joints move at steady rates; after twenty steps the start has died away."""
+    """Move all joints at steady rates; after twenty steps the start-up has decayed."""
     rates = np.array([0.3, -0.2, 0.02, 0.5, 0.4, -0.6, 0.5])
     for i in steps:
         arms.command(JointCommand(joints=home() + rates * DT_S * i))
@@ -188,7 +188,7 @@ def test_tip_follows_40_mm_s(arms, scene, direction):
 
 
 def outer_rates(joints, instrument, velocity_rcm_m_s):
-    """Rates of the outer three joints that move the tip so, by central differences."""
+    """Return rates of the outer three joints for a tip velocity, by central differences."""
 
     def tip(q):
         return forward_kinematics(q, instrument)[:3, 3]
@@ -269,7 +269,7 @@ def test_joints_stay_within_limits(arms, scene, end):
 
 
 def wander_one(arms, scene, i):
-    """One step under changing targets and wrenches; joints and velocities after it."""
+    """Take one step under changing targets and wrenches; return joints and velocities."""
     joints = home(insertion=0.1)
     joints[:, :6] += 0.02 * np.sin(0.05 * i + np.arange(6)) * [1, 1, 0.2, 1, 1, 1]
     joints[:, 6] = 0.3 + 0.5 * np.sin(0.07 * i)
@@ -301,7 +301,7 @@ def test_a_restored_run_repeats_bit_for_bit(arms, scene, detour):
     np.testing.assert_array_equal(first, again)
 
 
-def test_a_restored_run_goes_on_to_the_targets_it_had(arms, scene):
+def test_a_restored_run_continues_to_its_earlier_targets(arms, scene):
     arms.command(JointCommand(joints=home(yaw=0.2, jaw=0.8)))
     step(scene, 2)
     saved = arms.state()
@@ -314,7 +314,7 @@ def test_a_restored_run_goes_on_to_the_targets_it_had(arms, scene):
     np.testing.assert_array_equal(arms.joints, first)
 
 
-def test_a_state_goes_over_to_other_arms(arms, scene):
+def test_a_state_can_be_restored_in_other_arms(arms, scene):
     arms.mount("scissors")
     wander(arms, scene, 20)
     saved = arms.state()
@@ -357,7 +357,7 @@ def test_mounting_brings_joints_within_the_new_limits(arms):
     assert arms.joints[RIGHT_ARM, 6] == pytest.approx(limit.jaw_range_rad[1], abs=1e-6)
 
 
-def test_only_the_right_arm_s_own_tools_can_be_mounted(arms):
+def test_only_the_right_arms_own_tools_can_be_mounted(arms):
     with pytest.raises(ValueError, match=r"'grasper'.*clip_applier.*scissors"):
         arms.mount("grasper")
 
@@ -371,7 +371,7 @@ def add_block(scene, name, T_world_tool, ahead_m):
     block.set_pose(sapien.Pose(T))
 
 
-def test_pressing_on_the_liver_is_felt_and_on_nothing_is_not(arms, scene):
+def test_a_force_is_measured_only_when_an_arm_presses_on_the_liver(arms, scene):
     arms.set_joints(home(jaw=0.0))
     step(scene, 5)
     assert arms.contact_forces_n().on_liver_n == 0.0
@@ -384,7 +384,7 @@ def test_pressing_on_the_liver_is_felt_and_on_nothing_is_not(arms, scene):
 
 
 @only_pgs
-def test_the_force_on_the_liver_grows_by_what_pushes_the_shaft(arms, scene):
+def test_the_force_on_the_liver_grows_by_the_force_on_the_shaft(arms, scene):
     arms.set_joints(home(jaw=0.0))
     T_world_tool = arms.T_world_tool()[0]
     add_block(scene, LIVER, T_world_tool, 0.0051)

@@ -1,4 +1,4 @@
-"""Instruments: figures that hang together, surfaces that meet, meshes that fill the surfaces."""
+"""Instruments: consistent dimensions, surfaces that meet, and meshes that fill the surfaces."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ each_instrument = pytest.mark.parametrize("instrument", INSTRUMENTS.values(), id
 
 
 @each_instrument
-def test_figures_are_consistent(instrument):
+def test_dimensions_are_consistent(instrument):
     assert INSTRUMENTS[instrument.name] is instrument
     assert 0 < instrument.finger_start_m < instrument.yaw_to_tip_m
     assert instrument.jaw_range_rad[0] < 0 < instrument.jaw_range_rad[1]
@@ -41,7 +41,7 @@ def test_meshes_are_closed_and_light(instrument):
 
 @each_instrument
 def test_finger_mesh_fills_its_patch_and_stays_near_it(instrument):
-    """What is seen is what touches: within 0.7 mm over the pad, and no deeper than a tooth."""
+    """The visible finger is the contact surface, within 0.7 mm over the pad and a tooth's depth."""
     row = PATCH_LINKS.index("finger_plus")
     patches = link_patches(instrument)
     points = np.vstack([part.mesh.vertices for part in link_parts(instrument)["finger_plus"]])
@@ -74,7 +74,7 @@ def test_urdf_names_the_meshes_it_writes_only_with_visuals(tmp_path):
 
 
 def distance_to_patch(points, a, b, w):
-    """Distance of points (n, 3) to the rectangle spanned by b - a and +-w (at right angles)."""
+    """Return the distance of points (n, 3) to the rectangle of b - a and +-w (at right angles)."""
     along, across = b - a, w / np.linalg.norm(w)
     t = np.clip((points - a) @ along / (along @ along), 0, 1)
     s = np.clip((points - a) @ across, -np.linalg.norm(w), np.linalg.norm(w))
