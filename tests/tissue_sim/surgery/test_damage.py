@@ -303,6 +303,17 @@ def test_a_patch_tears_when_the_real_wall_would_be_stretched_too_far(world: Worl
     assert stiffness[opened] == pytest.approx(stiffness[worst], rel=1e-3)
 
 
+def test_each_tear_opens_another_patch_as_a_removed_wall_is_not_stretched(
+    world: World,
+) -> None:
+    put(world.tissue, world.organ.vertices * [4.0, 1.0, 1.0])
+    for n_torn in range(1, 4):
+        world.tissue.load_walls()
+        assert world.sac.stretch() > SAC_MAX_STRETCH
+        world.sac.tear()
+        assert len(world.sac.open_patches()) == n_torn
+
+
 def test_a_hole_has_the_area_of_the_removed_wall(world: World) -> None:
     tissue, sac = world.tissue, world.sac
     assert sac.hole_m2() == 0.0
