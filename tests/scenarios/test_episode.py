@@ -306,8 +306,9 @@ def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked
     assert planner.asked == 2
 
 
-def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word():
-    clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, 2, 4))
+@pytest.mark.parametrize(("first", "then"), [(2, 4), (4, 2)], ids=["a later", "an earlier"])
+def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word(first, then):
+    clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, first, then))
     planner = PlannerSays(*3 * [clip], back, back_again)
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
     left_undone = False
