@@ -74,10 +74,10 @@ class Evaluate:
             suites=tuple(SUITES[name] for name in self.suite),
             seeds=range(self.seed, self.seed + self.episodes),
         )
-        for arm in self.arms:
-            say_who_acts(arm.planner, arm.controller)
         open_folder(self.out, self.arms)
         results = finished(self.out, plan)
+        for arm in self.arms:
+            say_who_acts(arm.planner, arm.controller)
         try:
             self._run(plan, results)
         except KeyboardInterrupt:

@@ -20,7 +20,8 @@ SEED = 10_004
 CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
     "document": {"episodes", "summary", "config", "versions"},
     "episode": {
-        *("scenario", "seed", "planner", "controller", "success", "error", "tasks"),
+        *("scenario", "seed", "planner", "controller", "sense", "privileged"),
+        *("success", "error", "tasks"),
         *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
         *("dropped_clips", "injuries", "safety"),
         "anatomy_hash",

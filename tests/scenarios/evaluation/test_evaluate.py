@@ -107,11 +107,13 @@ def test_errors_are_exit_code_3_whatever_passed(tmp_path, monkeypatch):
     assert error["outcome"] == "error: RuntimeError: a string snapped"
 
 
-def complaint(capfd, *said):
+def complaint(capfd, *said, begun=False):
+    """Return the one line on bad input; who acts is said before it only if episodes begun."""
     assert main(["evaluate", *said]) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    (line,) = filter(None, err.splitlines())
+    *before, line = filter(None, err.splitlines())
+    assert bool(before) == begun
     return line
 
 
@@ -157,7 +159,8 @@ def test_a_full_disk_is_one_line_and_what_is_finished_is_kept(
     out = shutil.copytree(whole, tmp_path / "full")
     before = {path: path.read_bytes() for path in recordings(out)}
     request.getfixturevalue("full_disk")
-    line = complaint(capfd, "--arms", "a=scripted+breaks", "--seed", "10004", "--out", str(out))
+    words = ["--arms", "a=scripted+breaks", "--seed", "10004", "--out", str(out)]
+    line = complaint(capfd, *words, begun=True)
     assert "File too large" in line
     assert "make room and call again" in line
     assert {path: path.read_bytes() for path in recordings(out)} == before
