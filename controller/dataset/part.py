@@ -53,9 +53,11 @@ def read_part(path: Path) -> DatasetEpisode:
 def require_versions(schema_version: int, world_version: int) -> None:
     """Raise ValueError unless both versions are the present ones."""
     if schema_version != SCHEMA_VERSION:
-        raise ValueError(f"its schema is {schema_version}, not {SCHEMA_VERSION}: collect anew")
+        raise ValueError(f"its schema is {schema_version}, not {SCHEMA_VERSION}: collect it again")
     if world_version != WORLD_VERSION:
-        raise ValueError(f"its world is version {world_version}, not {WORLD_VERSION}: collect anew")
+        raise ValueError(
+            f"its world is version {world_version}, not {WORLD_VERSION}: collect it again"
+        )
 
 
 def one_line(error: BaseException) -> str:

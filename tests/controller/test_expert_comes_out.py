@@ -20,7 +20,7 @@ WORDS_LAST, ACTS_BY, OUT_BY = 60, 30, 240  # steps
 
 
 @pytest.mark.parametrize("said", ["open left gripper", "move left arm towards me"])
-def test_after_a_slip_and_a_word_it_comes_out(said):
+def test_after_a_slip_and_a_command_the_grasper_comes_free(said):
     episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))

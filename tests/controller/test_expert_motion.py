@@ -88,7 +88,7 @@ def test_the_goal_is_reached_in_a_straight_line(rng):
 
 
 @given(seeds)
-def test_a_chunk_is_what_would_be_done_if_asked_anew_at_each_step(rng):
+def test_a_chunk_equals_chunks_asked_for_at_each_step(rng):
     T, jaw = np.stack([random_pose(rng), random_pose(rng)]), rng.uniform(-0.3, 1, 2)
     near = [T_arm @ pose(exponential(rng.uniform(-0.02, 0.02, 3)), np.zeros(3)) for T_arm in T]
     goals = tuple(Goal(T_world_tool=goal, jaw_rad=0.3) for goal in near)

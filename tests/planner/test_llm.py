@@ -113,7 +113,7 @@ def test_a_bad_answer_and_then_a_good_one_is_the_good_one(answer, _):
 
 
 @pytest.mark.parametrize("status", [400, 401, 404])
-def test_what_asking_again_cannot_mend_is_not_asked_again(status):
+def test_a_permanent_error_is_not_asked_again(status):
     with serving(sends(b"{}", status), GOOD) as server:
         said = planner_at(server).plan(clipped())
     assert said.hold
@@ -121,7 +121,7 @@ def test_what_asking_again_cannot_mend_is_not_asked_again(status):
     assert len(server.asked) == 1
 
 
-def test_silent_once_it_is_asked_once_only_until_it_answers():
+def test_after_silence_it_is_asked_only_once_until_it_answers():
     bad = sends(b"{}", 503)
     with serving(*[bad] * (ATTEMPTS + 2), GOOD, bad) as server:
         planner = planner_at(server)
@@ -130,14 +130,14 @@ def test_silent_once_it_is_asked_once_only_until_it_answers():
     assert len(server.asked) == ATTEMPTS + 1 + 1 + 1 + ATTEMPTS
 
 
-def test_holding_it_stays_at_the_task_it_said_last():
+def test_a_hold_keeps_the_last_task():
     with serving(GOOD, sends(b"{}", 401)) as server:
         planner = planner_at(server)
         planner.plan(clipped())
         assert planner.plan(clipped(time_s=1.0)).task == TASKS[3]
 
 
-def test_nobody_listening_is_told_too():
+def test_a_refused_connection_is_reported():
     with serving(GOOD) as server:
         planner = planner_at(server)
     assert "it cannot be reached" in planner.plan(clipped()).remark

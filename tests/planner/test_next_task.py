@@ -23,7 +23,7 @@ def test_the_clips_follow_one_another_and_then_the_cut(tube):
     ("deed", "n", "why"),
     [("clip", 3, "has its 3 clips"), ("cut", 2, "has 2 of the 3 clips"), ("cut", 0, "has 0 of")],
 )
-def test_what_is_not_due_is_refused(deed, n, why):
+def test_a_deed_that_is_not_possible_is_refused(deed, n, why):
     with pytest.raises(NotNowError, match=f"the left tube {why}"):
         next_task(deed, "left", clipped(left=n, right=3))
 

@@ -61,7 +61,7 @@ commands = st.lists(
 
 
 @given(commands)
-def test_released_it_says_what_the_planner_would_have_said_and_has_seen_as_much(spoken):
+def test_after_release_the_planner_continues_as_if_it_had_been_heard_all_along(spoken):
     inner, alone = PlannerCounting(), PlannerCounting()
     planner = PlannerOverridden(inner)
     time_s = 0.0
@@ -77,7 +77,7 @@ def test_released_it_says_what_the_planner_would_have_said_and_has_seen_as_much(
     assert planner.in_force(time_s) == expected
 
 
-def test_the_later_replaces_the_earlier_and_has_its_own_5_seconds(planner):
+def test_a_later_instruction_replaces_the_earlier_one_for_its_own_5_seconds(planner):
     say(planner, LEFT.text, 1.0)
     say(planner, HIGHER.text, 1.5)
     assert planner.in_force(1.5).correction == HIGHER.correction
@@ -96,7 +96,7 @@ def test_a_stop_lasts_until_something_else_is_said(planner, word):
 
 
 @given(commands, st.floats(0.0, 0.99 * STOP_WINS_S))
-def test_a_stop_wins_over_whatever_is_said_in_the_same_second(spoken, later_s):
+def test_a_stop_overrules_commands_in_the_same_second(spoken, later_s):
     planner = PlannerOverridden(PlannerCounting())
     planner.plan(clipped())
     for words, _ in spoken:
@@ -115,7 +115,7 @@ def test_a_stop_can_be_taken_back_at_once(planner):
     assert say(planner, HIGHER.text, 3.2).instruction is not None
 
 
-def test_a_correction_is_made_in_the_course_of_the_task_that_is_under_way(planner):
+def test_a_correction_keeps_the_current_task(planner):
     assert say(planner, HIGHER.text, 0.0).instruction.task == TASKS[0]
     planner.plan(clipped(time_s=1.0))
     assert planner.in_force(1.0).task == TASKS[1]
@@ -124,7 +124,7 @@ def test_a_correction_is_made_in_the_course_of_the_task_that_is_under_way(planne
 
 
 @pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
-def test_undo_is_the_opposite_and_undone_again_the_same(planner, correction):
+def test_undo_reverses_a_correction_and_a_second_undo_restores_it(planner, correction):
     say(planner, correction.text, 0.0)
     assert say(planner, "undo", 1.0).instruction.correction == opposite(correction)
     assert say(planner, "undo", 2.0).instruction.correction == correction
@@ -155,7 +155,7 @@ def test_repeat_is_what_was_said_last_for_another_5_seconds(planner):
     assert planner.in_force(19.9 + HOLD_S).source == "human"
 
 
-def test_repeat_after_the_planner_has_gone_on_is_the_planners(planner):
+def test_repeat_after_a_new_task_of_the_planner_repeats_that_task(planner):
     say(planner, HIGHER.text, 0.0)
     planner.plan(clipped(time_s=10.0))
     instruction = say(planner, "repeat", 11.0).instruction
@@ -179,7 +179,7 @@ def test_a_structure_is_the_tube_that_the_person_knows_it_to_be(duct):
     )
 
 
-def test_what_is_not_due_is_refused_and_changes_nothing(planner):
+def test_a_command_that_is_not_possible_is_refused_and_changes_nothing(planner):
     before = say(planner, HIGHER.text).instruction
     answer = say(planner, "cut left tube", left=2)
     assert answer.instruction is None

@@ -96,7 +96,7 @@ def test_it_backs_off_after_its_patience_and_tries_again_once_the_arm_is_back(at
     move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M)
     assert right_arm_back(at_the_tubes)
     assert ask(planner, at_the_tubes, 4 * PATIENCE_S) == FIRST_CLIP
-    assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # patient anew
+    assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # the time starts again
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
 
 

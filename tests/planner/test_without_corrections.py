@@ -27,7 +27,7 @@ class Correcting:
         return replace(self.planner.plan(observation), correction=CORRECTIONS[0])
 
 
-def test_its_tasks_are_heard_and_its_corrections_are_not():
+def test_tasks_pass_and_corrections_are_dropped():
     episode = begin(EpisodeConfig(**WITNESS, seed=10_004, ablation="no-corrections"))
     assert isinstance(episode.planner, PlannerWithoutCorrections)
     planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))

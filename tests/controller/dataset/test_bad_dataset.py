@@ -58,7 +58,7 @@ def test_it_is_empty(root):
 def test_it_is_of_another_version(root, version):
     known = json.loads((root / layout.INFO_PATH).read_text())["calot"]
     rewrite_info(root, calot=known | {version: 0})
-    assert "collect anew" in refusal(root)
+    assert "collect it again" in refusal(root)
 
 
 def test_another_shape_is_described(root):

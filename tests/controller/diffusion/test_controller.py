@@ -61,7 +61,7 @@ def test_a_chunk_takes_over_after_the_motions_promised_whatever_the_delay(sample
     assert places == ["fresh", *inside, "joint", *inside, "joint"]
 
 
-def test_motions_committed_are_played_as_they_were_first_meant(sampler):
+def test_committed_motions_are_played_unchanged(sampler):
     prompt, late = (played(controller(sampler, delay=d), CONFIG.play + 1) for d in (0, 4))
     np.testing.assert_allclose(late[: CONFIG.play], prompt[: CONFIG.play], atol=1e-9)
     assert not np.allclose(late[CONFIG.play], prompt[CONFIG.play])
@@ -103,7 +103,7 @@ def test_new_words_drop_the_running_chunk_at_once(sampler):
     assert not np.allclose(motion, played(controller(sampler, delay=2), 4)[3])
 
 
-def test_a_wordless_controller_goes_on_whatever_is_said(sampler):
+def test_a_wordless_controller_ignores_words(sampler):
     subject = ControllerDiffusion(replace(CONFIG, wordless=True), sampler)
     motions = np.concatenate([played(subject, 3, GRAB), played(subject, 1, CLIP)])
     assert subject.place == "inside"
@@ -138,7 +138,7 @@ def test_of_a_robot_that_moves_late_it_sees_the_tools_where_a_prompt_one_has_the
     np.testing.assert_allclose(late[-3:], prompt[-3:], atol=1e-6)
 
 
-def test_after_a_reset_nothing_is_left_of_what_was_seen(sampler):
+def test_a_reset_forgets_all_observations(sampler):
     subject = controller(sampler)
     _ = played(subject, 9)
     subject.reset()

@@ -55,7 +55,7 @@ def at_rest(n: int) -> np.ndarray:
     return np.tile(hold(np.full(2, 0.5)).vector(), (n, 1))
 
 
-def test_arms_that_do_not_move_say_nothing():
+def test_arms_at_rest_do_not_change_the_delay():
     """Not even after a rest, from which a long delay would explain stillness."""
     rows = np.concatenate([wander(1, 60), at_rest(300), wander(2, MAX_STEPS)])
     assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
@@ -71,12 +71,12 @@ def test_arms_that_are_held_back_for_a_moment_are_not_taken_for_late():
     assert told(rows, 0, obeyed).steps == 0
 
 
-def test_arms_that_somebody_else_leads_say_nothing():
+def test_arms_led_by_others_do_not_change_the_delay():
     elsewhere = wander(3, 200).reshape(-1, 2, 10)[:, :, :3]
     assert told(wander(4, 200), 0, lambda k, move_m: elsewhere[k]).steps == 0
 
 
-def test_the_delay_outlasts_a_reset_and_is_told_anew_when_it_ends():
+def test_the_delay_survives_a_reset_and_is_estimated_again_when_it_ends():
     subject = told(wander(5, 100), 8)
     subject.reset()
     assert subject.steps == 8

@@ -45,7 +45,7 @@ def inputs(seen) -> dict[str, Tensor]:
     }
 
 
-def test_the_past_has_a_say_as_far_as_it_is_known(policy, inputs):
+def test_only_the_known_past_has_an_effect(policy, inputs):
     known = inputs | {"n_past": torch.tensor([2])}
     for row in range(CONFIG.past):
         other = inputs["past"].clone()
@@ -54,7 +54,7 @@ def test_the_past_has_a_say_as_far_as_it_is_known(policy, inputs):
         assert change > 1e-5 if row >= CONFIG.past - 2 else change == 0.0
 
 
-def test_words_and_what_is_seen_have_a_say(policy, inputs):
+def test_words_and_observations_have_an_effect(policy, inputs):
     chunk = policy(**inputs)
     for name in ("history", "jaw_rad", "words", "delay", "noise"):
         by = 1 if name == "delay" else 0.1

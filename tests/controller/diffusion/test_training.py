@@ -31,7 +31,7 @@ def test_a_checkpoint_is_its_policy_with_its_normalisation(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x08" + bytes(100)])
-def test_what_is_no_checkpoint_is_refused_in_one_line(content, tmp_path):
+def test_a_file_that_is_not_a_checkpoint_is_refused_in_one_line(content, tmp_path):
     path = tmp_path / "policy.safetensors"
     path.write_bytes(content)
     with pytest.raises(CheckpointError, match="no checkpoint of a diffusion policy"):
@@ -49,7 +49,7 @@ def test_a_checkpoint_cut_short_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(refusal.value)
 
 
-def test_in_bfloat16_the_same_is_learnt(tmp_path):
+def test_training_in_bfloat16_learns_the_same(tmp_path):
     losses = []
     for bfloat16 in (False, True):
         config = replace(SMOKE, steps=1, bfloat16=bfloat16)

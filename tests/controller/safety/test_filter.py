@@ -115,7 +115,7 @@ def test_a_safe_command_passes_as_it_is(shared, rng):
         start = asked
 
 
-def test_haste_is_gained_step_by_step_and_anew_after_a_restart(world):
+def test_joints_gain_speed_step_by_step_and_again_after_a_restart(world):
     safety, joints = SafetyFilter(world), HOME
     moved = []
     for k in range(6):
@@ -142,7 +142,7 @@ class HoldsAtFirst:
         return on_joints(np.zeros(N_MOTION), np.zeros(N_MOTION))
 
 
-def test_haste_that_was_asked_for_and_not_allowed_is_not_gained(world):
+def test_speed_that_was_not_allowed_is_not_gained(world):
     """An arm that another limit held starts from rest, however fast it was asked to go."""
     safety = SafetyFilter(world, limits=(*LIMITS, HoldsAtFirst()))
     asked = HOME + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])

@@ -100,7 +100,7 @@ def test_a_pair_stops_at_its_floor(floor_m):
     assert floor_m <= near.distance_m.min() < floor_m + 1e-4
 
 
-def test_what_touches_at_the_start_may_draw_off_or_rest():
+def test_a_pair_that_touches_at_the_start_may_move_apart_or_rest():
     start, end, tip, axes = sideways(0.03)
     beside = tip - 0.017 * axes[:, 1]
     artery = chain([beside - 0.02 * axes[:, 0], beside + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)

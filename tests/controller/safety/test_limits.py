@@ -140,7 +140,7 @@ def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, part
 
 
 @pytest.mark.parametrize("distance_m", [0.4 * MARGIN_M, -0.003])
-def test_out_of_a_margin_it_goes_or_if_it_cannot_no_deeper(distance_m):
+def test_within_a_margin_it_moves_out_or_at_least_no_deeper(distance_m):
     firm, tube = (
         KeepOut().bounds(situation(near=[(distance_m, RIGHT_ARM, "wrist", name)]))
         for name in ("common bile duct", "artery")
@@ -152,7 +152,7 @@ def test_out_of_a_margin_it_goes_or_if_it_cannot_no_deeper(distance_m):
     assert tube.lower[1] >= firm.lower[1]
 
 
-def test_slow_is_what_touches_tissue_beside_a_tube_that_must_not_be_hit():
+def test_an_arm_that_touches_tissue_beside_a_forbidden_tube_is_slow():
     touching = {"tool_force_n": np.array([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0]])}
     beside = [(0.9 * BESIDE_M, RIGHT_ARM, "wrist", "duct")]
     slow = SlowBesideTubes().bounds(situation(near=beside, **touching))

@@ -105,7 +105,7 @@ def test_too_turns_what_follows_only(sentence, text):
          "if it bleeds {}", "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
     ),
 )  # fmt: skip
-def test_what_is_denied_asked_supposed_or_told_moves_nothing(sentence, frame):
+def test_denials_questions_suppositions_and_reports_move_nothing(sentence, frame):
     reading = INTERPRETER.read(frame.format(sentence))
     assert reading.command is None
     assert reading.reply.startswith("Not understood: it")
@@ -190,7 +190,7 @@ def test_what_is_open_is_asked_back_with_what_may_be_meant():
     assert all(guess.text in reading.reply for guess in reading.guesses)
 
 
-def test_what_is_warmed_up_has_loaded_what_unlisted_words_need():
+def test_warming_up_loads_what_unlisted_words_need():
     reader = Interpreter()
     reader.warm_up()
     assert "_heads" in vars(reader)
@@ -250,7 +250,7 @@ def test_what_cannot_be_read_is_answered_at_once_and_moves_nothing(text, why):
     ["stop", "STOP!", "stop, you are too deep", "no, stop!", "everybody freeze", "don't move",
      "stop moving the left arm up"],
 )  # fmt: skip
-def test_stop_is_heard_whatever_else_is_said(sentence):
+def test_stop_overrules_all_other_words(sentence):
     assert command_text(sentence) == "stop"
 
 

@@ -42,7 +42,7 @@ def test_verbs_are_known_in_their_other_forms(form, sense):
         ("clip teh duct", "clip teh duct"),
     ],
 )
-def test_one_slip_of_the_finger_is_mended(typed, meant):
+def test_one_typing_mistake_is_corrected(typed, meant):
     assert normalised(typed) == meant
 
 

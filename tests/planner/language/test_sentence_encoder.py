@@ -23,7 +23,7 @@ def test_a_rewording_is_nearer_than_another_task():
     assert said @ same > said @ other
 
 
-def test_words_mean_the_same_to_the_bit_however_many_threads_there_are():
+def test_embeddings_are_identical_to_the_bit_for_any_number_of_threads():
     before = torch.get_num_threads()
     try:
         vectors = [embedded_anew(OTHERS, threads) for threads in (1, 2, 3, 4)]

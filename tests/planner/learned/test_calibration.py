@@ -10,7 +10,7 @@ from planner.learned.rollout import Rollouts
 from tests.planner.learned.rolled_out import rollout
 
 
-def test_logits_that_say_too_much_are_brought_back_to_the_chances_behind_them():
+def test_overconfident_logits_are_calibrated():
     chance = torch.Generator().manual_seed(0)
     true = torch.randn(100_000, generator=chance)
     outcomes = (torch.rand(len(true), generator=chance) < true.sigmoid()).float()
@@ -18,7 +18,7 @@ def test_logits_that_say_too_much_are_brought_back_to_the_chances_behind_them():
     np.testing.assert_allclose([scale, shift], [1.0 / 3.0, -2.0 / 3.0], atol=0.02)
 
 
-def test_a_further_score_is_seldom_above_the_conformal_quantile():
+def test_a_new_score_seldom_exceeds_the_conformal_quantile():
     rng = np.random.default_rng(0)
     scores = rng.exponential(size=(20_000, 100))
     above = [s[-1] > conformal_quantile(s[:-1], 0.1) for s in scores]
@@ -29,7 +29,7 @@ def test_with_too_few_scores_there_is_no_alarm():
     assert conformal_quantile(np.array([0.2, 0.3]), 0.05) == 1.0
 
 
-def test_where_no_task_fails_the_chance_of_it_becomes_small():
+def test_the_failure_probability_is_small_if_no_task_fails():
     torch.manual_seed(0)
     network = PlannerNetwork(PlannerConfig(history=3, width=32, layers=1)).eval()
     calibrate(network.requires_grad_(False), [rollout(seed) for seed in range(3)])

@@ -37,20 +37,20 @@ WANTED = [3, NOT_SAID, 3, NOT_SAID]
 FAILS = [1.0, 0.0, 1.0, 0.0]
 
 
-def test_a_chance_is_learnt_from_steps_as_much_as_they_weigh():
+def test_the_loss_of_a_probability_is_weighted():
     assert loss(WANTED, [1.0, 0.0, 0.0, 1.0]) == pytest.approx(loss(WANTED, FAILS))
     assert loss([3, NOT_SAID, NOT_SAID, 3], FAILS) == pytest.approx(loss(WANTED, FAILS))
     assert loss(WANTED, [0.0, 0.0, 1.0, 0.0]) != pytest.approx(loss(WANTED, FAILS))
     assert loss([NOT_SAID, NOT_SAID, 3, 3], FAILS) != pytest.approx(loss(WANTED, FAILS))
 
 
-def test_what_an_episode_does_not_tell_does_not_count():
+def test_unknown_results_do_not_count():
     untold = [1.0, float("nan"), 1.0, 0.0]
     assert loss(WANTED, untold, sure=9.0) < loss(WANTED, FAILS, sure=9.0)
     assert loss(WANTED, untold) == pytest.approx(loss(WANTED, [1.0, float("nan"), 0.0, 1.0]))
 
 
-def test_what_is_drawn_oftener_weighs_so_much_less():
+def test_steps_drawn_more_often_weigh_less():
     data = Rollouts([rollout(seed) for seed in range(3)], 4)
     at, weight = sample_steps(data, 40_000, torch.Generator().manual_seed(0))
     flagged = (data.labels(at).correction != NOT_SAID).float()
@@ -64,7 +64,7 @@ def test_what_is_drawn_oftener_weighs_so_much_less():
         assert (weight * seen).mean() == pytest.approx(share, abs=0.02)
 
 
-def test_without_anything_rare_all_weigh_alike():
+def test_without_rare_steps_all_weights_are_equal():
     calm = rollout(tasks=1)
     data = Rollouts([replace(calm, correction=np.full_like(calm.task, NOT_SAID))], 4)
     at, weight = sample_steps(data, 50, torch.Generator().manual_seed(0))

@@ -89,7 +89,7 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
 
 
 @pytest.mark.parametrize("chance", [0.6, 0.9, 0.99])
-def test_going_back_that_does_not_come_off_is_left_the_later_the_surer_it_is(network, chance):
+def test_going_back_without_success_is_left_later_if_the_network_is_surer(network, chance):
     due_s = PATIENCE_S + STALE_S * (max(math.log2(chance / (1.0 - chance)), 1.0) - 1.0)
     said = said_for(due_s + 8.0, torn(network, GOING_BACK, CUT, chance))
     left_s = said.index(CUT)
@@ -99,7 +99,7 @@ def test_going_back_that_does_not_come_off_is_left_the_later_the_surer_it_is(net
 
 
 @pytest.mark.parametrize(("chance", "stays"), [(0.6, False), (0.9, True)])
-def test_a_cut_that_does_not_come_off_is_left_for_what_is_nearly_as_likely_only(
+def test_a_cut_without_success_is_left_only_for_a_task_that_is_nearly_as_likely(
     network, chance, stays
 ):
     said = said_for(60.0, torn(network, CUT, GOING_BACK, chance))
@@ -108,7 +108,7 @@ def test_a_cut_that_does_not_come_off_is_left_for_what_is_nearly_as_likely_only(
 
 
 @pytest.mark.parametrize(("before", "after"), [(CUT, GRAB), (BACK_FROM_CUT, CLIP)])
-def test_once_it_has_gone_on_from_a_cut_it_has_nothing_grasped_anew(network, before, after):
+def test_after_a_cut_it_never_asks_to_grasp_again(network, before, after):
     planner, state = PlannerLearned(torn(network, before, CLIP, 0.99)), rollout().states[0]
     assert planner.plan(Seen(state, 0.0)).task == before
     planner._network = torn(network, GRAB, CLIP, 0.9)
@@ -168,7 +168,7 @@ def test_a_body_that_moves_is_to_it_as_one_at_rest(network):
         assert one.confidence == pytest.approx(other.confidence, abs=1e-4)
 
 
-def test_what_is_marked_as_unknown_has_no_say(network):
+def test_unknown_moments_have_no_effect(network):
     torch.manual_seed(0)
     known = torch.tensor([[False, False, True, True]])
     moments = Moments(

@@ -60,7 +60,7 @@ def test_progress_rises_from_none_to_all_within_a_task():
     np.testing.assert_allclose(labels.progress, np.tile(once, 3), atol=1e-6)
 
 
-def test_a_task_fails_where_it_is_not_done_in_time_going_back_for_another_try_included():
+def test_a_task_fails_if_it_is_not_done_in_time_including_repeated_attempts():
     labels = Rollouts([with_tasks([1, 2, 1, 2, 1, 2, 3])], HISTORY).steps.labels
     left_s = np.arange(20.0, 0.0, -1.0 / CONTROL_HZ)
     of_the_clip = labels.fails[: 4 * CONTROL_HZ]
@@ -68,7 +68,7 @@ def test_a_task_fails_where_it_is_not_done_in_time_going_back_for_another_try_in
     assert not labels.fails[16 * CONTROL_HZ :].any()
 
 
-def test_what_an_episode_that_broke_off_would_have_come_to_is_not_known():
+def test_the_result_of_an_interrupted_task_is_unknown():
     labels = Rollouts([with_tasks([0, 1, 1, 1], success=False)], HISTORY).steps.labels
     cut_off = round(IN_TIME_S * CONTROL_HZ) - 1
     assert labels.fails[-cut_off:].isnan().all()

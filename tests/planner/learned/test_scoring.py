@@ -46,7 +46,7 @@ class Knowing:
         return prediction.fails.sigmoid()
 
 
-def test_who_knows_is_always_right():
+def test_a_perfect_network_has_a_perfect_score():
     result = score(Knowing(), [rollout(seed) for seed in range(2)])
     assert result.task_accuracy == result.flag_f1 == result.correction_accuracy == 1.0
     assert result.calibration_error < 1e-3
@@ -54,7 +54,7 @@ def test_who_knows_is_always_right():
     assert result.false_alarms == 0.0
 
 
-def test_flags_that_are_missed_or_raised_for_nothing_count():
+def test_missed_and_false_flags_count():
     given = rollout()
     every_other = given.correction.copy()
     every_other[::60] = NOT_SAID  # of the moments looked at, all that are flagged
@@ -74,7 +74,7 @@ def test_an_alarm_leads_by_the_time_left_until_it_is_too_late():
     assert early.late_tasks == sum(s >= IN_TIME_S for s in (20, 20, 12, 12, 4, 4, 4))
 
 
-def test_calibration_is_the_gap_between_what_is_said_and_what_comes_of_it():
+def test_calibration_error_is_the_gap_between_probability_and_frequency():
     chances = np.repeat([0.15, 0.95], 1000)
     outcomes = np.repeat([0, 1, 1, 0], [850, 150, 500, 500])
     assert calibration_error(chances, outcomes) == pytest.approx(0.5 * 0.0 + 0.5 * 0.45)

@@ -20,7 +20,7 @@ def learnt(tmp_path_factory):
     return out / CHECKPOINT_FILE, losses
 
 
-def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(learnt, tmp_path):
+def test_fine_tuning_starts_from_a_checkpoint_and_keeps_its_normalisation(learnt, tmp_path):
     checkpoint, losses = learnt
     config, base = fine_tuning(replace(SMOKE, steps=20), checkpoint)
     assert config.planner == SMOKE.planner
