@@ -127,7 +127,7 @@ def most_motion_m(
 
 @cache
 def _core_poses(instruments: tuple[Instrument, ...]) -> symbolic.Function:
-    """Of `symbolic.symbols` each link's centre, R_world_core row by row, and half size."""
+    """Return the function to each link's centre, R_world_core by rows, and half size."""
     joints, T_world_rcm = symbolic.symbols(instruments)
     closed = ca.vertcat(joints[:6, :], ca.fmax(joints[6, :], 0.0))
     arms = zip(ca.horzsplit(joints[_INSERTION, :]), instruments, strict=True)
