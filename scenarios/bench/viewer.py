@@ -57,30 +57,30 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     if missing():
         raise BadInputError(missing())
     with browser() as chromium, TemporaryDirectory() as out:
-        desk = _desk(EpisodeConfig(**WITNESS, seed=seed), Path(out))
-        with PageProcess(desk, host=HOST, port=choose_port(HOST)) as page:
+        session = _session(EpisodeConfig(**WITNESS, seed=seed), Path(out))
+        with PageProcess(session, host=HOST, port=choose_port(HOST)) as page:
             address = f"http://{HOST}:{page.port}"
-            _speed(desk)  # the first has libraries to load
-            speeds = [_speeds(desk, chromium, address) for _ in range(repeats)]
-            waits = _waits(desk, chromium, address, clicks)
+            _speed(session)  # the first has libraries to load
+            speeds = [_speeds(session, chromium, address) for _ in range(repeats)]
+            waits = _waits(session, chromium, address, clicks)
     return _speed_table(speeds, seed), _wait_table(waits, seed)
 
 
-def _desk(config: EpisodeConfig, out: Path) -> SessionState:
+def _session(config: EpisodeConfig, out: Path) -> SessionState:
     pace = Pace(speed=math.inf)
     return SessionState(config=config, out=out, pace=pace, watcher=Watcher(pace))
 
 
-def _speeds(desk: SessionState, chromium: Browser, address: str) -> tuple[float, float]:
+def _speeds(session: SessionState, chromium: Browser, address: str) -> tuple[float, float]:
     """Times real time of the same steps, without and with a tab that shows them."""
-    alone = _speed(desk)
+    alone = _speed(session)
     with open_tab(chromium, address) as tab:
         tab.get_by_text("grabbing gallbladder").first.wait_for()
-        return alone, _speed(desk)
+        return alone, _speed(session)
 
 
-def _speed(desk: SessionState) -> float:
-    steps = _steps(desk, begin(desk.config))
+def _speed(session: SessionState) -> float:
+    steps = _steps(session, begin(session.config))
     for _ in islice(steps, SETTLE_STEPS):
         pass
     start_s = time.perf_counter()
@@ -89,12 +89,12 @@ def _speed(desk: SessionState) -> float:
     return STEPS * CONTROL_PERIOD_S / (time.perf_counter() - start_s)
 
 
-def _steps(desk: SessionState, episode: Episode) -> Iterator[np.ndarray]:
+def _steps(session: SessionState, episode: Episode) -> Iterator[np.ndarray]:
     """The joint commands of an episode that is watched."""
-    episode.inbox = desk.inbox
-    desk.watcher.on_reset(episode.world)
+    episode.inbox = session.inbox
+    session.watcher.on_reset(episode.world)
     for step in episode.steps():
-        desk.watcher.on_step(step)
+        session.watcher.on_step(step)
         yield step.command.joints
 
 
@@ -106,9 +106,9 @@ class _Loop:
         still: how many steps there were since.
     """
 
-    def __init__(self, desk: SessionState) -> None:
+    def __init__(self, session: SessionState) -> None:
         self.changed_s, self.still = 0.0, 0
-        self._desk, self._over = desk, Event()
+        self._session, self._over = session, Event()
         self._thread = Thread(target=self._run, name="calot-loop")
 
     @contextmanager
@@ -123,7 +123,7 @@ class _Loop:
 
     def _run(self) -> None:
         last = None
-        for joints in _steps(self._desk, begin(self._desk.config)):
+        for joints in _steps(self._session, begin(self._session.config)):
             if last is not None and np.abs(joints - last).max() > CHANGED:
                 self.changed_s, self.still = time.perf_counter(), 0
             self.still, last = self.still + 1, joints
@@ -132,11 +132,11 @@ class _Loop:
 
 
 def _waits(
-    desk: SessionState, chromium: Browser, address: str, clicks: int
+    session: SessionState, chromium: Browser, address: str, clicks: int
 ) -> dict[str, list[float]]:
     """From a click, and from Enter, to the first changed command of arms that held still, s."""
-    desk.pace.speed = 1.0
-    loop, buttons, sentences = _Loop(desk), list[float](), list[float]()
+    session.pace.speed = 1.0
+    loop, buttons, sentences = _Loop(session), list[float](), list[float]()
     with loop.running(), open_tab(chromium, address) as tab:
         tab.get_by_text("grabbing gallbladder").first.wait_for()
         for n in range(clicks):

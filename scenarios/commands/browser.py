@@ -29,7 +29,7 @@ def desk_for(
     return SessionState(config=config, out=out, pace=pace, watcher=watcher, restarts=restarts)
 
 
-def page_of(desk: SessionState, host: str, port: int | None) -> AbstractContextManager[None]:
+def page_of(session: SessionState, host: str, port: int | None) -> AbstractContextManager[None]:
     """The page, served while the block lasts, and where it is told.
 
     Raises:
@@ -39,4 +39,4 @@ def page_of(desk: SessionState, host: str, port: int | None) -> AbstractContextM
     from scenarios.viewer.page_process import PageProcess
 
     console = Console(stderr=True)
-    return serve(lambda free: PageProcess(desk, host=host, port=free), host, port, console)
+    return serve(lambda free: PageProcess(session, host=host, port=free), host, port, console)

@@ -1,1 +1,1 @@
-"""Watch the procedure in a browser, and correct it."""
+"""How do people watch a procedure in a browser and correct it?"""

@@ -1,4 +1,4 @@
-"""A real browser, where there is one, for what has to be tried in one."""
+"""A real browser, where one is installed, for tests and benches of the page."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ if TYPE_CHECKING:
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 NAMED_BY = "CALOT_CHROMIUM"
 FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-WIDTH, HEIGHT = 920, 600  # small, as it draws in software
+WIDTH, HEIGHT = 920, 600  # small, because it is drawn in software
 SENT_MS = 200  # the page sends what is typed at most every 50 ms
 PATIENCE_MS = 120_000
 
 
 def missing() -> str:
-    """Why there is none; "" if there is one."""
+    """Return why no browser can be used; "" if one can."""
     try:
         import playwright.sync_api  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError:
-        return "playwright is not installed: pip install 'calot[browser]'"
+        return "playwright is not installed: .venv/bin/pip install -e '.[browser]'"
     return "" if executable() else f"no browser: install one of {', '.join(NAMES)}"
 
 
 def executable() -> str | None:
-    """Path of a Chromium; None if there is none. `CALOT_CHROMIUM` names another one."""
+    """Return the path of `CALOT_CHROMIUM` or Chromium; None if neither is found."""
     found = (shutil.which(name) for name in (os.environ.get(NAMED_BY), *NAMES) if name)
     return next((path for path in found if path), None)
 
 
 @contextmanager
 def browser() -> Iterator[Browser]:
-    """Chromium without a window, drawing in software."""
+    """Start Chromium without a window, drawing in software."""
     from playwright.sync_api import sync_playwright  # pyright: ignore[reportMissingImports]
 
     with sync_playwright() as playwright:
@@ -52,10 +52,10 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def open_tab(chromium: Browser, address: str, *, offline: bool = False) -> Iterator[Page]:
-    """A tab.
+    """Open a tab on an address.
 
     Raises:
-        RuntimeError: there was an error on the page; when the block is left.
+        RuntimeError: when the block is left, if the page had an error.
     """
     errors: list[str] = []
     context = chromium.new_context(viewport={"width": WIDTH, "height": HEIGHT}, offline=offline)
@@ -70,21 +70,21 @@ def open_tab(chromium: Browser, address: str, *, offline: bool = False) -> Itera
 
 
 def button(tab: Page, name: str) -> Locator:
-    """By its own text: style sheets may show another."""
+    """Return the button with this text in the HTML; the style sheet may show another text."""
     return tab.locator("button", has_text=re.compile(rf"^\s*{re.escape(name)}$"))
 
 
 def press(tab: Page, name: str) -> None:
-    """At once, as a person with a fast machine: playwright's own waits for a still picture."""
+    """Click a button at once; playwright's own click waits until the page stands still."""
     button(tab, name).dispatch_event("click")
 
 
 def type_in(tab: Page, text: str) -> None:
-    """Into the line for what is said; Enter is left to be pressed."""
+    """Type into the line for free text, without pressing Enter."""
     tab.locator("form input").fill(text)
     tab.wait_for_timeout(SENT_MS)
 
 
 def enter(tab: Page) -> None:
-    """Sends what was typed."""
+    """Press Enter in the line for free text."""
     tab.locator("form input").press("Enter")

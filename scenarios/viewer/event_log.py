@@ -1,4 +1,4 @@
-"""What has happened in an episode so far, for people to read."""
+"""A log of the events of an episode so far, for people to read."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.step import Step
 
 Kind = Literal["planner", "human", "said", "asked back", "injury", "filter", "disturbance", "end"]
-KEPT = 200  # lines; the recording keeps them all
-APART_S = 0.5  # what the filter alters again within this is one intervention
-SMOOTHING = 0.05  # of the stages' times, a share a step
+KEPT = 200  # newest lines; the recording keeps all of them
+APART_S = 0.5  # the filter's changes within this time of each other make one line
+SMOOTHING = 0.05  # weight of a new step in the smoothed stage times
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogLine:
-    """One thing that happened.
+    """One event.
 
     Attributes:
-        detail: its confidence, size or answer; "" for none.
+        detail: confidence, size or reply; "" for none.
     """
 
     time_s: float
@@ -38,7 +38,7 @@ class LogLine:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """How far one task is."""
+    """Progress of one task."""
 
     time_s: float = 0.0
     done: bool = False
@@ -46,20 +46,21 @@ class Progress:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Story:
-    """A copy of the chronicle that changes no more.
+class EpisodeStatus:
+    """An immutable copy of the log and of the episode's progress.
 
     Attributes:
-        tasks: begun so far, by index.
-        lines: the newest last.
-        altered: how many commands the safety filter altered.
-        spent_s: by stage of the loop, smoothed.
+        guided_arm: which arm a person guides; None for none.
+        tasks: tasks begun so far, by index.
+        lines: the newest `KEPT` events, the newest last.
+        altered: number of commands that the safety filter changed.
+        spent_s: smoothed time of a step, by stage of the loop.
     """
 
     time_s: float = 0.0
     instruction: Instruction | None = None
     exchange: bool = False
-    hand: int | None = None
+    guided_arm: int | None = None
     tasks: Mapping[int, Progress] = field(default_factory=dict)
     lines: tuple[LogLine, ...] = ()
     injuries: int = 0
@@ -69,75 +70,75 @@ class Story:
 
 
 class EventLog:
-    """Notes each step; to be read by whoever holds the lock that guards it."""
+    """Collects the events of each step. The caller guards it with a lock."""
 
     def __init__(self) -> None:
-        self._story = Story()
+        self._status = EpisodeStatus()
         self._lines: deque[LogLine] = deque(maxlen=KEPT)
         self._tasks: dict[int, Progress] = {}
         self._spent_s: dict[str, float] = {}
         self._altered_s: dict[tuple[str, ...], float] = {}
 
     def note(self, step: Step) -> None:
-        """Take in one step."""
-        before = self._story
+        """Add the events of one step."""
+        before = self._status
         self._said(step)
         if _is_new(step.instruction, before.instruction):
-            self._tell(step.time_s, *_told(step.instruction))
+            self._add(step.time_s, *_line_of(step.instruction))
         arm = None if step.hand is None else step.hand.arm
-        if arm is not None and arm != before.hand:
+        if arm is not None and arm != before.guided_arm:
             side = "left" if arm == LEFT_ARM else "right"
-            self._tell(step.time_s, "human", f"leads the {side} arm by hand")
+            self._add(step.time_s, "human", f"guides the {side} arm")
         for event in step.outcome.events:
             size = f"{event.value:.3g}, limit {event.limit:.3g}"
-            self._tell(step.time_s, "injury", event.event, size)
+            self._add(step.time_s, "injury", event.event, size)
         for applied in step.applied:
             size = f"{applied.magnitude:g} {applied.unit}"
-            self._tell(step.time_s, "disturbance", applied.name, size)
+            self._add(step.time_s, "disturbance", applied.name, size)
         for entry in step.altered:
             self._altered(entry)
         self._advance(step)
         self._time(step.spent_s)
-        self._story = replace(
+        self._status = replace(
             before,
             time_s=step.time_s,
             instruction=step.instruction,
             exchange=step.exchange,
-            hand=arm,
+            guided_arm=arm,
             injuries=before.injuries + len(step.outcome.events),
             altered=before.altered + len(step.altered),
         )
 
     def end(self, result: EpisodeResult) -> None:
-        """Take in what it came to."""
-        self._tell(self._story.time_s, "end", verdict(result))
-        self._story = replace(self._story, result=result)
+        """Add the episode's result."""
+        self._add(self._status.time_s, "end", verdict(result))
+        self._status = replace(self._status, result=result)
 
-    def read(self) -> Story:
-        """All of it so far."""
+    def read(self) -> EpisodeStatus:
+        """Return a copy of everything so far."""
         return replace(
-            self._story,
+            self._status,
             tasks=dict(self._tasks),
             lines=tuple(self._lines),
             spent_s=dict(self._spent_s),
         )
 
-    def _tell(self, time_s: float, kind: Kind, text: str, detail: str = "") -> None:
+    def _add(self, time_s: float, kind: Kind, text: str, detail: str = "") -> None:
         self._lines.append(LogLine(time_s=time_s, kind=kind, text=text, detail=detail))
 
     def _said(self, step: Step) -> None:
         for heard in step.heard:
-            self._tell(heard.time_s, _kind(heard), f"“{heard.text}”", heard.reply)
+            self._add(heard.time_s, _kind(heard), f"“{heard.text}”", heard.reply)
 
     def _altered(self, entry: Entry) -> None:
         last_s = self._altered_s.get(entry.limits)
         self._altered_s[entry.limits] = entry.time_s
         if last_s is None or entry.time_s - last_s > APART_S:
             detail = "holds" if entry.held else f"{1e3 * entry.change_m:.1f} mm"
-            self._tell(entry.time_s, "filter", ", ".join(entry.limits), detail)
+            self._add(entry.time_s, "filter", ", ".join(entry.limits), detail)
 
     def _advance(self, step: Step) -> None:
-        task, before = step.instruction.task, self._story
+        task, before = step.instruction.task, self._status
         progress = self._tasks.get(task.index, Progress())
         corrected = step.instruction.correction is not None and _is_new(
             step.instruction, before.instruction
@@ -155,15 +156,15 @@ class EventLog:
 
 
 def verdict(result: EpisodeResult) -> str:
-    """In words."""
+    """Return the result in words."""
     if result.error is not None:
         return f"broke off: {result.error}"
     return "passed" if result.success else "failed"
 
 
-def progress_of(story: Story) -> float:
-    """Share of the tasks that are done."""
-    return sum(progress.done for progress in story.tasks.values()) / len(TASKS)
+def progress_of(status: EpisodeStatus) -> float:
+    """Return the share of the tasks that are done."""
+    return sum(progress.done for progress in status.tasks.values()) / len(TASKS)
 
 
 def _is_new(now: Instruction, before: Instruction | None) -> bool:
@@ -172,7 +173,7 @@ def _is_new(now: Instruction, before: Instruction | None) -> bool:
     return now.source == "human" and now.time_s != before.time_s
 
 
-def _told(instruction: Instruction) -> tuple[Kind, str, str]:
+def _line_of(instruction: Instruction) -> tuple[Kind, str, str]:
     return instruction.source, instruction.text, f"{instruction.confidence:.0%}"
 
 

@@ -1,4 +1,4 @@
-"""What the page draws, copied out of the world in one go: nothing here changes any more."""
+"""What the page draws: immutable copies of the world's state."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _NUMBERS = count()
 
 @dataclass(frozen=True, kw_only=True)
 class Patient:
-    """What stays the same from a patient's first step to the last, world frame.
+    """What stays the same from a patient's first step to the last, in the world frame.
 
     Attributes:
-        number: no two patients of a process have the same.
-        T_world_endoscope: (4, 4) before anything shifted it.
-        keep_outs: what the safety filter keeps the instruments out of.
+        number: unique within the process.
+        T_world_endoscope: (4, 4) initial pose of the endoscope.
+        keep_outs: bodies that the safety filter keeps the instruments away from.
     """
 
     number: int
@@ -44,25 +44,25 @@ class Patient:
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """One moment, world frame.
+    """The world at one simulated time, in the world frame.
 
     Attributes:
-        patient: number of who lies there.
-        time_s: simulated.
+        patient: the patient's number.
+        time_s: simulated time.
         positions_m: (n, 3) of the tissue's vertices.
-        tets: (n_tet, 4) elements that are left.
-        alive: (n_organ_tet,) which of the organ's those are.
-        dyed: share of the tissue under red liquid.
+        tets: (n_tet, 4) tetrahedra that are left.
+        alive: (n_organ_tet,) which of the organ's tetrahedra these are.
+        dyed: share of the tissue that is covered by red liquid.
         tools: names of the left and right instrument.
         T_world_link: (2, 4, 4, 4) links of each arm, in the order of `PATCH_LINKS`.
-        T_world_tool: (2, 4, 4).
-        jaw_rad: (2,) openings commanded last.
-        T_world_leg: (n, 4, 4) legs of clips.
-        strands_m: (n, 2, 3) ends of the connective tissue that holds.
-        leaks: what runs out, by structure.
-        forces_n: (2, 3) of the tissue on each instrument.
-        ahead_m: (2, n, 3) where the chunk under way would lead each tip, from where it is.
-        body_m: (3,) how far the body is from the anatomy's place.
+        T_world_tool: (2, 4, 4) instrument tips.
+        jaw_rad: (2,) jaw openings of the last command.
+        T_world_leg: (n, 4, 4) legs of the clips.
+        strands_m: (n, 2, 3) ends of the intact connective-tissue strands.
+        leaks: surfaces of leaking liquid, by structure.
+        forces_n: (2, 3) force of the tissue on each instrument.
+        ahead_m: (2, n, 3) path of each tip through the rest of the action chunk, current tip first.
+        body_m: (3,) displacement of the body from its initial place.
         T_world_endoscope: (4, 4).
     """
 
@@ -86,7 +86,7 @@ class Frame:
 
 
 def patient_of(world: World) -> Patient:
-    """The one who lies there."""
+    """Return the world's patient, under a new number."""
     return Patient(
         number=next(_NUMBERS),
         anatomy=world.anatomy,
@@ -102,13 +102,13 @@ def frame_of(
     ahead: Sequence[ToolAction] = (),
     before: Frame | None = None,
 ) -> Frame:
-    """The world now, as the controller means to go on.
+    """Return a frame of the world's current state and the controller's planned motions.
 
     Args:
-        world: where all of it is.
-        patient: who lies in it.
-        ahead: motions to come.
-        before: a frame whose elements are used again, unless some were cut since.
+        world: the world to copy.
+        patient: the world's patient.
+        ahead: the next actions of the current chunk.
+        before: an earlier frame; its `tets` are shared unless tetrahedra were cut since.
     """
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)
@@ -135,14 +135,14 @@ def frame_of(
         strands_m=world.tissue.positions()[holding(world)].astype(float),
         leaks=leak_surfaces(world),
         forces_n=world.tool_forces_n(),
-        ahead_m=_way(T_world_tool, world.T_world_endoscope, ahead),
+        ahead_m=_path(T_world_tool, world.T_world_endoscope, ahead),
         body_m=world.body.offset_m.copy(),
         T_world_endoscope=world.T_world_endoscope.copy(),
     )
 
 
-def _way(T_world_tool: Array, T_world_endoscope: Array, ahead: Sequence[ToolAction]) -> Array:
-    """(2, n, 3) tip positions, from the present ones on."""
+def _path(T_world_tool: Array, T_world_endoscope: Array, ahead: Sequence[ToolAction]) -> Array:
+    """Return the (2, n, 3) tip positions along the planned motions, the current ones first."""
     moves = np.array([action.move_endoscope_m for action in ahead]).reshape(-1, 2, 3)
     steps = moves.transpose(1, 0, 2) @ T_world_endoscope[:3, :3].T
     start = T_world_tool[:, None, :3, 3]

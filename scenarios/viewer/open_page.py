@@ -1,4 +1,4 @@
-"""Opens a page where it was asked for, and says where that is."""
+"""Serve a page on a port, and print its address."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scenarios.viewer.port import FIRST_PORT, choose_port
 
 
 class Served(Protocol):
-    """A page with its server, up while its `with` block lasts."""
+    """A page whose server runs while its `with` block lasts."""
 
     @property
     def port(self) -> int: ...
@@ -24,13 +24,15 @@ class Served(Protocol):
 def serve(
     make: Callable[[int], Served], host: str, port: int | None, console: Console
 ) -> Iterator[None]:
-    """Makes a page on a port, and serves it while the block lasts.
+    """Serve a page while the block lasts.
 
     Raises:
-        BadInputError: it cannot be served there.
+        BadInputError: the page cannot be served on this port.
     """
     with make(choose_port(host, port)) as page:
-        if port is None and page.port != FIRST_PORT:  # someone may have been faster
-            console.print(f"port {FIRST_PORT} is taken: it is {page.port} instead", highlight=False)
-        console.print(f"open http://{host}:{page.port} in a browser; Ctrl-C ends", highlight=False)
+        if port is None and page.port != FIRST_PORT:
+            console.print(f"port {FIRST_PORT} is taken; using {page.port}", highlight=False)
+        console.print(
+            f"open http://{host}:{page.port} in a browser; press Ctrl-C to end", highlight=False
+        )
         yield

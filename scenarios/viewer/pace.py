@@ -1,4 +1,4 @@
-"""How fast an episode goes on: paused, step by step, at a speed; and when it is to begin anew."""
+"""The speed of an episode: paused, step by step, or at a speed; and requests to restart."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from threading import Condition
 
 from scenarios.loop.episode_config import EpisodeConfig
 
-LATE_S = 0.25  # an episode that is later than this does not try to catch up
+LATE_S = 0.25  # a loop that is later than this does not try to catch up
 
 
 class Restart(BaseException):
-    """A person wants another episode: the running one ends.
+    """A person has started another episode: the running one ends.
 
-    Like Ctrl-C it is no error, and nothing catches it as one.
+    A BaseException, like KeyboardInterrupt, so that no handler of errors catches it.
 
     Attributes:
-        config: of the episode that is wanted.
+        config: configuration of the requested episode.
     """
 
     def __init__(self, config: EpisodeConfig) -> None:
@@ -27,10 +27,10 @@ class Restart(BaseException):
 
 
 class Pace:
-    """The loop waits here after each step; pages set the speed from their own threads."""
+    """Makes the loop wait after each step; pages set the speed from their own threads."""
 
     def __init__(self, *, speed: float = 1.0, paused: bool = False) -> None:
-        """`speed`: simulated over real time, infinite for as fast as it can."""
+        """Set `speed`: simulated time over real time; infinity means as fast as possible."""
         self._turn = Condition()
         self._speed, self._paused, self._steps = speed, paused, 0
         self._wanted: EpisodeConfig | None = None
@@ -38,12 +38,12 @@ class Pace:
 
     @property
     def paused(self) -> bool:
-        """Whether it stands still."""
+        """Return whether the loop is paused."""
         return self._paused
 
     @property
     def speed(self) -> float:
-        """Simulated over real time."""
+        """Return simulated time over real time."""
         return self._speed
 
     @speed.setter
@@ -56,70 +56,70 @@ class Pace:
             self._turn.notify_all()
 
     def pause(self) -> None:
-        """Stand still after this step."""
+        """Pause the loop after this step."""
         with self._turn:
             self._paused, self._steps = True, 0
 
     def go_on(self) -> None:
-        """Run."""
+        """Run the loop."""
         with self._turn:
             self._paused = False
             self._due_s = time.monotonic()
             self._turn.notify_all()
 
     def step(self) -> None:
-        """One step more, then stand still."""
+        """Run one step, then pause."""
         with self._turn:
             self._paused, self._steps = True, self._steps + 1
             self._turn.notify_all()
 
     def restart(self, config: EpisodeConfig) -> None:
-        """Have the loop begin this episode."""
+        """Ask the loop to begin this episode."""
         with self._turn:
             self._wanted = config
             self._turn.notify_all()
 
     def wake(self) -> None:
-        """Have a loop that waits see to its `meanwhile`."""
+        """Make a waiting loop call its `meanwhile`."""
         with self._turn:
             self._turn.notify_all()
 
     def wait(self, step_s: float, meanwhile: Callable[[], None]) -> None:
-        """Until the next step is due, `step_s` of simulated time after the one before.
+        """Wait until the next step is due, `step_s` of simulated time after the last one.
 
         Raises:
-            Restart: another episode is wanted.
+            Restart: a person has started another episode.
         """
         with self._turn:
             self._due_s += step_s / self._speed
             while True:
                 meanwhile()
-                self._heed()
+                self._raise_restart()
                 left_s = self._left_s()
                 if left_s <= 0.0:
                     return
                 self._turn.wait(None if math.isinf(left_s) else left_s)
 
     def rest(self, meanwhile: Callable[[], None]) -> None:
-        """Until another episode is wanted.
+        """Wait until a person starts another episode.
 
         Raises:
-            Restart: it is.
+            Restart: always, when that happens.
         """
         with self._turn:
             while True:
                 meanwhile()
-                self._heed()
+                self._raise_restart()
                 self._turn.wait()
 
-    def _heed(self) -> None:
+    def _raise_restart(self) -> None:
         if self._wanted is not None:
             wanted, self._wanted = self._wanted, None
             self._steps = 0
             raise Restart(wanted)
 
     def _left_s(self) -> float:
-        """Until the next step may be made, s; infinite while it stands still."""
+        """Return the time until the next step is due, s; infinite while paused."""
         if self._paused:
             if not self._steps:
                 return math.inf

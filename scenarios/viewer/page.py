@@ -1,4 +1,4 @@
-"""The page: scene and panels on a viser server, kept up to date by a thread of their own."""
+"""The page: scene and panels on a viser server, updated by a separate thread."""
 
 from __future__ import annotations
 
@@ -37,22 +37,22 @@ LEFT_PX, RIGHT_PX = 290, 320
 
 
 class Page:
-    """Serves while its `with` block lasts; nothing is drawn while no tab is open."""
+    """Serves while its `with` block lasts. Draws nothing while no tab is open."""
 
     def __init__(self, ask: Asks, *, host: str, port: int) -> None:
         self._ask = ask
-        with redirect_stdout(StringIO()):  # viser's own greeting
+        with redirect_stdout(StringIO()):  # hides viser's banner
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         theme(self.server.gui, dark=True)
         self._scene = Scene(self.server.scene)
         self._panels = self._make_panels()
-        self._patient: int | None = None  # whose scene it is
+        self._patient: int | None = None  # number of the patient whom the scene shows
         self._stop = Event()
         self._drawing = Thread(target=self._draw, name="calot-page", daemon=True)
 
     def __enter__(self) -> Self:
         self._drawing.start()
-        Thread(target=interpreter().warm_up, name="calot-words", daemon=True).start()
+        Thread(target=interpreter().warm_up, name="calot-interpreter", daemon=True).start()
         return self
 
     def __exit__(
@@ -68,7 +68,7 @@ class Page:
 
     @property
     def port(self) -> int:
-        """Where it is served."""
+        """Return the port on which the page is served."""
         return self.server.get_port()
 
     def _make_panels(self) -> list[Panel]:
@@ -123,7 +123,7 @@ class Page:
                 self._scene.draw(frame)
 
     def _enter(self, frame: Frame) -> None:
-        """Makes a patient's scene, unless somebody else lies there already."""
+        """Create the patient's scene, unless the patient has changed again since the frame."""
         patient = self._ask(SessionState.patient)
         if patient is not None and patient.number == frame.patient:
             self._patient = patient.number

@@ -1,4 +1,4 @@
-"""The page in a process of its own: in the loop's it would take turns with the loop."""
+"""The page in a separate process: in the loop's process it would slow the loop down."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from scenarios.viewer.session_state import SessionState
 
 P = ParamSpec("P")
 T = TypeVar("T")
-GONE = EOFError, ConnectionError  # nobody is at the other end any more
+GONE = EOFError, ConnectionError  # the other end of the connection is closed
 
 
 class PageProcess:
-    """Serves while its `with` block lasts; if the process dies, the episode goes on."""
+    """Serves while its `with` block lasts. If the process dies, the episode continues."""
 
-    def __init__(self, desk: SessionState, *, host: str, port: int) -> None:
+    def __init__(self, session: SessionState, *, host: str, port: int) -> None:
         spawn = get_context("spawn")
         self._life, life = spawn.Pipe()
         self._asked, line = spawn.Pipe()
         self._process = spawn.Process(target=_serve, args=(life, line, host, port), daemon=True)
         self._answering = Thread(
-            target=answer, args=(self._asked, desk), name="calot-desk", daemon=True
+            target=answer, args=(self._asked, session), name="calot-session", daemon=True
         )
         self._ends = life, line
 
     def __enter__(self) -> Self:
-        """Raises BadInputError where no page comes up."""
-        on_ctrl_c = signal.signal(signal.SIGINT, signal.SIG_IGN)  # which the process takes over:
-        self._process.start()  # Ctrl-C is for the loop, and that ends the page
+        """Raise BadInputError if the page cannot be served."""
+        on_ctrl_c = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process inherits this:
+        self._process.start()  # Ctrl-C is for the loop, which then ends the page
         signal.signal(signal.SIGINT, on_ctrl_c)
-        for end in self._ends:  # the process has its own
+        for end in self._ends:  # the process holds its own copies
             end.close()
         self._answering.start()
         try:
             self.port: int = self._life.recv()
         except GONE:
-            raise BadInputError("the page could not be served; see above") from None
+            raise BadInputError("cannot serve the page; see the error above") from None
         return self
 
     def __exit__(
@@ -52,46 +52,50 @@ class PageProcess:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._process.kill()  # it holds nothing that could be lost
+        self._process.kill()  # it holds no data that could be lost
         self._process.join()
         self._life.close()
         self._asked.close()
 
 
 class SessionLink:
-    """Asks the desk at the other end, one deed at a time."""
+    """Calls methods of the session at the other end of a connection, one at a time."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._lock = connection, Lock()
 
     def __call__(
-        self, deed: Callable[Concatenate[SessionState, P], T], /, *args: P.args, **kwargs: P.kwargs
+        self,
+        method: Callable[Concatenate[SessionState, P], T],
+        /,
+        *args: P.args,
+        **kwargs: P.kwargs,
     ) -> T:
         with self._lock:
             try:
-                self._connection.send((deed, args, kwargs))
-                done, answer = self._connection.recv()
+                self._connection.send((method, args, kwargs))
+                done, reply = self._connection.recv()
             except GONE:
                 raise SystemExit from None  # ends this thread; the process ends as well
         if not done:
-            raise answer
-        return answer
+            raise reply
+        return reply
 
 
-def answer(connection: Connection, desk: SessionState) -> None:
-    """Does at the desk what the page asks for, until it is gone."""
+def answer(connection: Connection, session: SessionState) -> None:
+    """Call the session's methods that the page asks for, until the connection closes."""
     with suppress(*GONE):
         while True:
-            deed, args, kwargs = connection.recv()
+            method, args, kwargs = connection.recv()
             try:
-                answer = True, deed(desk, *args, **kwargs)
+                reply = True, method(session, *args, **kwargs)
             except Exception as error:
-                answer = False, error
-            connection.send(answer)
+                reply = False, error
+            connection.send(reply)
 
 
 def _serve(life: Connection, line: Connection, host: str, port: int) -> None:
-    """Of the page's process: tells its port, and serves until nobody is at the other end."""
+    """Run the page in its process: send its port, and serve until the connection closes."""
     from scenarios.viewer.page import Page
 
     with Page(SessionLink(line), host=host, port=port) as page, suppress(*GONE):

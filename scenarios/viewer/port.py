@@ -1,4 +1,4 @@
-"""Where the page is served: a port that is free."""
+"""Choose a free port to serve a page on."""
 
 from __future__ import annotations
 
@@ -8,28 +8,30 @@ import socket
 from scenarios.files.errors import BadInputError
 
 FIRST_PORT = 8080
-PORTS = 100  # how many are tried
+PORTS = 100  # number of ports to try
 
 
 def choose_port(host: str, asked: int | None = None) -> int:
-    """The port that was asked for, else the first free one from `FIRST_PORT` on.
+    """Return the requested port, or the first free one from `FIRST_PORT` on.
 
     Raises:
-        BadInputError: it is taken, all are, or the address is none of this machine's.
+        BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
     """
     if asked is not None:
         if error := _why_not(host, asked):
-            raise BadInputError(f"--port {asked}: {error}; leave it out for the next free one")
+            raise BadInputError(f"--port {asked}: {error}; leave out --port to use a free one")
         return asked
     ports = range(FIRST_PORT, FIRST_PORT + PORTS)
     for port in ports:
         if not (error := _why_not(host, port)):
             return port
-    raise BadInputError(f"--host {host}: no port of {ports[0]} to {ports[-1]} is free: {error}")
+    raise BadInputError(
+        f"--host {host}: no port from {ports[0]} to {ports[-1]} can be used: {error}"
+    )
 
 
 def _why_not(host: str, port: int) -> str | None:
-    """Why a server cannot listen there; None if it can."""
+    """Return why a server cannot listen on this port; None if it can."""
     try:
         with socket.create_server((host, port)):
             return None

@@ -1,4 +1,4 @@
-"""A recording as frames that can be shown in any order."""
+"""A recording as a list of frames that can be shown in any order."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from scenarios.viewer.frame import Frame, frame_of, patient_of
 
 @dataclass(frozen=True, kw_only=True)
 class TimelineMark:
-    """A moment worth seeing."""
+    """A labelled time on the timeline."""
 
     time_s: float
     text: str
 
 
 class RecordingFrames:
-    """Grows as the recording runs through the world once more.
+    """The frames of a recording; the list grows while the recorded commands are replayed.
 
     Attributes:
-        patient: who lies there.
-        frames: so far, evenly spaced in simulated time.
-        marks: what was instructed, said, hurt and disturbed, in order.
+        patient: the recorded patient.
+        frames: made so far, evenly spaced in simulated time.
+        marks: instructions, speech, injuries and disturbances, in order of time.
         end_s: simulated time of the last step.
-        differs_s: when the arms first were not where the recording has them; None if never so far.
+        differs_s: first time at which the arms are not where the recording has them; None so far.
     """
 
     def __init__(self, recording: Recording, *, every: int) -> None:
-        """One frame every so many steps.
+        """Prepare to make one frame every `every` steps.
 
         Raises:
             ValueError: the recording is of another version.
@@ -47,7 +47,7 @@ class RecordingFrames:
         self.frames: list[Frame] = [frame_of(self._rerun.world, self.patient)]
 
     def run(self) -> Iterator[Frame]:
-        """Fills the reel; yields each frame, the first one included, as it is there."""
+        """Replay the recording; yield each frame when it is made, the first one included."""
         yield self.frames[0]
         for k, same in enumerate(self._rerun.steps(), start=1):
             if not same and self.differs_s is None:
@@ -58,22 +58,22 @@ class RecordingFrames:
                 yield self.frames[-1]
 
     def at(self, time_s: float) -> Frame:
-        """The frame nearest to a simulated time, of those that are there."""
+        """Return the frame nearest to a simulated time, of those made so far."""
         share = time_s / self.end_s if self.end_s > 0.0 else 0.0
         whole = math.ceil(self._rerun.n_steps / self._every)
         return self.frames[min(max(round(share * whole), 0), len(self.frames) - 1)]
 
     def instruction(self, time_s: float) -> str:
-        """What was heard then, and from whom."""
+        """Return the source and text of the instruction in force at this time."""
         if not len(self._row):
             return ""
         k = min(int((self._time_s < time_s - 1e-9).sum()), len(self._row) - 1)
-        said = self._instructions[self._row[k]]
-        return f"{said['source']}: {said['text']}"
+        instruction = self._instructions[self._row[k]]
+        return f"{instruction['source']}: {instruction['text']}"
 
 
 def marks_of(recording: Recording) -> tuple[TimelineMark, ...]:
-    """Where instructions change, people speak, something is hurt, goes wrong, or ends."""
+    """Return marks for changes of instruction, speech, injuries, disturbances and the end."""
     time_s, row = recording.arrays["time_s"], recording.arrays["instruction"]
     marks = [
         TimelineMark(time_s=float(time_s[k]), text=recording.instructions[row[k]]["text"])

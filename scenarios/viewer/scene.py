@@ -59,7 +59,7 @@ class Scene:
 
     @property
     def shown(self) -> frozenset[str]:
-        """Which of `OPTIONAL` are seen."""
+        """Return which of `OPTIONAL` are visible."""
         return self._shown
 
     @shown.setter
@@ -69,7 +69,7 @@ class Scene:
             node.visible = name in names
 
     def enter(self, patient: Patient) -> None:
-        """Make everything anew, for another patient."""
+        """Create all layers for a patient."""
         scene, root = self._scene, self._root
         scene.add_frame(root, show_axes=False, position=self._place_m)
         self._options = {
@@ -82,7 +82,7 @@ class Scene:
         ]
 
     def draw(self, frame: Frame) -> None:
-        """Show this moment of the patient who was entered last."""
+        """Show a frame of the patient who was entered last."""
         for layer in self._layers:
             layer.update(frame)
 
@@ -90,7 +90,7 @@ class Scene:
 def look_through(
     camera: viser.CameraHandle | viser.InitialCameraConfig, T_world_endoscope: Array
 ) -> None:
-    """Look as the endoscope does."""
+    """Put the page's camera where the endoscope is."""
     T = T_world_endoscope
     camera.position = T[:3, 3]
     camera.look_at = T[:3, 3] + np.linalg.norm(T[:3, 3]) * T[:3, 2]

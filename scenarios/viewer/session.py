@@ -1,4 +1,4 @@
-"""Episode after episode in front of a page, until Ctrl-C."""
+"""Run episodes that a page shows, one after another, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ from scenarios.viewer.pace import Restart
 from scenarios.viewer.session_state import SessionState
 
 
-def watch_episodes(desk: SessionState) -> None:
-    """Runs what people ask for; an episode that breaks off is told, and the next may begin."""
+def watch_episodes(session: SessionState) -> None:
+    """Run the requested episodes. One that breaks off is shown as such; another may follow."""
     while True:
         try:
-            result = watch_episode(desk)
+            result = watch_episode(session)
             if result.error is not None:
-                desk.watcher.on_end(result)
-            desk.watcher.rest()
-        except Restart as wish:
-            desk.begin(wish.config)
+                session.watcher.on_end(result)
+            session.watcher.rest()
+        except Restart as restart:
+            session.begin(restart.config)
 
 
-def watch_episode(desk: SessionState) -> EpisodeResult:
-    """Runs one to its end, recorded like any other.
+def watch_episode(session: SessionState) -> EpisodeResult:
+    """Run and record one episode.
 
     Raises:
-        Restart: a person wants another one instead.
+        Restart: a person has started another episode.
     """
-    return attempt_episode(desk.config, desk.out, [desk.interventions, desk.watcher], desk.inbox)
+    return attempt_episode(
+        session.config, session.out, [session.interventions, session.watcher], session.inbox
+    )

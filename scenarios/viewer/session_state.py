@@ -1,4 +1,4 @@
-"""What the page's controls act on, and what it asks of the episode under way."""
+"""The state of a viewer session: what the page reads, and what its controls change."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.by_hand import BY_HAND
-from scenarios.viewer.event_log import Story
+from scenarios.viewer.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient
-from scenarios.viewer.interventions import InterventionsOnRequest
+from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from scenarios.viewer.pace import Pace
 from scenarios.viewer.watcher import Watcher
 from tissue_sim.patient.anatomy import Anatomy
@@ -30,25 +30,25 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """How things stand, for panels to show.
+    """A snapshot of the session for the panels.
 
     Attributes:
-        config: of the episode under way.
-        restarts: whether another episode may be asked for.
-        speed: simulated over real time.
-        led: whether a person's hand is to lead an arm.
-        intervened: whether there is something to save as training data.
-        anatomy: of who lies there; None before the first.
-        camera: whether there are pictures of the endoscope.
-        picture: (height, width, 3) the newest; None before the first.
+        config: configuration of the current episode.
+        restarts: whether the page may start another episode.
+        speed: simulated time over real time.
+        guided: whether a person guides an arm.
+        intervened: whether there is an intervention to save as training data.
+        anatomy: the current patient's; None before the first patient.
+        camera: whether endoscope pictures are rendered.
+        picture: (height, width, 3) newest endoscope picture; None before the first.
     """
 
-    story: Story
+    status: EpisodeStatus
     config: EpisodeConfig
     restarts: bool
     paused: bool
     speed: float
-    led: bool
+    guided: bool
     intervened: bool
     anatomy: Anatomy | None
     camera: bool
@@ -57,12 +57,12 @@ class State:
 
 @dataclass(kw_only=True)
 class SessionState:
-    """One session: episode after episode, watched and corrected, from any thread.
+    """A session: a series of episodes that people watch and correct. Safe to call from any thread.
 
     Attributes:
-        config: of the episode under way.
+        config: configuration of the current episode.
         out: folder for recordings and interventions.
-        restarts: whether another episode may be asked for.
+        restarts: whether the page may start another episode.
     """
 
     config: EpisodeConfig
@@ -76,7 +76,7 @@ class SessionState:
         self.begin(self.config)
 
     def begin(self, config: EpisodeConfig) -> None:
-        """Another episode: what was said to the one before is forgotten."""
+        """Begin another episode; discard inputs that the previous one has not processed."""
         self.config = config
         self.interventions = InterventionsOnRequest(
             self.out / "interventions",
@@ -88,24 +88,24 @@ class SessionState:
         self.inbox.hand = None
 
     def frame(self) -> Frame | None:
-        """The newest; the loop leaves another one soon."""
+        """Return the newest frame, and ask the loop for a newer one."""
         self.watcher.ask()
         return self.watcher.frame
 
     def patient(self) -> Patient | None:
-        """Who lies there."""
+        """Return the current patient; None before the first."""
         return self.watcher.patient
 
     def state(self) -> State:
-        """How things stand; where there is a camera, another picture comes soon."""
+        """Return a snapshot of the session, and ask the loop for a newer frame and picture."""
         self.watcher.ask(picture=True)
         return State(
-            story=self.watcher.story(),
+            status=self.watcher.status(),
             config=self.config,
             restarts=self.restarts,
             paused=self.pace.paused,
             speed=self.pace.speed,
-            led=self.inbox.hand is not None,
+            guided=self.inbox.hand is not None,
             intervened=self.interventions.intervened,
             anatomy=None if self.watcher.patient is None else self.watcher.patient.anatomy,
             camera=self.watcher.needs_images,
@@ -113,7 +113,7 @@ class SessionState:
         )
 
     def press(self, text: str) -> None:
-        """Say a command of the closed set, as a button does.
+        """Submit a command of the closed set, as a button does.
 
         Raises:
             KeyError: there is no such command.
@@ -121,70 +121,73 @@ class SessionState:
         self.inbox.press(COMMANDS[text])
 
     def hear(self, reading: Reading) -> None:
-        """Take in what somebody said, as it was read."""
+        """Submit the reading of what a person said."""
         self.inbox.put(reading)
 
-    def lead(self, hand: GuidedArm | None) -> None:
-        """Have a person's hand lead an arm, or none."""
-        self.inbox.hand = hand
+    def guide(self, arm: GuidedArm | None) -> None:
+        """Let a person guide an arm; None gives it back to the controller."""
+        self.inbox.hand = arm
 
     def disturb(self, name: str) -> None:
-        """Have something of `BY_HAND` go wrong.
+        """Apply a disturbance of `BY_HAND`.
 
         Raises:
-            KeyError: there is no such thing.
+            KeyError: there is no such disturbance.
         """
         self.inbox.disturb(BY_HAND[name])
 
     def go_on(self) -> None:
-        """Run."""
+        """Run the loop."""
         self.pace.go_on()
 
     def pause(self) -> None:
-        """Stand still after this step."""
+        """Pause the loop after this step."""
         self.pace.pause()
 
     def start_or_pause(self) -> None:
-        """Whichever of the two does something."""
+        """Run a paused loop, or pause a running one."""
         if self.pace.paused:
             self.pace.go_on()
         else:
             self.pace.pause()
 
     def step(self) -> None:
-        """One step more, then stand still."""
+        """Run one step, then pause."""
         self.pace.step()
 
     def set_speed(self, speed: float) -> None:
-        """Simulated over real time, infinite for as fast as it can.
+        """Set simulated time over real time; infinity means as fast as possible.
 
         Raises:
-            ValueError: it is not above 0.
+            ValueError: `speed` is not above 0.
         """
         self.pace.speed = speed
 
     def restart(self, seed: int, scenario: str) -> None:
-        """Have the loop begin with another patient, where that may be asked for."""
+        """Start an episode with another patient, where the session allows it."""
         if self.restarts:
             self.pace.restart(replace(self.config, seed=seed, scenario=scenario, magnitude=None))
 
     def save_intervention(self) -> Path:
-        """The episode so far, as training data.
+        """Save the episode so far as training data; return the file's path.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: the file cannot be written.
             ValueError: nobody has intervened, or the folder holds parts that do not fit.
         """
         return self.interventions.save_so_far()
 
 
 class Asks(Protocol):
-    """Has something done at the desk, wherever that is, and returns what comes of it.
+    """Call a method of the `SessionState`, in this process or another, and return its result.
 
-    The deed is a method of `SessionState`, the arguments are its own:
-    `ask(SessionState.press, "pause")`.
+    For instance `ask(SessionState.press, "pause")`.
     """
 
     def __call__(
-        self, deed: Callable[Concatenate[SessionState, P], T], /, *args: P.args, **kwargs: P.kwargs
+        self,
+        method: Callable[Concatenate[SessionState, P], T],
+        /,
+        *args: P.args,
+        **kwargs: P.kwargs,
     ) -> T: ...

@@ -1,1 +1,1 @@
-"""What is drawn on the page, one kind of thing a file."""
+"""What is drawn in the 3D scene? One kind of object a file."""

@@ -1,4 +1,4 @@
-"""The clips: held, in the field, and the one in the applier."""
+"""Layer of the clips: on tissue, loose in the field, and in the applier."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tissue_sim.rendering.clip_shape import LOOK, leg
 
 
 class ClipLayer:
-    """One mesh, the leg of a clip, in many places."""
+    """One mesh, the leg of a clip, drawn at many poses."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -27,7 +27,7 @@ class ClipLayer:
         )
 
     def update(self, frame: Frame) -> None:
-        """Put the legs where they are."""
+        """Move the legs to their poses."""
         T = frame.T_world_leg
         show(self._legs, "batched_positions", T[:, :3, 3])
         show(self._legs, "batched_wxyzs", wxyz(T[:, :3, :3]), SEEN_TURN)

@@ -1,4 +1,4 @@
-"""What the tissue does to each instrument, as an arrow at its tip."""
+"""Layer of the tissue's force on each instrument, as an arrow at its tip."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from scenarios.viewer.layers.layer import Rgb, show
 
 COLOUR: Rgb = (255, 214, 10)
 M_PER_N = 0.006
-MIN_N = 0.05  # below it an arrow would be all head
+MIN_N = 0.05  # a smaller force is not drawn: its arrow would be only a head
 
 
 class ForceLayer:
-    """An arrow along the force, as long as it is strong."""
+    """An arrow along the force, its length proportional to it."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -28,7 +28,7 @@ class ForceLayer:
         )
 
     def update(self, frame: Frame) -> None:
-        """Point as the forces do."""
+        """Draw the frame's forces."""
         felt = np.linalg.norm(frame.forces_n, axis=1) >= MIN_N
         start = frame.T_world_tool[felt, :3, 3]
         arrows = np.stack([start, start + M_PER_N * frame.forces_n[felt]], axis=1)

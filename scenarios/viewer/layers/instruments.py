@@ -1,4 +1,4 @@
-"""Both arms' instruments, link by link."""
+"""Layer of both arms' instruments, link by link."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ ARM_OF = {"grasper": LEFT_ARM, "clip_applier": RIGHT_ARM, "scissors": RIGHT_ARM}
 
 
 class InstrumentLayer:
-    """All three tools from the start; what is not mounted is hidden.
+    """All three tools, created once; those that are not mounted are hidden.
 
-    Links are batches of one: viser compares a plain node's pose so carefully that it takes longer
-    than all the rest.
+    Links are batches of one: setting a plain node's pose takes viser longer than everything else
+    in this layer.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
@@ -36,7 +36,7 @@ class InstrumentLayer:
         }
 
     def update(self, frame: Frame) -> None:
-        """Put every link of the mounted tools where it is."""
+        """Move every link of the mounted tools to its pose."""
         T = _T_world_links(frame)
         positions, turns = T[..., :3, 3], wxyz(T[..., :3, :3])
         for tool, links in self._links.items():
@@ -58,7 +58,7 @@ def _glbs(instrument: Instrument) -> dict[str, bytes]:
 
 
 def _T_world_links(frame: Frame) -> Array:
-    """(2, 5, 4, 4); the palm touches nothing, so the tissue does not know where it is."""
+    """Return (2, 5, 4, 4) poses of the links; the palm's is computed from the tool's."""
     tools = [INSTRUMENTS[name] for name in frame.tools]
     palms = frame.T_world_tool @ np.stack([inverse_pose(T_yaw_tool(tool)) for tool in tools])
     return np.concatenate([frame.T_world_link, palms[:, None]], axis=1)

@@ -1,4 +1,4 @@
-"""What the safety filter keeps the instruments out of."""
+"""Layer of the bodies that the safety filter keeps the instruments away from."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tissue_sim.rendering.shapes import pipe
 from tissue_sim.rendering.textures import TILE_M
 
 COLOUR: Rgb = (240, 60, 60)
-_ROUND = 1.25  # of the duct's radius, so that it is seen around it
+_ROUND = 1.25  # times the duct's radius, so that it is visible around the duct
 
 
 class KeepOutLayer:
-    """Liver and common bile duct, which move with the body, and the wall of the ports."""
+    """Liver and common bile duct, which move with the body, and the wall with the ports."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         keep = patient.keep_outs
@@ -39,5 +39,5 @@ class KeepOutLayer:
             )
 
     def update(self, frame: Frame) -> None:
-        """Where the body is."""
+        """Move the liver and the duct with the body."""
         show(self._body, "position", frame.body_m)

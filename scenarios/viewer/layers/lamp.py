@@ -1,4 +1,4 @@
-"""The endoscope's light, which moves with it."""
+"""Layer of the endoscope's light."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tissue_sim.frames import pose
 from tissue_sim.rendering.illumination import LAMP_BESIDE_M
 
 XENON: Rgb = (255, 247, 235)
-INTENSITY_CD = 0.02  # assumed: looks as the renderer's picture does
-FILL = 0.12  # of the studio's light, from all sides
+INTENSITY_CD = 0.02  # assumed: looks like the renderer's picture
+FILL = 0.12  # intensity of viser's "studio" light from all sides
 
 
 class LampLayer:
-    """One lamp at the endoscope's tip, and a soft fill."""
+    """A lamp at the endoscope's tip, and a weak light from all sides."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -25,6 +25,6 @@ class LampLayer:
         self._lamp = scene.add_light_point(f"{root}/lamp", color=XENON, intensity=INTENSITY_CD)
 
     def update(self, frame: Frame) -> None:
-        """Hold the lamp where the endoscope is."""
+        """Move the lamp with the endoscope."""
         lamp = frame.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
         show(self._lamp, "position", lamp[:3, 3])

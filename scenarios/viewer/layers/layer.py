@@ -1,4 +1,4 @@
-"""What all layers share."""
+"""The interface of all layers, and conversions they share."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from scenarios.viewer.frame import Frame
 from tissue_sim.rendering.textures import Colour
 
 Rgb = tuple[int, int, int]
-SEEN_M = 5e-5  # less than a pixel of a page that fills a screen
-SEEN_TURN = 5e-4  # of a quaternion's parts: 0.06 degrees
+SEEN_M = 5e-5  # smaller motions are not sent: less than a pixel of a full-screen page
+SEEN_TURN = 5e-4  # the same for the components of a quaternion: 0.06 degrees
 
 
 class Layer(Protocol):
-    """One kind of thing on the page, made for one patient: `Layer(scene, root, patient)`.
+    """One kind of object in the scene, made for one patient by `Layer(scene, root, patient)`.
 
     Its nodes lie under `root` in viser's tree, in the world frame.
     """
 
     def update(self, frame: Frame) -> None:
-        """Look as in this frame; what has not changed is not sent."""
+        """Show this frame; send only what has changed visibly."""
         ...
 
 
 def show(node: viser.SceneNodeHandle, name: str, value: NDArray, least: float = SEEN_M) -> None:
-    """Set an array of a node, unless it is shown already but for what nobody would see.
+    """Set an array of a node, unless it differs from the current one by `least` at most.
 
-    Assigning takes viser 30 us, and a message; this takes 4 us where nothing is to be seen.
+    Assigning takes viser 30 us and a message; this takes 4 us when nothing is sent.
     """
     value, shown = value.astype(np.float32), getattr(node, name)
     if shown.shape != value.shape or (np.abs(shown - value) > least).any():
@@ -40,18 +40,18 @@ def show(node: viser.SceneNodeHandle, name: str, value: NDArray, least: float = 
 
 
 def srgb(linear: Colour) -> Rgb:
-    """A linear colour, 0 to 1, as the page wants it."""
+    """Convert a linear colour, 0 to 1, to sRGB, 0 to 255."""
     red, green, blue = (round(255 * float(np.clip(c, 0.0, 1.0)) ** (1 / 2.2)) for c in linear)
     return red, green, blue
 
 
 def glb(*meshes: trimesh.Trimesh) -> bytes:
-    """A file of meshes with their materials, as the page takes it."""
+    """Return meshes with their materials as a binary glTF file."""
     made = trimesh.Scene(meshes).export(file_type="glb", include_normals=True)
     assert isinstance(made, bytes)
     return made
 
 
 def wxyz(rotations: NDArray[np.floating]) -> NDArray[np.floating]:
-    """(..., 4) quaternions of rotations (..., 3, 3)."""
+    """Return the (..., 4) quaternions of (..., 3, 3) rotations."""
     return SO3.from_matrix(rotations).wxyz

@@ -1,4 +1,4 @@
-"""Bile and blood where it leaks."""
+"""Layer of leaking bile and blood."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tissue_sim.rendering.drawn_leaks import LEAK_LOOKS
 
 
 class LeakLayer:
-    """One mesh for each structure, there while it leaks."""
+    """One mesh for each structure that leaks."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -19,7 +19,7 @@ class LeakLayer:
         self._meshes: dict[str, viser.MeshHandle] = {}
 
     def update(self, frame: Frame) -> None:
-        """Draw what runs out."""
+        """Draw the leaks of this frame."""
         for name in self._meshes.keys() - frame.leaks.keys():
             self._meshes.pop(name).remove()
         for name, surface in frame.leaks.items():

@@ -1,4 +1,4 @@
-"""Where the controller means to go: a ribbon from each tip."""
+"""Layer of the controller's planned motions: a line from each tip."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ COLOURS: tuple[Rgb, Rgb] = ((38, 198, 218), (255, 145, 0))  # left and right arm
 
 
 class PlanLayer:
-    """The rest of the chunk under way."""
+    """The rest of the current action chunk."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
-        self._ribbons = [
+        self._lines = [
             scene.add_line_segments(
                 f"{root}/plan/{arm}", np.zeros((0, 2, 3)), colour, thickness=0.0012
             )
@@ -24,6 +24,6 @@ class PlanLayer:
         ]
 
     def update(self, frame: Frame) -> None:
-        """From where the tips are to where the chunk ends."""
-        for ribbon, way in zip(self._ribbons, frame.ahead_m, strict=True):
-            show(ribbon, "points", np.stack([way[:-1], way[1:]], axis=1))
+        """Draw from the tips to where the chunk ends."""
+        for line, path in zip(self._lines, frame.ahead_m, strict=True):
+            show(line, "points", np.stack([path[:-1], path[1:]], axis=1))

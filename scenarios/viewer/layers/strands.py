@@ -1,4 +1,4 @@
-"""What is left of the connective tissue."""
+"""Layer of the connective tissue that is left."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tissue_sim.rendering.drawn_strands import LOOK, STRAND_RADIUS_M
 
 
 class StrandLayer:
-    """A thread for each strand that holds."""
+    """A thread for each intact strand."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         del patient
@@ -23,5 +23,5 @@ class StrandLayer:
         )
 
     def update(self, frame: Frame) -> None:
-        """Put the threads where they are."""
+        """Move the threads with the strands."""
         show(self._threads, "points", frame.strands_m)

@@ -1,4 +1,4 @@
-"""Liver, fat, bile duct and hepatic artery: textured, and the same from first step to last."""
+"""Layers of liver, fat, bile duct, hepatic artery and abdominal wall: textured and rigid."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CAVITY = "cavity"
 
 
 class SurroundingsLayer:
-    """What moves with the body and does not deform, within the cavity."""
+    """The rigid surroundings inside the cavity, which move with the body."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         self._body = scene.add_frame(f"{root}/body", show_axes=False)
@@ -31,19 +31,19 @@ class SurroundingsLayer:
                 scene.add_glb(f"{root}/body/{name}", _glb(surface, look), cast_shadow=False)
 
     def update(self, frame: Frame) -> None:
-        """Where the body is."""
+        """Move the surroundings with the body."""
         show(self._body, "position", frame.body_m)
 
 
 class CavityLayer:
-    """The wall around it all, seen from within."""
+    """The abdominal wall, seen from inside."""
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
         surface, look = surroundings(patient.organ, patient.anatomy)[CAVITY]
         scene.add_glb(f"{root}/wall", _glb(surface, look), cast_shadow=False)
 
     def update(self, frame: Frame) -> None:
-        """It stays where it is."""
+        """Do nothing: the wall does not move."""
 
 
 def _glb(surface: Surface, look: Look) -> bytes:
@@ -64,7 +64,7 @@ def _glb(surface: Surface, look: Look) -> bytes:
 
 
 def _picture(values: Array) -> Image.Image:
-    """(size, size, 3) of 0 to 1 as JPEG, a tenth of a PNG."""
+    """Convert (size, size, 3) values of 0 to 1 to a JPEG, a tenth the size of a PNG."""
     sink = BytesIO()
     Image.fromarray(np.round(255 * values).astype(np.uint8)).save(sink, "JPEG", quality=85)
     return Image.open(sink)

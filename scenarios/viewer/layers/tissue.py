@@ -1,4 +1,4 @@
-"""Gallbladder, duct and artery as they deform, and their cut faces."""
+"""Layer of the deforming gallbladder, duct and artery, and their cut faces."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tissue_sim.rendering.drawn_tissue import looks
 from tissue_sim.rendering.skin import build_skin, surface_faces
 from tissue_sim.rendering.textures import DYE, Look
 
-SPLITS = 2  # about 3,300 triangles, round enough on a screen
+SPLITS = 2  # subdivisions: about 3,300 triangles, smooth enough on a screen
 
 
 class TissueLayer:
-    """The tissue's skin: its triangles are sent when something is cut, else its points alone.
+    """The tissue's skin: triangles are sent only after a cut, otherwise only points.
 
-    Most of the time it lies as good as still: then nothing is worked out, nor sent.
+    Most of the time it hardly moves: then nothing is computed or sent.
     """
 
     def __init__(self, scene: viser.SceneApi, root: str, patient: Patient) -> None:
@@ -28,7 +28,7 @@ class TissueLayer:
         self._dyed: float | None = None
 
     def update(self, frame: Frame) -> None:
-        """Draw the tissue where it is."""
+        """Draw the tissue of this frame."""
         if not np.array_equal(frame.tets, self._tets):
             self._rebuild(frame)
         if (np.abs(frame.positions_m - self._shown_m) > SEEN_M).any():
@@ -43,7 +43,7 @@ class TissueLayer:
             show(mesh, "vertices", surfaces[name][0])
 
     def _rebuild(self, frame: Frame) -> None:
-        """Another topology: all triangles anew."""
+        """Replace all meshes after a change of topology."""
         self._shown_m = np.full_like(frame.positions_m, np.inf)
         self._tets, self._dyed = frame.tets, None
         self._skin = build_skin(
@@ -73,7 +73,7 @@ class TissueLayer:
 
 
 def _rgb(look: Look) -> Rgb:
-    """Dye tints the whole of it: the page has no texture on what deforms."""
+    """Return the colour with the dye mixed in: deforming meshes have no texture here."""
     clean, dye = np.array(look.colour), np.array(DYE)
     red, green, blue = (1.0 - look.dyed) * clean + look.dyed * dye
     return srgb((red, green, blue))

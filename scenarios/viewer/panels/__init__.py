@@ -1,1 +1,1 @@
-"""What stands beside the scene on the page, one panel a file."""
+"""Which panels stand beside the 3D scene? One panel a file."""

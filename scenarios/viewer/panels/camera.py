@@ -1,4 +1,4 @@
-"""What the endoscope sees, where a renderer exists and it was asked for."""
+"""Panel with the endoscope's picture, if pictures are rendered."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class CameraPanel:
-    """The picture, a few times a second."""
+    """The endoscope's picture, a few times a second."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._image = gui.add_image(
@@ -17,6 +17,6 @@ class CameraPanel:
         )
 
     def update(self, state: State) -> None:
-        """Show the newest."""
+        """Show the newest picture."""
         if state.picture is not None:
             self._image.image = state.picture

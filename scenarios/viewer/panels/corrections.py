@@ -8,7 +8,7 @@ from planner.correction import CORRECTIONS, Correction
 from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, cells, pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
-_PLACES = {  # what an arm is asked: where the button stands, and its short text
+_PLACES = {  # direction or jaw: the button's "row / column", and its short text
     "higher": ("1 / 2", "▲ higher"),
     "left": ("2 / 1", "◀ left"),
     "right": ("2 / 3", "right ▶"),
@@ -26,7 +26,7 @@ _PADS = (
 
 
 class CorrectionPanel:
-    """A pad for each arm, and the jaws of both."""
+    """A pad of buttons for each arm, and buttons for the jaws of both."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask = ask
@@ -48,7 +48,7 @@ class CorrectionPanel:
             self._ask(SessionState.press, correction.text)
 
     def update(self, state: State) -> None:
-        """The same all the time."""
+        """Do nothing: the panel never changes."""
 
 
 def _correction(arm: str, what: str) -> Correction:

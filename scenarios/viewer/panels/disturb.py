@@ -1,4 +1,4 @@
-"""Have something go wrong, to see whether it is noticed."""
+"""Panel that applies disturbances to the episode."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ class DisturbPanel:
             ask(SessionState.disturb, name)
 
     def update(self, state: State) -> None:
-        """The same all the time."""
+        """Do nothing: the panel never changes."""

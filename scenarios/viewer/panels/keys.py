@@ -1,4 +1,4 @@
-"""Keyboard shortcuts; Ctrl+K shows them on the page, too."""
+"""Keyboard shortcuts; Ctrl+K shows them on the page."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from scenarios.viewer.session_state import Asks, SessionState
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """A key and what it does: says a command, or does a deed at the desk."""
+    """A key and what it does: submit a command, or call a method of the session."""
 
     hotkey: str
     label: str
     command: str | None = None
-    deed: Callable[[SessionState], None] | None = None
+    method: Callable[[SessionState], None] | None = None
     shift: bool = False
 
     @property
     def shown(self) -> str:
-        """As people read it."""
+        """Return the key's name for people to read."""
         return f"Shift+{self.hotkey}" if self.shift else self.hotkey
 
 
-_RIGHT_HAND = {  # as arrow keys lie, with those beside them
+_DIRECTIONS = {  # keys of the right hand, placed like arrow keys
     "I": "higher",
     "J": "to the left",
     "K": "lower",
@@ -36,8 +36,8 @@ _RIGHT_HAND = {  # as arrow keys lie, with those beside them
     "O": "towards me",
 }
 KEYS: tuple[Key, ...] = (
-    Key(hotkey="space", label="start or pause", deed=SessionState.start_or_pause),
-    Key(hotkey="N", label="one step", deed=SessionState.step),
+    Key(hotkey="space", label="start or pause", method=SessionState.start_or_pause),
+    Key(hotkey="N", label="one step", method=SessionState.step),
     Key(hotkey="H", label="hold still", command=HOLD),
     Key(hotkey="B", label="back to the planner", command=GO_ON),
     *(
@@ -48,7 +48,7 @@ KEYS: tuple[Key, ...] = (
             shift=arm == "left",
         )
         for arm in ("right", "left")
-        for key, words in _RIGHT_HAND.items()
+        for key, words in _DIRECTIONS.items()
     ),
     *(
         Key(
@@ -64,7 +64,7 @@ KEYS: tuple[Key, ...] = (
 
 
 def add_keys(gui: viser.GuiApi, ask: Asks) -> None:
-    """Have the page listen to them."""
+    """Add all shortcuts to the page."""
     for key in KEYS:
         _add(gui, ask, key)
 
@@ -80,5 +80,5 @@ def _add(gui: viser.GuiApi, ask: Asks, key: Key) -> None:
     async def _(_: object) -> None:
         if key.command is not None:
             ask(SessionState.press, key.command)
-        elif key.deed is not None:
-            ask(key.deed)
+        elif key.method is not None:
+            ask(key.method)

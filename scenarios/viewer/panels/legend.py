@@ -1,4 +1,4 @@
-"""Which colour is what, and the keys."""
+"""Panel with the meaning of the colours and of the keys."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tissue_sim.rendering.drawn_tissue import looks
 
 
 class LegendPanel:
-    """The patient's own colours."""
+    """Colours, which depend on the patient, and keyboard shortcuts."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         del ask
@@ -27,7 +27,7 @@ class LegendPanel:
         gui.add_html(f'<div class="calot"><table>{rows}</table></div>')
 
     def update(self, state: State) -> None:
-        """Show the colours of who lies there."""
+        """Show the current patient's colours."""
         anatomy = state.anatomy
         if anatomy is None:
             return

@@ -1,4 +1,4 @@
-"""What happened, the newest first."""
+"""Panel with the event log, the newest event first."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scenarios.viewer.event_log import Kind, LogLine
 from scenarios.viewer.session_state import Asks, State
 
 SHOWN = 40
-_TAGS: dict[Kind, tuple[str, str]] = {  # word and colour
+_TAGS: dict[Kind, tuple[str, str]] = {  # label and colour
     "planner": ("planner", "#1c7ed6"),
     "human": ("you", "#e8590c"),
     "said": ("said", "#e8590c"),
@@ -23,7 +23,7 @@ _TAGS: dict[Kind, tuple[str, str]] = {  # word and colour
 
 
 class LogPanel:
-    """Instructions with source and confidence, what was said, injuries, the filter at work."""
+    """Instructions with source and confidence, speech, injuries, and the filter's changes."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         del ask
@@ -31,13 +31,13 @@ class LogPanel:
         self._lines = gui.add_html("")
 
     def update(self, state: State) -> None:
-        """Show what is new."""
-        story = state.story
+        """Show the newest events."""
+        status = state.status
         self._counts.content = (
-            f'<div class="calot"><b>{story.injuries}</b> injuries · the safety filter altered'
-            f" <b>{story.altered}</b> commands</div>"
+            f'<div class="calot"><b>{status.injuries}</b> injuries · the safety filter changed'
+            f" <b>{status.altered}</b> commands</div>"
         )
-        rows = "".join(_row(line) for line in reversed(story.lines[-SHOWN:]))
+        rows = "".join(_row(line) for line in reversed(status.lines[-SHOWN:]))
         self._lines.content = (
             f'<div class="calot"><div class="scroll"><table>{rows}</table></div></div>'
         )

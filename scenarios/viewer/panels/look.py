@@ -1,4 +1,4 @@
-"""What is shown, from where, and how bright the page is."""
+"""Panel with the choice of layers, the view, and a dark or light page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class LookPanel:
-    """Toggles; dark and light are each tab's own."""
+    """Check boxes for layers, for all tabs; dark or light, for each tab."""
 
     def __init__(self, gui: viser.GuiApi, scene: Scene, ask: Asks) -> None:
         self._ask, self._scene = ask, scene
@@ -35,10 +35,10 @@ class LookPanel:
         self._scene.shown = frozenset(name for name, box in self._shown.items() if box.value)
 
     def update(self, state: State) -> None:
-        """The same all the time."""
+        """Do nothing: the panel never changes."""
 
 
 def theme(gui: viser.GuiApi | None, *, dark: bool) -> None:
-    """Dark or light, and none of viser's own buttons that do not belong here."""
+    """Make the page dark or light, without viser's logo and share button."""
     if gui is not None:
         gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)

@@ -1,4 +1,4 @@
-"""Another patient: seed and scenario."""
+"""Panel that starts an episode with another seed and scenario."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class NewPatientPanel:
-    """Begins the next episode; the one under way is recorded as it is."""
+    """Begins the next episode; the current one ends, and its recording is kept."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask, state = ask, ask(SessionState.state)
@@ -19,7 +19,7 @@ class NewPatientPanel:
                 "scenario",
                 tuple(SCENARIOS),
                 initial_value=state.config.scenario,
-                hint="what is different",
+                hint="what differs from a normal procedure",
             )
             reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="blue")
         reset.on_click(self._on_reset)
@@ -28,8 +28,8 @@ class NewPatientPanel:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew with what is set."""
+        """Begin an episode with the chosen seed and scenario."""
         self._ask(SessionState.restart, max(0, int(self._seed.value)), self._scenario.value)
 
     def update(self, state: State) -> None:
-        """The same all the time."""
+        """Do nothing: the panel never changes."""

@@ -1,4 +1,4 @@
-"""What all panels share."""
+"""The interface of all panels."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from scenarios.viewer.session_state import State
 
 
 class Panel(Protocol):
-    """Part of the page: made as `Panel(gui, ask)` in viser's current container."""
+    """Part of the page, made by `Panel(gui, ask)` in viser's current container."""
 
     def update(self, state: State) -> None:
-        """Show how things stand; what has not changed is not sent."""
+        """Show the session's state; viser sends only what has changed."""
         ...

@@ -1,7 +1,7 @@
-"""How the panels look: one sheet of CSS for what viser's own style leaves open.
+"""CSS of the panels, in addition to viser's own.
 
-The corrections' buttons are laid out by it as pads. Where a later viser no longer has the classes
-that it names, they stand one below the other with their whole texts, and work as before.
+It lays the correction buttons out as pads. If a later viser no longer has the classes that it
+names, the buttons stand one below the other with their whole texts, and work as before.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ CELLS
 
 
 def add_style(gui: viser.GuiApi, cells: str = "") -> None:
-    """Put the sheet on the page, with rules of a panel's own."""
+    """Add the style sheet to the page, with a panel's own rules for `cells`."""
     gui.add_html(_SHEET.replace("CELLS", cells))
 
 
 def pad(gui: viser.GuiApi, kind: str = "") -> None:
-    """Lay the buttons that follow in this folder out as a pad."""
+    """Lay out the buttons that follow in this folder as a pad."""
     gui.add_html(f'<span class="pad {kind}"></span>')
 
 
 def cells(kind: str, places: Sequence[tuple[str, str]]) -> str:
-    """CSS that puts the k-th button of a pad at a place "row / column", with a short text."""
+    """Return CSS that puts the k-th button of a pad at a "row / column", with a short text."""
     rules = []
     for k, (place, text) in enumerate(places, start=2):
         cell = f"div:has(> div > .pad.{kind}) > div:nth-child({k})"

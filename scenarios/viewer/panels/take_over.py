@@ -1,4 +1,4 @@
-"""Take over one arm: a gizmo at its tip, which the arm follows through the safety filter."""
+"""Panel that takes over one arm: it follows a gizmo, through the safety filter."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 GIZMO_M = 0.02
-_SHUT_RAD = -0.2  # jaws pressed together
+_SHUT_RAD = -0.2  # presses the jaws together
 
 
 class TakeOverPanel:
-    """Which arm, how far its jaws are open, and back again."""
+    """Buttons to take over an arm and give it back, and a slider for its jaws."""
 
     def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, ask: Asks) -> None:
         self._scene, self._ask = scene, ask
@@ -42,15 +42,15 @@ class TakeOverPanel:
 
         @self._jaw.on_update
         async def _(_: object) -> None:
-            self._lead()
+            self._guide()
 
         @self._back.on_click
         async def _(_: object) -> None:
             self._give_back()
 
     def update(self, state: State) -> None:
-        """Another episode has another arm."""
-        if self._gizmo is not None and not state.led:
+        """Give the arm back if the session has ended the guidance, as a new episode does."""
+        if self._gizmo is not None and not state.guided:
             self._give_back()
 
     def _take(self, arm: int) -> None:
@@ -73,24 +73,24 @@ class TakeOverPanel:
 
         @self._gizmo.on_update
         async def _(_: object) -> None:
-            self._lead()
+            self._guide()
 
         self._jaw.visible = self._back.visible = True
-        self._lead()
+        self._guide()
 
-    def _lead(self) -> None:
+    def _guide(self) -> None:
         if self._gizmo is None:
             return
         shut, wide = self._jaw_range_rad
-        hand = GuidedArm(
+        arm = GuidedArm(
             arm=self._arm,
             T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
             jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
         )
-        self._ask(SessionState.lead, hand)
+        self._ask(SessionState.guide, arm)
 
     def _give_back(self) -> None:
-        self._ask(SessionState.lead, None)
+        self._ask(SessionState.guide, None)
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None
@@ -98,5 +98,5 @@ class TakeOverPanel:
 
 
 def _rotation(wxyz: np.ndarray) -> np.ndarray:
-    """(3, 3) of a quaternion."""
+    """Return the (3, 3) rotation matrix of a quaternion."""
     return SO3(np.asarray(wxyz, float)).as_matrix()

@@ -1,4 +1,4 @@
-"""Say it in words: how it was read is shown at once, and what is unclear is asked back."""
+"""Panel for free text: shows at once how a text was read, or asks back if it is unclear."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scenarios.loop.inbox import read
 from scenarios.viewer.panels.style import pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
-LATE_S = 0.5  # for which what was typed is waited for
-SHOWN = 120  # characters of what was said
-HOLD, GO_ON = "pause", "resume"  # the commands behind the two buttons
+LATE_S = 0.5  # how long to wait for typed text that arrives after Enter
+SHOWN = 120  # characters of the text
+HOLD, GO_ON = "pause", "resume"  # commands of the two buttons
 _NONE = "-"
 
 
 class TalkPanel:
-    """Free text, the guesses as buttons, and the two words that are needed most."""
+    """A line for free text, buttons for the guesses, and buttons to hold and to go on."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask = ask
@@ -44,7 +44,7 @@ class TalkPanel:
             ask(SessionState.press, GO_ON)
 
     def _on_submit(self, _: object) -> None:
-        """In a thread of its own, as reading takes its time."""
+        """Read the text; viser calls this in a separate thread, so it may take time."""
         text = self._typed()
         self._text.value = ""
         reading = read(text)
@@ -56,7 +56,7 @@ class TalkPanel:
         self._guesses.visible = unclear
 
     def _typed(self) -> str:
-        """What stands in the line; a page at its limit sends it after Enter."""
+        """Return the typed text; a busy page sends it after Enter, so wait for it."""
         end_s = time.monotonic() + LATE_S
         while not self._text.value and time.monotonic() < end_s:
             time.sleep(0.01)
@@ -69,7 +69,7 @@ class TalkPanel:
             self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
 
     def update(self, state: State) -> None:
-        """What came of it stands in the log."""
+        """Do nothing: the log panel shows what the text led to."""
 
 
 def _answer(reading: Reading) -> str:

@@ -1,4 +1,4 @@
-"""Where the time of a control step goes."""
+"""Panel with the time that each stage of a control step takes."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class TimingPanel:
         self._table = gui.add_html("")
 
     def update(self, state: State) -> None:
-        """Show the times of late."""
-        story = state.story
-        rows = "".join(_row(name, spent) for name, spent in sorted(story.spent_s.items()))
-        whole_s = sum(story.spent_s.values())
+        """Show the smoothed times."""
+        status = state.status
+        rows = "".join(_row(name, spent) for name, spent in sorted(status.spent_s.items()))
+        whole_s = sum(status.spent_s.values())
         speed = f"; {CONTROL_PERIOD_S / whole_s:.1f} × real time at most" if whole_s > 0 else ""
         note = f'<span class="dim">of {1e3 * CONTROL_PERIOD_S:.1f} ms a control step{speed}</span>'
         table = f"<table>{rows}{_row('all', whole_s)}</table>"

@@ -1,4 +1,4 @@
-"""Keep what the person did as training data."""
+"""Panel that saves a person's intervention as training data."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scenarios.viewer.session_state import Asks, SessionState, State
 
 
 class TrainingDataPanel:
-    """One button; a note says where it went."""
+    """A button to save; a notification shows the path or the error."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask = ask
@@ -21,7 +21,7 @@ class TrainingDataPanel:
         self._save.on_click(self._on_save)
 
     def _on_save(self, event: viser.GuiEvent) -> None:
-        """In a thread of its own, as files take their time."""
+        """Save; viser calls this in a separate thread, so it may take time."""
         try:
             title, body, colour = "Saved", str(self._ask(SessionState.save_intervention)), "green"
         except (OSError, ValueError) as error:
@@ -30,5 +30,5 @@ class TrainingDataPanel:
             event.client.add_notification(title, body, color=colour, auto_close_seconds=8.0)
 
     def update(self, state: State) -> None:
-        """There is something to save once a person has done something."""
+        """Enable the button once there is an intervention."""
         self._save.disabled = not state.intervened

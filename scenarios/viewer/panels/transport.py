@@ -1,4 +1,4 @@
-"""Start, pause, step, speed."""
+"""Panel with the controls of the simulation: start, pause, step, speed."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ SPEEDS = {
     "1 × (real time)": 1.0,
     "2 ×": 2.0,
     "4 ×": 4.0,
-    "as fast as it can": math.inf,
+    "as fast as possible": math.inf,
 }
 
 
 class TransportPanel:
-    """The simulation's clock; the robot does not know of it."""
+    """Controls the pace of the simulation; the robot does not notice it."""
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask = ask
@@ -50,10 +50,10 @@ class TransportPanel:
         self._ask(SessionState.set_speed, SPEEDS[self._speed.value])
 
     def update(self, state: State) -> None:
-        """Of start and pause, show the one that does something."""
+        """Show Start while paused, and Pause while running."""
         self._start.visible = state.paused
         self._pause.visible = not state.paused
-        self._start.label = "Start" if state.story.instruction is None else "Go on"
+        self._start.label = "Start" if state.status.instruction is None else "Go on"
 
 
 def _name(speed: float) -> str:

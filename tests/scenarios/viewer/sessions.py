@@ -1,4 +1,4 @@
-"""A session at a desk whose loop runs in a thread of its own, as the page's controls meet it."""
+"""A viewer session whose loop runs in a separate thread, as it does behind a page."""
 
 import time
 from contextlib import contextmanager, suppress
@@ -28,45 +28,45 @@ class _Rest(Watcher):
 
 
 @contextmanager
-def session(out, *, paused=True, speed=1.0, **config):
-    """A desk, with its loop at work until the block is left."""
+def running_session(out, *, paused=True, speed=1.0, **config):
+    """Yield a session whose loop runs until the block is left."""
     pace = Pace(paused=paused, speed=speed)
-    desk = SessionState(
+    session = SessionState(
         config=EpisodeConfig(**WITNESS | {"seed": SEED} | config),
         out=out,
         pace=pace,
         watcher=_Rest(pace),
     )
-    thread = Thread(target=_run, args=[desk], daemon=True)
+    thread = Thread(target=_run, args=[session], daemon=True)
     thread.start()
     try:
-        wait_until(lambda: desk.watcher.frame is not None)
-        yield desk
+        wait_until(lambda: session.watcher.frame is not None)
+        yield session
     finally:
-        desk.watcher.over = True
+        session.watcher.over = True
         pace.wake()
         thread.join(120.0)
         assert not thread.is_alive()
 
 
-def at(desk):
-    """Asks a desk of this process."""
-    return lambda deed, *args: deed(desk, *args)
+def at(session):
+    """Return an `Asks` for a session of this process."""
+    return lambda method, *args: method(session, *args)
 
 
-def _run(desk):
+def _run(session):
     with suppress(_Over):
-        watch_episodes(desk)
+        watch_episodes(session)
 
 
 def wait_until(holds, within_s=120.0):
-    """Polls, and fails when it does not come to hold."""
+    """Poll until the condition holds; fail if it does not hold in time."""
     end_s = time.monotonic() + within_s
     while not holds():
-        assert time.monotonic() < end_s, "it did not come to that in time"
+        assert time.monotonic() < end_s, "the condition did not hold in time"
         time.sleep(0.02)
 
 
-def run_to(desk, time_s):
-    """Waits until the episode has come to a simulated time."""
-    wait_until(lambda: desk.watcher.story().time_s >= time_s)
+def run_to(session, time_s):
+    """Wait until the episode has reached a simulated time."""
+    wait_until(lambda: session.watcher.status().time_s >= time_s)

@@ -1,4 +1,4 @@
-"""The viewer's bench, in a file of its own: it starts a browser, and there can be but one."""
+"""The viewer's bench, in its own file: it starts a browser, and only one can run at a time."""
 
 import pytest
 

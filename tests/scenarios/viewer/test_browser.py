@@ -1,4 +1,4 @@
-"""What a person sees and does, in a real browser; screenshots lie beside pytest's other files."""
+"""What a person sees and does in a real browser; screenshots are saved in tmp_path."""
 
 import io
 import math
@@ -11,7 +11,7 @@ from scenarios.recording.recorder import load
 from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
-from tests.scenarios.viewer.sessions import SEED, run_to, session, wait_until
+from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
 from tissue_sim.tools.arms import RIGHT_ARM
 
 pytestmark = [
@@ -30,15 +30,15 @@ def chromium():
 
 
 @pytest.fixture
-def desk(tmp_path):
-    with session(tmp_path) as desk:
-        yield desk
+def session(tmp_path):
+    with running_session(tmp_path) as session:
+        yield session
 
 
 @pytest.fixture
-def tab(chromium, desk):
+def tab(chromium, session):
     with (
-        PageProcess(desk, host=HOST, port=choose_port(HOST)) as page,
+        PageProcess(session, host=HOST, port=choose_port(HOST)) as page,
         open_tab(chromium, f"http://{HOST}:{page.port}") as tab,
     ):
         tab.get_by_text("Ready: press Start").wait_for()
@@ -51,7 +51,7 @@ def say(tab, text):
 
 
 def picture(tab, path):
-    """(height, width, 3) of what is on the screen."""
+    """Return a (height, width, 3) screenshot."""
     from PIL import Image
 
     content = tab.screenshot(path=path)
@@ -59,20 +59,20 @@ def picture(tab, path):
 
 
 def share_of_green(picture):
-    """Of the screen: the gallbladder is the only large thing that is more green than anything."""
+    """Return the green share of the screen; only the gallbladder is large and green."""
     red, green, blue = np.moveaxis(picture, -1, 0)
     return ((green > red + 5) & (green > blue + 15) & (green > 60)).mean()
 
 
-def recorded(desk):
-    """The episode so far: the person's own reset closes it."""
-    path = desk.out / "episodes" / f"{SEED}.npz"
+def recorded(session):
+    """Return the recording, which is closed by a person's reset."""
+    path = session.out / "episodes" / f"{SEED}.npz"
     wait_until(path.exists)
     return load(path)
 
 
 def tip_moved_m(recording, heard, after_s):
-    """(3,) of the right tip, endoscope frame, from what was heard on."""
+    """Return the (3,) motion of the right tip after an instruction, in the endoscope frame."""
     tips = recording.arrays["tips_endoscope"][:, RIGHT_ARM, :3, 3]
     last = min(heard["step"] + round(after_s / STEP_S), len(tips) - 1)
     return tips[last] - tips[heard["step"]]
@@ -82,140 +82,140 @@ def test_the_page_loads_and_the_tissue_is_drawn(tab, tmp_path):
     wait_until(lambda: share_of_green(picture(tab, tmp_path / "loaded.png")) > 0.01)
 
 
-def test_a_button_moves_the_right_tip_up(tab, desk):
+def test_a_button_moves_the_right_tip_up(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.5)
+    run_to(session, 0.5)
     press(tab, "move right arm higher")
-    wait_until(lambda: desk.watcher.story().instruction.source == "human")
-    run_to(desk, desk.watcher.story().time_s + 2.2)
-    desk.pace.restart(desk.config)
-    (heard,) = recorded(desk).heard
-    assert tip_moved_m(recorded(desk), heard, 2.0)[1] >= 0.003
+    wait_until(lambda: session.watcher.status().instruction.source == "human")
+    run_to(session, session.watcher.status().time_s + 2.2)
+    session.pace.restart(session.config)
+    (heard,) = recorded(session).heard
+    assert tip_moved_m(recorded(session), heard, 2.0)[1] >= 0.003
 
 
-def test_a_sentence_does_what_it_says_and_its_reading_is_shown(tab, desk):
+def test_a_sentence_is_obeyed_and_its_reading_is_shown(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.5)
+    run_to(session, 0.5)
     say(tab, "a bit to the left with the clip applier")
-    wait_until(lambda: desk.watcher.story().instruction.source == "human")
+    wait_until(lambda: session.watcher.status().instruction.source == "human")
     tab.locator(".reply", has_text="move right arm to the left").wait_for()
-    run_to(desk, desk.watcher.story().time_s + 2.2)
-    desk.pace.restart(desk.config)
-    (heard,) = recorded(desk).heard
-    x, y, z = tip_moved_m(recorded(desk), heard, 2.0)
+    run_to(session, session.watcher.status().time_s + 2.2)
+    session.pace.restart(session.config)
+    (heard,) = recorded(session).heard
+    x, y, z = tip_moved_m(recorded(session), heard, 2.0)
     assert x >= 0.003
     assert max(abs(y), abs(z)) < 0.5 * x
 
 
-def test_nonsense_is_asked_back_and_nothing_moves_for_it(tab, desk):
+def test_nonsense_is_asked_back_and_changes_nothing(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.3)
+    run_to(session, 0.3)
     say(tab, "the moon is made of green cheese")
     tab.locator(".reply", has_text="green cheese").wait_for()
-    run_to(desk, desk.watcher.story().time_s + 0.3)
-    story = desk.watcher.story()
-    assert [line.kind for line in story.lines if "cheese" in line.text] == ["asked back"]
-    assert story.instruction.source == "planner"
+    run_to(session, session.watcher.status().time_s + 0.3)
+    status = session.watcher.status()
+    assert [line.kind for line in status.lines if "cheese" in line.text] == ["asked back"]
+    assert status.instruction.source == "planner"
 
 
-def test_what_is_unclear_is_asked_back_and_a_guess_is_a_button(tab, desk):
+def test_an_unclear_sentence_is_asked_back_with_guesses_as_buttons(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.3)
+    run_to(session, 0.3)
     say(tab, "up a bit")
     guesses = button(tab, "move left arm higher")  # one of them is among the corrections
     wait_until(lambda: guesses.count() == 2)
-    assert desk.watcher.story().instruction.source == "planner"
+    assert session.watcher.status().instruction.source == "planner"
     guesses.last.dispatch_event("click")
-    wait_until(lambda: desk.watcher.story().instruction.source == "human")
-    assert desk.watcher.story().instruction.text == "move left arm higher"
+    wait_until(lambda: session.watcher.status().instruction.source == "human")
+    assert session.watcher.status().instruction.text == "move left arm higher"
 
 
-def test_a_pause_holds_a_step_is_one_and_it_goes_on(tab, desk):
+def test_pause_step_and_go_on_do_what_they_say(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.5)
+    run_to(session, 0.5)
     press(tab, "Pause")
-    wait_until(lambda: desk.pace.paused)
+    wait_until(lambda: session.pace.paused)
     tab.wait_for_timeout(300)
-    held_s = desk.watcher.story().time_s
+    held_s = session.watcher.status().time_s
     tab.wait_for_timeout(1000)
-    assert desk.watcher.story().time_s == held_s
+    assert session.watcher.status().time_s == held_s
     press(tab, "Step")
-    run_to(desk, held_s + 0.5 * STEP_S)
+    run_to(session, held_s + 0.5 * STEP_S)
     tab.wait_for_timeout(300)
-    assert desk.watcher.story().time_s == pytest.approx(held_s + STEP_S)
+    assert session.watcher.status().time_s == pytest.approx(held_s + STEP_S)
     press(tab, "Go on")
-    run_to(desk, held_s + 1.0)
+    run_to(session, held_s + 1.0)
 
 
-def test_reset_begins_anew_with_the_seed_that_is_set(tab, desk):
+def test_reset_begins_an_episode_with_the_chosen_seed(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.5)
+    run_to(session, 0.5)
     tab.get_by_text("New patient").click()
     seed = tab.get_by_text("seed", exact=True).locator("xpath=../../..").locator("input")
     seed.fill(str(SEED + 7))
     tab.wait_for_timeout(300)
-    before = desk.watcher.patient
+    before = session.watcher.patient
     press(tab, "Reset")
-    wait_until(lambda: desk.watcher.patient is not before)
-    assert desk.watcher.patient.anatomy.seed == SEED + 7
+    wait_until(lambda: session.watcher.patient is not before)
+    assert session.watcher.patient.anatomy.seed == SEED + 7
 
 
-def test_a_reload_and_a_second_tab_keep_the_episode(chromium, tab, desk, tmp_path):
+def test_a_reload_and_a_second_tab_keep_the_episode(chromium, tab, session, tmp_path):
     press(tab, "Start")
-    run_to(desk, 0.5)
-    patient = desk.watcher.patient
+    run_to(session, 0.5)
+    patient = session.watcher.patient
     tab.reload()
     with open_tab(chromium, tab.url) as other:
         for each in (tab, other):
             each.get_by_text("grabbing gallbladder").first.wait_for()
-        run_to(desk, desk.watcher.story().time_s + 0.5)
-        assert desk.watcher.patient is patient
+        run_to(session, session.watcher.status().time_s + 0.5)
+        assert session.watcher.patient is patient
         wait_until(lambda: share_of_green(picture(other, tmp_path / "second.png")) > 0.01)
         press(other, "Pause")
-        wait_until(lambda: desk.pace.paused)
+        wait_until(lambda: session.pace.paused)
         button(tab, "Go on").wait_for()
 
 
-def test_saving_an_intervention_makes_a_loadable_episode(tab, desk):
+def test_saving_an_intervention_makes_a_loadable_episode(tab, session):
     press(tab, "Start")
-    run_to(desk, 0.3)
+    run_to(session, 0.3)
     press(tab, "move left arm lower")
     save = "Save this intervention as training data"
     tab.locator(f'button:enabled:has-text("{save}")').wait_for()
-    run_to(desk, desk.watcher.story().time_s + 0.5)
+    run_to(session, session.watcher.status().time_s + 0.5)
     press(tab, save)
-    wait_until(lambda: list(desk.out.glob("interventions/parts/*.parquet")))
-    (path,) = desk.out.glob("interventions/parts/*.parquet")
+    wait_until(lambda: list(session.out.glob("interventions/parts/*.parquet")))
+    (path,) = session.out.glob("interventions/parts/*.parquet")
     assert "move left arm lower" in read_part(path).columns["correction"]
 
 
-def test_keys_do_what_the_legend_says(tab, desk):
+def test_keys_do_what_the_legend_says(tab, session):
     tab.keyboard.press("Space")
-    wait_until(lambda: not desk.pace.paused)
+    wait_until(lambda: not session.pace.paused)
     tab.keyboard.press("Shift+KeyI")
-    wait_until(lambda: desk.watcher.story().instruction.text == "move left arm higher")
+    wait_until(lambda: session.watcher.status().instruction.text == "move left arm higher")
     tab.keyboard.press("KeyH")
-    wait_until(lambda: desk.watcher.story().instruction.hold)
+    wait_until(lambda: session.watcher.status().instruction.hold)
 
 
-def test_an_arm_that_is_taken_over_is_the_persons_until_it_is_given_back(tab, desk):
+def test_a_person_guides_an_arm_until_giving_it_back(tab, session):
     press(tab, "Start")
     tab.get_by_text("Take over an arm").click()
     press(tab, "Take the right")
-    wait_until(lambda: desk.watcher.story().hand == RIGHT_ARM)
+    wait_until(lambda: session.watcher.status().guided_arm == RIGHT_ARM)
     press(tab, "Give it back")
-    wait_until(lambda: desk.watcher.story().hand is None)
+    wait_until(lambda: session.watcher.status().guided_arm is None)
 
 
-def test_an_exported_page_works_offline(chromium, tmp_path, desk):
+def test_an_exported_page_works_offline(chromium, tmp_path, session):
     from scenarios.viewer.export import export
     from scenarios.viewer.recording_frames import RecordingFrames
 
-    desk.pace.speed = math.inf
-    desk.pace.go_on()
-    run_to(desk, 8.0)  # it is played over and over, and fades in each time
-    desk.pace.restart(desk.config)
+    session.pace.speed = math.inf
+    session.pace.go_on()
+    run_to(session, 8.0)  # the page loops, and fades in each time
+    session.pace.restart(session.config)
     page = tmp_path / "page.html"
-    page.write_text(export(RecordingFrames(recorded(desk), every=6), lambda time_s: None))
+    page.write_text(export(RecordingFrames(recorded(session), every=6), lambda time_s: None))
     with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)

@@ -1,4 +1,4 @@
-"""Laws of a frame: a copy of the world as it was, that agrees with it."""
+"""Laws of a frame: it is a copy of the world, and later steps do not change it."""
 
 from itertools import islice
 
@@ -26,7 +26,7 @@ def arrays(frame):
     return {name: v.copy() for name, v in vars(frame).items() if isinstance(v, np.ndarray)}
 
 
-def test_a_frame_stays_as_it_is_while_the_world_moves_on(episode):
+def test_a_frame_does_not_change_when_the_world_does(episode):
     patient = patient_of(episode.world)
     frame = frame_of(episode.world, patient)
     before = arrays(frame)
@@ -38,7 +38,7 @@ def test_a_frame_stays_as_it_is_while_the_world_moves_on(episode):
     assert not np.array_equal(later.positions_m, frame.positions_m)
 
 
-def test_elements_are_used_again_until_some_are_cut(episode):
+def test_tetrahedra_are_shared_until_some_are_cut(episode):
     world = episode.world
     patient = patient_of(world)
     first = frame_of(world, patient)
@@ -51,13 +51,13 @@ def test_elements_are_used_again_until_some_are_cut(episode):
     world.restore(state)
 
 
-def test_elements_of_another_patient_are_never_used_again(episode):
+def test_tetrahedra_of_another_patient_are_never_shared(episode):
     first = frame_of(episode.world, patient_of(episode.world))
     other = frame_of(episode.world, patient_of(episode.world), before=first)
     assert other.tets is not first.tets
 
 
-def test_the_way_ahead_begins_at_the_tip_and_adds_up(episode):
+def test_the_path_ahead_begins_at_the_tip_and_adds_up_the_motions(episode):
     world = episode.world
     moves = np.random.default_rng(1).normal(0.0, 1e-3, (5, 2, 3))
     still = hold(np.zeros(2))
@@ -65,14 +65,14 @@ def test_the_way_ahead_begins_at_the_tip_and_adds_up(episode):
         ToolAction(move_endoscope_m=m, turn_tool=still.turn_tool, jaw_rad=still.jaw_rad)
         for m in moves
     ]
-    way = frame_of(world, patient_of(world), ahead).ahead_m
-    assert way.shape == (2, 6, 3)
-    np.testing.assert_allclose(way[:, 0], world.arms.T_world_tool()[:, :3, 3])
-    total = (way[:, -1] - way[:, 0]) @ world.T_world_endoscope[:3, :3]
+    path = frame_of(world, patient_of(world), ahead).ahead_m
+    assert path.shape == (2, 6, 3)
+    np.testing.assert_allclose(path[:, 0], world.arms.T_world_tool()[:, :3, 3])
+    total = (path[:, -1] - path[:, 0]) @ world.T_world_endoscope[:3, :3]
     np.testing.assert_allclose(total, moves.sum(axis=0), atol=1e-9)
 
 
-def test_links_are_those_of_the_arms(episode):
+def test_links_have_the_poses_of_the_arms(episode):
     frame = frame_of(episode.world, patient_of(episode.world))
     finger = frame.T_world_link[RIGHT_ARM, PATCH_LINKS.index("finger_plus")]
     expected = episode.world.arms.contact_shapes().T_world_link.reshape(2, 4, 4, 4)

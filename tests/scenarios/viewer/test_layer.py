@@ -1,4 +1,4 @@
-"""Laws of the layers: quaternions turn as rotations do, what is seen is drawn, no more is sent."""
+"""Laws of the layers: quaternions equal their rotations, and only visible changes are sent."""
 
 from contextlib import redirect_stdout
 from dataclasses import replace
@@ -19,17 +19,17 @@ from tissue_sim.world import World
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_quaternion_is_its_rotation(seed):
+def test_a_quaternion_equals_its_rotation(seed):
     rotation = exponential(np.random.default_rng(seed).normal(size=3))
     np.testing.assert_allclose(SO3(wxyz(rotation)).as_matrix(), rotation, atol=1e-9)
 
 
 @pytest.mark.parametrize("rotation", [np.eye(3), np.diag([-1.0, -1.0, 1.0])])
-def test_no_turn_and_half_a_turn_too(rotation):
+def test_no_turn_and_half_a_turn_equal_their_rotations(rotation):
     np.testing.assert_allclose(SO3(wxyz(rotation)).as_matrix(), rotation, atol=1e-9)
 
 
-def test_colours_end_where_they_should_and_grow():
+def test_colours_grow_with_the_light_and_stay_in_range():
     assert srgb((0.0, 1.0, 2.0)) == (0, 255, 255)
     dark, middle, bright = srgb((0.1, 0.5, 0.9))
     assert 0 < dark < middle < bright < 255
@@ -45,7 +45,7 @@ def server():
         server.stop()
 
 
-def test_what_nobody_would_see_is_not_sent_and_does_not_add_up(server):
+def test_invisible_changes_are_not_sent_and_do_not_add_up(server):
     threads = server.scene.add_line_segments("/threads", np.zeros((1, 2, 3)), (0, 0, 0))
     seen = set()
     for n in range(1, 11):
@@ -58,7 +58,7 @@ def test_what_nobody_would_see_is_not_sent_and_does_not_add_up(server):
     assert len(threads.points) == 0
 
 
-def test_neither_do_motions_of_the_tissue_that_nobody_would_see(server):
+def test_invisible_motions_of_the_tissue_are_not_sent_and_do_not_add_up(server):
     world = World()
     world.reset(anatomy_from_seed(0))
     patient = patient_of(world)

@@ -1,4 +1,4 @@
-"""Laws of the pace: a pause holds, a step is one step, a speed is kept, another episode comes."""
+"""Laws of the pace: a pause holds, a step is one step, a speed is kept, a restart ends a wait."""
 
 import math
 import time
@@ -21,7 +21,7 @@ def nothing():
 
 
 class Loop:
-    """Counts the steps that a pace lets it make, in a thread of its own."""
+    """Counts the steps that a pace allows, in a separate thread."""
 
     def __init__(self, pace):
         self.steps, self.wanted = 0, None
@@ -33,11 +33,11 @@ class Loop:
         try:
             for self.steps in count():
                 self._pace.wait(STEP_S, nothing)
-        except Restart as wish:
-            self.wanted = wish.config
+        except Restart as restart:
+            self.wanted = restart.config
 
     def stands_at(self, steps):
-        """Whether it comes to so many and makes no more."""
+        """Return whether the loop makes this number of steps and no more."""
         wait_until(lambda: self.steps >= steps)
         time.sleep(0.15)
         return self.steps == steps
@@ -61,21 +61,21 @@ def test_a_pause_holds_and_each_step_asked_for_is_one_step():
     loop.end()
 
 
-def test_it_goes_on_and_pauses_again():
+def test_a_paused_loop_goes_on_and_pauses_again():
     pace = Pace(paused=True, speed=math.inf)
     loop = Loop(pace)
     pace.go_on()
     wait_until(lambda: loop.steps > 20)
     pace.pause()
-    time.sleep(0.15)  # the step under way
+    time.sleep(0.15)  # the current step
     assert loop.stands_at(loop.steps)
     loop.end()
 
 
 @pytest.mark.parametrize("speed", [0.5, 4.0])
-def test_steps_take_their_time_over_the_speed(speed):
+def test_a_step_takes_its_simulated_time_divided_by_the_speed(speed):
     pace, steps = Pace(speed=speed), round(10 * speed)
-    took_s = [_took_s(pace, steps) for _ in range(5)]  # a busy machine wakes it late in some
+    took_s = [_took_s(pace, steps) for _ in range(5)]  # a busy machine may wake it late
     assert min(took_s) == pytest.approx(steps * STEP_S / speed, abs=0.05)
 
 
@@ -97,7 +97,7 @@ def test_a_loop_that_was_late_does_not_rush_to_catch_up():
     assert time.monotonic() - start_s > 4 * STEP_S
 
 
-def test_while_it_waits_it_sees_to_other_things_when_woken():
+def test_a_waiting_loop_serves_others_when_woken():
     pace, seen = Pace(paused=True), []
     thread = Thread(target=lambda: pace.wait(STEP_S, lambda: seen.append(1)), daemon=True)
     thread.start()
@@ -113,13 +113,13 @@ def test_while_it_waits_it_sees_to_other_things_when_woken():
     assert not thread.is_alive()
 
 
-def test_a_restart_ends_even_a_rest_and_is_no_error():
+def test_a_restart_ends_a_rest_and_is_not_an_error():
     pace = Pace()
     pace.restart(CONFIG)
-    with pytest.raises(Restart) as wish:
+    with pytest.raises(Restart) as restart:
         pace.rest(nothing)
-    assert wish.value.config == CONFIG
-    assert not isinstance(wish.value, Exception)
+    assert restart.value.config == CONFIG
+    assert not isinstance(restart.value, Exception)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan])

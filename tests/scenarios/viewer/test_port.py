@@ -1,4 +1,4 @@
-"""Laws of the port: a taken one is passed over, or refused where it was asked for."""
+"""Laws of the port: a busy one is skipped, or refused if it was requested."""
 
 import socket
 
@@ -16,18 +16,18 @@ def taken():
         yield busy.getsockname()[1]
 
 
-def test_a_free_port_that_was_asked_for_is_taken():
+def test_a_free_requested_port_is_chosen():
     with socket.create_server((HOST, 0)) as briefly:
         free = briefly.getsockname()[1]
     assert choose_port(HOST, free) == free
 
 
-def test_a_busy_port_that_was_asked_for_is_refused(taken):
-    with pytest.raises(BadInputError, match=f"--port {taken}: .*in use; leave it out"):
+def test_a_busy_requested_port_is_refused(taken):
+    with pytest.raises(BadInputError, match=f"--port {taken}: .*in use; leave out --port"):
         choose_port(HOST, taken)
 
 
-def test_a_busy_port_that_was_not_asked_for_is_passed_over():
+def test_a_busy_port_that_was_not_requested_is_skipped():
     free = choose_port(HOST)
     with socket.create_server((HOST, free)):
         following = choose_port(HOST)
@@ -35,7 +35,7 @@ def test_a_busy_port_that_was_not_asked_for_is_passed_over():
 
 
 @pytest.mark.parametrize("port", [65_536, 1_000_000])
-def test_a_port_that_is_none_is_refused(port):
+def test_a_number_that_is_no_port_is_refused(port):
     with pytest.raises(BadInputError, match=f"--port {port}"):
         choose_port(HOST, port)
 

@@ -1,4 +1,4 @@
-"""Laws of the line for free text, whatever order a page's messages come in."""
+"""Laws of the line for free text, in whatever order the page's messages arrive."""
 
 import time
 from threading import Thread
@@ -8,16 +8,16 @@ import viser
 
 from scenarios.viewer.panels.talk import LATE_S, TalkPanel
 from scenarios.viewer.port import choose_port
-from tests.scenarios.viewer.sessions import at, session
+from tests.scenarios.viewer.sessions import at, running_session
 
 HOST = "127.0.0.1"
 
 
 @pytest.fixture
 def panel(tmp_path):
-    with session(tmp_path) as desk:
+    with running_session(tmp_path) as session:
         server = viser.ViserServer(host=HOST, port=choose_port(HOST), verbose=False)
-        yield TalkPanel(server.gui, at(desk))
+        yield TalkPanel(server.gui, at(session))
         server.stop()
 
 
@@ -25,7 +25,7 @@ def line(panel):
     return panel._text
 
 
-def test_what_arrives_after_enter_is_read_all_the_same(panel):
+def test_text_that_arrives_after_enter_is_read(panel):
     line(panel).value = "something, so that reading is loaded"
     panel._on_submit(None)
     typist = Thread(target=_type_later, args=[panel])

@@ -1,4 +1,4 @@
-"""Laws of interventions on request: an arm led by hand is one, and is to be imitated."""
+"""Laws of interventions on request: guiding an arm is one, and it is marked for imitation."""
 
 from itertools import islice
 
@@ -12,13 +12,13 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.run_episode import begin
-from scenarios.viewer.interventions import InterventionsOnRequest
+from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM
 
 
 @pytest.mark.parametrize("expert", [True, False])
-def test_only_the_expert_and_a_hand_are_to_be_imitated(tmp_path, expert):
-    """Of 60 steps: the arms hold from the 20th to the 30th, a hand leads from the 40th on."""
+def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, expert):
+    """Check 60 steps: the arms hold from step 20 to 30, a person guides one from step 40 on."""
     inbox = Inbox()
     episode = begin(EpisodeConfig(**WITNESS, seed=10_002), inbox=inbox)
     seen = InterventionsOnRequest(tmp_path, "nominal", expert=expert)
@@ -37,6 +37,6 @@ def test_only_the_expert_and_a_hand_are_to_be_imitated(tmp_path, expert):
             inbox.hand = GuidedArm(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
     assert seen.intervened
     columns = read_part(seen.save_so_far()).columns
-    by_hand = np.arange(50) >= 30
-    np.testing.assert_array_equal(columns["expert"], np.ones(50, bool) if expert else by_hand)
+    guided = np.arange(50) >= 30
+    np.testing.assert_array_equal(columns["expert"], np.ones(50, bool) if expert else guided)
     assert len(np.unique(columns["segment"])) == 2

@@ -1,4 +1,4 @@
-"""What people did in an episode, as training data when they ask for it, and not by itself."""
+"""Interventions that are saved as training data only when a person asks for it."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
 
 
 class InterventionsOnRequest(Interventions):
-    """May be asked from any thread, in the midst of an episode."""
+    """Can be saved from any thread, during an episode."""
 
     def __init__(self, out: Path, scenario: str, *, expert: bool) -> None:
         super().__init__(out, scenario, expert=expert)
         self._lock = Lock()
 
     def on_step(self, step: Step) -> None:
-        """One frame more."""
+        """Add one step."""
         with self._lock:
             super().on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Saves nothing."""
+        """Save nothing: a person decides."""
 
     def save_so_far(self) -> Path:
-        """The episode so far; nobody knows yet what it will come to.
+        """Save the episode so far, marked as not successful because its result is unknown.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: the file cannot be written.
             ValueError: nobody has intervened, or the folder holds parts that do not fit.
         """
         with self._lock:
