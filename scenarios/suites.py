@@ -1,4 +1,4 @@
-"""Every suite of `calot evaluate`: which conditions are met, and what people say in them."""
+"""Every suite of `calot evaluate`: its conditions, and what people say in them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from scenarios.perturbation.perturbations import PERTURBATIONS
 
 @dataclass(frozen=True, kw_only=True)
 class Saying(Timed):
-    """Words for a moment, and what should come of them.
+    """A text at a time, and the command that it means.
 
     Attributes:
-        means: the command (`planner.command.COMMANDS`) that should be obeyed; None for what is
-            unclear, or must not be done: it is to be asked back or refused, and nothing moves.
+        means: the command (`planner.command.COMMANDS`) that should be obeyed; None for a text that
+            is unclear or must not be obeyed: it must be asked back or refused, and nothing moves.
     """
 
     means: str | None
@@ -25,13 +25,13 @@ class Saying(Timed):
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """Under which episodes of all seeds take place.
+    """A condition under which every seed's episode runs.
 
     Attributes:
-        name: unique in its suite, also a folder's.
+        name: unique in its suite; also the folder's name.
         scenario: a key of `scenarios.catalogue.SCENARIOS`.
-        magnitude: of its perturbation; None leaves it at the scenario's own.
-        said: in the course of it.
+        magnitude: of its perturbation; None for the scenario's default.
+        said: texts that a person says during the episode.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Condition:
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """An axis with rising magnitude; the next rung is tried while at least half of one pass.
+    """A perturbation with rising magnitude; the next rung runs if at least half of one pass.
 
     Attributes:
         unit: of the magnitudes.
@@ -55,7 +55,7 @@ class Ladder:
 
 @dataclass(frozen=True, kw_only=True)
 class Suite:
-    """What is evaluated together: conditions that are all met, and ladders that are climbed."""
+    """Conditions and ladders that are evaluated together."""
 
     name: str
     description: str
@@ -64,7 +64,7 @@ class Suite:
 
 
 RUNGS = (0.125, 0.25, 0.5, 1.0)
-"""Shares of the largest magnitude."""
+"""Magnitudes as shares of the largest one."""
 
 RECOVERY = (
     "grasp-missed-above",
@@ -75,7 +75,7 @@ RECOVERY = (
     "clip-dropped",
     "grasp-slip",
 )
-"""SRT-H's failures, and two that need nobody to lead an arm astray."""
+"""SRT-H's failures, and two that happen without an arm being led astray."""
 
 PARAPHRASES = (
     (3.0, "nudge the right hand upwards a little", "move right arm higher"),
@@ -93,7 +93,7 @@ NONSENSE = (
     (20.0, "forty two"),
     (25.0, "tell me a joke"),
 )
-WRONG_SIDE = (  # the tube whose turn is second has no clips yet
+WRONG_SIDE = (  # the second tube has no clips yet
     (2.0, "cut the right tube"),
     (5.0, "snip the right one"),
     (8.0, "grab the liver"),
@@ -109,7 +109,7 @@ CONTRADICTIONS = (
     (20.0, "raise the right arm but keep it down"),
     (25.0, "move the right arm higher, no, lower"),
 )
-LATE_CORRECTIONS = (  # each is taken back while it is under way
+LATE_CORRECTIONS = (  # the opposite follows while the first is being obeyed
     (5.0, "move right arm to the left"),
     (6.5, "move right arm to the right"),
     (15.0, "move right arm higher"),

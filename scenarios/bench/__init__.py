@@ -1,1 +1,1 @@
-"""How fast and how accurate each part is on this machine: one file a bench."""
+"""How fast, accurate and robust is each part of Calot on this machine? One file a bench."""

@@ -1,4 +1,4 @@
-"""How far the tissue is from its converged static solution after the gallbladder is retracted."""
+"""Error of the tissue against its converged static solution after a retraction."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from tissue_sim.verification.retraction import MAX_ERROR_M, Retraction, retracti
 from tissue_sim.world import WorldConfig
 
 REFINEMENTS = (1, 2)
-HALVINGS = 5  # of the time held, down to which the error is followed
+HALVINGS = 5  # how often the held time is halved for further rows of the table
 MM = 1e-3
 
 
 def bench_accuracy(*, seed: int, steps: int) -> tuple[Table, str]:
-    """Retracts the infundibulum by 20 mm in 1 s and holds it for so many control steps."""
+    """Retract the infundibulum by 20 mm in 1 s and hold it for `steps` control steps."""
     anatomy, config = anatomy_from_seed(seed), WorldConfig()
     held_steps = sorted({0, *(steps // 2**k for k in range(HALVINGS + 1))})
     held_s = [n * config.control_step_s for n in held_steps]

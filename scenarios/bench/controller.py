@@ -1,4 +1,4 @@
-"""How long a chunk of the diffusion controller takes on one thread, and how chunks join."""
+"""Time of a chunk of the diffusion controller on one thread, and smoothness between chunks."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ WARM_UPS, LEROBOT_REPEATS = 10, 1
 def bench_controller(
     *, checkpoint: Path | None, seed: int, repeats: int, steps: int
 ) -> list[Table | str]:
-    """Times one chunk every way there is, then runs episodes at each delay.
+    """Time one chunk with each runtime, then run episodes at each delay.
 
     Raises:
-        BadInputError: there is no checkpoint, or it does not fit.
+        BadInputError: the checkpoint does not exist, or does not fit.
     """
     torch.set_num_threads(1)
     try:
@@ -48,7 +48,7 @@ def bench_controller(
 
 
 def _times_table(policy: Policy, repeats: int) -> Table:
-    """The first two by turns, so that what else the machine does meets both."""
+    """Time our two runtimes in alternation, so that other load affects both alike."""
     sampler, inputs = Sampler(policy), example_inputs(policy.config)
     single = {name: value[0].numpy() for name, value in inputs.items()}
     ours = {"ONNX Runtime": lambda: sampler(single), "PyTorch, eager": _eager(policy, inputs)}
@@ -102,7 +102,7 @@ def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
 
 
 class _Watched:
-    """A controller whose motions are kept."""
+    """A controller that records its motions."""
 
     def __init__(self, controller: ControllerDiffusion) -> None:
         self._controller = controller
@@ -119,7 +119,7 @@ class _Watched:
         return chunk
 
     def accelerations_m_s2(self) -> tuple[float, float]:
-        """`PERCENTILE` of tip accelerations where chunks join, and inside them."""
+        """Return the `PERCENTILE` of tip accelerations where chunks join, and inside chunks."""
         moves, places = np.array(self._moves), np.array(self._places)
         accelerations = np.linalg.norm(np.diff(moves, axis=0), axis=-1).max(axis=1)
         at, inside = (

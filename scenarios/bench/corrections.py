@@ -1,4 +1,4 @@
-"""Whether corrections help: the paired gain over patients on which something went astray."""
+"""Gain of a correction: paired, over patients on which an arm was led astray."""
 
 from __future__ import annotations
 
@@ -21,41 +21,45 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 
 def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[CorrectionTrial]:
-    """On the patients from the configuration's seed on, in order."""
+    """Run a trial on each patient from the configuration's seed on; return them in that order."""
     seeds = range(config.seed, config.seed + episodes)
     comparison = TrialAttempt(run=ForkComparison(config=config), lost=lost_trial)
     return sorted(run_all("corrections", seeds, workers, comparison), key=lambda trial: trial.seed)
 
 
 def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
-    """Without, with, and the paired gain with its 95 % interval."""
+    """Return a table: without, with, and the paired gain with its 95 % interval."""
     table = Table(title=f"corrections, seeds {trials[0].seed} to {trials[-1].seed}")
     for heading in ("", "without", "with", "gain (95 % interval, paired)"):
         table.add_column(heading, justify="right" if heading else "left")
     without = [trial.without for trial in trials if trial.without]
-    told = [trial.told for trial in trials if trial.told]
-    table.add_row("moments", str(len(without)), str(len(told)), "")
-    if not told:
+    corrected = [trial.corrected for trial in trials if trial.corrected]
+    table.add_row("moments", str(len(without)), str(len(corrected)), "")
+    if not corrected:
         return table
-    _add_mean(table, f"mm to the goal after {LOOK_S:g} s", *(_off_mm(c) for c in (without, told)))
-    _add_mean(table, f"s to the task, {WITHIN_S:g} at most", *(_done_s(c) for c in (without, told)))
+    _add_mean(
+        table, f"mm to the goal after {LOOK_S:g} s", *(_off_mm(c) for c in (without, corrected))
+    )
+    _add_mean(
+        table, f"s to the task, {WITHIN_S:g} at most", *(_done_s(c) for c in (without, corrected))
+    )
     _add_count(
         table,
         f"task done in {WITHIN_S:g} s",
-        *([c.done_s is not None for c in cs] for cs in (without, told)),
+        *([c.done_s is not None for c in cs] for cs in (without, corrected)),
     )
-    injured = [[not c.injuries for c in courses] for courses in (without, told)]
+    injured = [[not c.injuries for c in courses] for courses in (without, corrected)]
     _add_count(table, "nothing injured", *injured)
     return table
 
 
 def error_lines(trials: Sequence[CorrectionTrial]) -> list[str]:
-    """A line for each trial that an error ended."""
+    """Return a line for each trial that an error ended."""
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 
 
 def mean_gain(before: Sequence[float], after: Sequence[float]) -> tuple[float, float, float]:
-    """Mean of what is saved, pair by pair, and Student's 95 % interval; NaN of a single pair."""
+    """Return the mean reduction of the pairs and Student's 95 % interval; NaN for one pair."""
     saved = np.subtract(before, after)
     if len(saved) < 2:
         return float(saved.mean()), np.nan, np.nan
@@ -64,7 +68,7 @@ def mean_gain(before: Sequence[float], after: Sequence[float]) -> tuple[float, f
 
 
 def sign_test(before: Sequence[bool], after: Sequence[bool]) -> tuple[int, int, float]:
-    """Pairs that got better and worse, and McNemar's exact p-value."""
+    """Return how many pairs improved and worsened, and McNemar's exact p-value."""
     better = sum(b < a for b, a in zip(before, after, strict=True))
     worse = sum(b > a for b, a in zip(before, after, strict=True))
     p = binomtest(better, better + worse).pvalue if better + worse else 1.0

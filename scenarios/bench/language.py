@@ -1,4 +1,4 @@
-"""How long free text takes to a reading on one thread, by the grammar alone and with the heads."""
+"""Time to read free text on one thread, by the grammar alone and with the sentence encoder."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from planner.language.sentence_encoder import embed
 
 ALLOWED_MS = 30.0
 FRAMES = {"grammar": "could you {} please", "heads on embeddings": "could you {} forthwith"}
-"""No lexicon has the last word of the second, so that the encoder is asked."""
+"""No lexicon has the last word of the second sentence, so the encoder is used."""
 
 
 def bench_language(repeats: int) -> Table:
-    """Times the readings of every command, in a frame of words that leads each way."""
+    """Time the readings of every command, in a sentence for each way of reading."""
     torch.set_num_threads(1)
     interpreter = Interpreter()
     table = Table(title="text to reading, one thread")
@@ -27,7 +27,7 @@ def bench_language(repeats: int) -> Table:
         table.add_column(heading, justify="right")
     for by, frame in FRAMES.items():
         sentences = [frame.format(text) for text in COMMANDS]
-        interpreter.read(sentences[0])  # what is loaded once is loaded
+        interpreter.read(sentences[0])  # loads what is loaded only once
         times_ms = [_time_ms(interpreter, said) for _ in range(repeats) for said in sentences]
         figures = (*np.percentile(times_ms, (50, 99)), max(times_ms), ALLOWED_MS)
         table.add_row(by, *(f"{figure:.2f}" for figure in figures))

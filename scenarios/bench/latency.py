@@ -1,8 +1,8 @@
-"""How long a person waits: from submitted text to the first joint command that it changed.
+"""Time from submitted text to the first joint command that it changes.
 
-The person speaks from a thread of their own, at any time within a control step of an episode that
-runs at the pace of the clock, as it does before a viewer. The same moment is played without a word
-first: the first command that differs is the words' doing.
+The text is submitted from a separate thread, at any time within a control step of an episode that
+runs in real time, as it does behind a viewer. The episode first continues from the same snapshot
+without the text; the first command that differs is the text's effect.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 
-FIRST_S, EVERY_S = 1.0, 0.7  # of simulated time: moments at which somebody speaks
+FIRST_S, EVERY_S = 1.0, 0.7  # simulated times at which text is submitted
 WITHIN_STEPS = 15
 CHANGED = 1e-9  # rad or m
 TEXTS = (
@@ -39,10 +39,10 @@ TEXTS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Wait:
-    """For one text, on the clock.
+    """Waiting times for one text, in real time.
 
     Attributes:
-        read_s: until it was read and lay in the queue.
+        read_s: until the text was read and queued.
         changed_s: until the step with the first changed command was done; None where none changed
             within `WITHIN_STEPS`, as after a stop of arms that stand still.
     """
@@ -52,7 +52,7 @@ class Wait:
 
 
 def latency_table(config: EpisodeConfig, texts: int) -> Table:
-    """Half of the waits and 95 % of them are no longer than this."""
+    """Return a table of the median and the 95th percentile of the waits."""
     waits = list(islice(measured(config), texts))
     table = Table(title=f"from text to motion, {config.controller}, seed {config.seed}")
     for heading in ("", "n", "p50 ms", "p95 ms"):
@@ -65,25 +65,25 @@ def latency_table(config: EpisodeConfig, texts: int) -> Table:
 
 
 def measured(config: EpisodeConfig) -> Iterator[Wait]:
-    """One wait after another, in moments of an episode until it ends."""
+    """Measure waits at successive times of an episode until it ends."""
     episode, chance, due_s = begin(config), np.random.default_rng(config.seed), FIRST_S
-    for text in TEXTS:  # what is loaded with the first text is no part of a running episode
+    for text in TEXTS:  # loads what the first text needs
         interpreter().read(text)
     texts = (TEXTS[n % len(TEXTS)] for n in count())
     while (step := next(_until(episode, due_s), None)) is not None:
-        moment, due_s = Snapshot(episode), step.time_s + EVERY_S
-        commands = [s.command.joints for s in islice(moment.again().steps(), WITHIN_STEPS)]
-        yield _wait(moment.again(), commands, next(texts), chance.uniform(0.0, CONTROL_PERIOD_S))
-        episode = moment.again()
+        snapshot, due_s = Snapshot(episode), step.time_s + EVERY_S
+        commands = [s.command.joints for s in islice(snapshot.again().steps(), WITHIN_STEPS)]
+        yield _wait(snapshot.again(), commands, next(texts), chance.uniform(0.0, CONTROL_PERIOD_S))
+        episode = snapshot.again()
 
 
 def _until(episode: Episode, time_s: float) -> Iterator[Step]:
-    """The first step from a time on in which the controller has the arms."""
+    """Yield the steps from a time on in which the controller commands the arms."""
     return (s for s in episode.steps() if s.time_s >= time_s and not s.exchange)
 
 
 def _wait(episode: Episode, commands: Sequence[Array], text: str, after_s: float) -> Wait:
-    """Speaks so long after a step, while the episode goes on."""
+    """Submit the text `after_s` after a step, while the episode runs."""
     spoken: list[float] = []
 
     def speak() -> None:
@@ -104,7 +104,7 @@ def _wait(episode: Episode, commands: Sequence[Array], text: str, after_s: float
 
 
 def _paced(steps: Iterator[Step]) -> Iterator[Step]:
-    """One a control step of the clock; late ones follow at once."""
+    """Yield steps in real time; late ones follow at once."""
     due_s = time.perf_counter()
     for step in steps:
         yield step

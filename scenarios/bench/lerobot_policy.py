@@ -1,4 +1,4 @@
-"""LeRobot's diffusion policy, to time ours beside it."""
+"""LeRobot's diffusion policy, to compare ours with it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from rich.markup import escape
 from controller.action import ACTION_SIZE
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-NOT_INSTALLED = escape("LeRobot is not installed; to compare with it: pip install 'calot[lerobot]'")
+NOT_INSTALLED = escape(
+    "LeRobot is not installed; to compare with it: .venv/bin/pip install -e '.[lerobot]'"
+)
 
 
 def lerobot_version() -> str | None:
-    """None if it is not installed."""
+    """Return LeRobot's version; None if it is not installed."""
     try:
         return version("lerobot")
     except PackageNotFoundError:
@@ -23,7 +25,7 @@ def lerobot_version() -> str | None:
 
 
 def lerobot_chunk() -> Callable[[], torch.Tensor]:
-    """Samples one chunk by LeRobot's own settings from numbers alone (written for 0.4.4)."""
+    """Return a function that samples one chunk with LeRobot's settings, without images (0.4.4)."""
     from lerobot.configs.types import FeatureType, PolicyFeature  # pyright: ignore
     from lerobot.policies.diffusion.configuration_diffusion import DiffusionConfig  # pyright: ignore
     from lerobot.policies.diffusion.modeling_diffusion import DiffusionPolicy  # pyright: ignore

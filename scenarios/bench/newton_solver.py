@@ -1,4 +1,4 @@
-"""Our tissue beside Newton's VBD solver, timed in one run, with how far each is from the truth."""
+"""Our tissue and Newton's VBD solver, timed in one run, with the error of each."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scenarios.bench.trials.newton_retraction import (
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.anatomy import anatomy_from_seed
 
-STEPS = 60  # control steps: drawn for a second, held for another
+STEPS = 60  # control steps: retract for one second, hold for another
 NEWTON_SETTINGS = (  # substeps of a control step and iterations of Newton's own examples
     {"substeps": 20, "iterations": 10},  # softbody_hanging
     {"substeps": 20, "iterations": 5},  # softbody_franka
@@ -32,16 +32,18 @@ CONVERGED_STEPS = 150
 
 
 def bench_newton(*, seed: int) -> Table | str:
-    """Times control steps of both under the same load; one line where Newton is not installed.
+    """Time control steps of both under the same load; return a line if Newton is missing.
 
-    The error is the largest distance of a vertex, at the end, from our solution solved tightly and
-    come to rest. Newton's other material accounts for 0.5 mm of its own: so far off does it rest
-    when refined to 100 substeps of 10 iterations (seed 10004).
+    The error is the largest distance of a vertex, at the end, from our converged solution at rest.
+    Newton's different material causes 0.5 mm of it: that error remains at rest with 100 substeps
+    of 10 iterations (seed 10004).
     """
     try:
         newton_version = version("newton")
     except PackageNotFoundError:
-        return escape("Newton is not installed; to compare with it: pip install 'calot[newton]'")
+        return escape(
+            "Newton is not installed; to compare with it: .venv/bin/pip install -e '.[newton]'"
+        )
     body = body_of(anatomy_from_seed(seed))
     solvers = [
         in_calot(body, TissueConfig()),
@@ -66,9 +68,9 @@ def bench_newton(*, seed: int) -> Table | str:
 
 
 def race(solvers: Sequence[Solver], steps: int) -> NDArray:
-    """(solver, step) times of control steps, ms.
+    """Return (solver, step) times of control steps, ms.
 
-    The solvers take turns at every step, so that whatever else the machine does slows all alike.
+    The solvers alternate at every step, so that other load slows all of them alike.
     """
     times_s = np.zeros((len(solvers), steps))
     for n in range(steps):

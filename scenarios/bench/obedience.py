@@ -1,4 +1,4 @@
-"""Whether a controller listens to words: each correction, and the tube that is not its turn."""
+"""Whether a controller obeys: each correction, and the instruction to clip the other tube."""
 
 from __future__ import annotations
 
@@ -8,27 +8,30 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.trials.obedience_trial import Examination, ObedienceTrial, lost_trial
+from scenarios.bench.trials.obedience_trial import ObedienceExamination, ObedienceTrial, lost_trial
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.episode_config import EpisodeConfig
 
 
 def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[ObedienceTrial]:
-    """On the patients from the configuration's seed on, in order."""
+    """Run a trial on each patient from the configuration's seed on; return them in that order."""
     seeds = range(config.seed, config.seed + episodes)
-    examination = TrialAttempt(run=Examination(config=config), lost=lost_trial)
+    examination = TrialAttempt(run=ObedienceExamination(config=config), lost=lost_trial)
     return sorted(run_all("words", seeds, workers, examination), key=lambda trial: trial.seed)
 
 
 def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
-    """Of each correction how often it was obeyed, and how often the wrong tube was gone to.
+    """Return how often each correction was obeyed, and how often the other tube was chosen.
 
-    And how often it was asked for and withheld, as `Told` has it: that counts as not obeyed.
+    A correction that was withheld (see `CorrectionResponse`) counts as not obeyed.
     """
-    told = [told for trial in trials for told in trial.told]
-    given, obeyed = Counter(t.text for t in told), Counter(t.text for t in told if t.obeyed)
-    withheld = Counter(t.text for t in told if t.withheld)
+    responses = [response for trial in trials for response in trial.responses]
+    given, obeyed = (
+        Counter(r.text for r in responses),
+        Counter(r.text for r in responses if r.obeyed),
+    )
+    withheld = Counter(r.text for r in responses if r.withheld)
     table = Table(title=f"words obeyed, seeds {trials[0].seed} to {trials[-1].seed}")
     for heading in ("said", "times", "obeyed", "withheld", "share (95 % Wilson interval)"):
         table.add_column(heading, justify="left" if heading == "said" else "right")
@@ -43,7 +46,7 @@ def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
 
 
 def error_lines(trials: Sequence[ObedienceTrial]) -> list[str]:
-    """A line for each trial that an error ended."""
+    """Return a line for each trial that an error ended."""
     return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 
 

@@ -1,4 +1,4 @@
-"""How much of the machine others take: with no core left, a second thread gains nothing."""
+"""How many cores other processes use: without a free core, a second thread gains nothing."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ COLUMNS = 8
 
 
 class OtherWork:
-    """`cores`: how many others kept busy in a `with` block, on average; set as it ends."""
+    """`cores`: mean number of cores that others used in a `with` block; set when it ends."""
 
     cores: float
 
 
 @contextmanager
 def other_work() -> Iterator[OtherWork]:
-    """Watches what is not this process's own, child processes included."""
+    """Measure the CPU time of all other processes; child processes count as others."""
     work = OtherWork()
     start_s, start_others_s = perf_counter(), _others_s()
     yield work
@@ -29,7 +29,7 @@ def other_work() -> Iterator[OtherWork]:
 
 
 def _others_s() -> float:
-    """CPU time that other processes, and other guests of the host, have taken so far, s."""
+    """Return the CPU time that other processes and guests of the host have used so far, s."""
     ticks = [int(x) for x in Path("/proc/stat").read_text().split(maxsplit=COLUMNS + 1)[1:-1]]
     busy = sum(x for k, x in enumerate(ticks) if k not in IDLE)
     return busy / os.sysconf("SC_CLK_TCK") - process_time()

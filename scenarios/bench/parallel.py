@@ -1,4 +1,4 @@
-"""What threads gain in state mode, and processes with cameras: the same work on more of them."""
+"""Speedup by threads in state mode, and by processes with cameras."""
 
 from __future__ import annotations
 
@@ -23,74 +23,74 @@ THREAD_ROUNDS, CAMERA_ROUNDS = 15, 5
 
 
 def thread_table(*, seed: int, steps: int, worlds: int, threads: Sequence[int]) -> Table:
-    """Worlds in a storm, the same ones for each number of threads."""
+    """Time the same worlds in a storm with each number of threads."""
     with ExitStack() as stack:
-        crews = [stack.enter_context(Worlds(worlds, threads=n)) for n in threads]
-        strides = [_stride(crew, seed) for crew in crews]
+        groups = [stack.enter_context(Worlds(worlds, threads=n)) for n in threads]
+        strides = [_stride(group, seed) for group in groups]
         for stride in strides:
             stride(INTO_TISSUE_STEPS)
         with other_work() as others:
             took_s = _in_turns(THREAD_ROUNDS, [partial(stride, steps) for stride in strides])
     title = f"{worlds} worlds in a storm, median of {THREAD_ROUNDS} times {steps} control steps"
     table = _table(title, "threads", threads, worlds * steps / took_s)
-    table.caption = f"other work kept {others.cores:.1f} cores busy meanwhile"
+    table.caption = f"other processes used {others.cores:.1f} cores meanwhile"
     return table
 
 
 def camera_table(*, seed: int, steps: int, processes: Sequence[int]) -> Table:
-    """Environments with cameras, a process each."""
+    """Time environments with cameras, one process each."""
     from tissue_sim.vector import make_vec
 
     with ExitStack() as stack:
-        crews = [make_vec(n, obs_mode="rgb") for n in processes]
-        for crew in crews:
-            stack.callback(crew.close)
-            crew.reset(seed=seed)
-        took_s = _in_turns(CAMERA_ROUNDS, [partial(_stand, crew, steps) for crew in crews])
+        groups = [make_vec(n, obs_mode="rgb") for n in processes]
+        for group in groups:
+            stack.callback(group.close)
+            group.reset(seed=seed)
+        took_s = _in_turns(CAMERA_ROUNDS, [partial(_stand, group, steps) for group in groups])
     title = f"environments with cameras, median of {CAMERA_ROUNDS} times {steps} control steps"
     return _table(title, "processes", processes, np.array(processes) * steps / took_s)
 
 
-def _stride(crew: Worlds, seed: int) -> Callable[[int], float]:
-    """A function that makes some steps and returns how long the worlds took, s."""
-    crew.reset([anatomy_from_seed(seed + k) for k in range(len(crew.worlds))])
-    storms = [storm(world, seed + k) for k, world in enumerate(crew.worlds)]
+def _stride(group: Worlds, seed: int) -> Callable[[int], float]:
+    """Return a function that makes some steps and returns the worlds' time, s."""
+    group.reset([anatomy_from_seed(seed + k) for k in range(len(group.worlds))])
+    storms = [storm(world, seed + k) for k, world in enumerate(group.worlds)]
 
     def stride(steps: int) -> float:
         spent_s = 0.0
         for _ in range(steps):
             commands = [next(commands) for commands in storms]
             start_s = perf_counter()
-            crew.step(commands)
+            group.step(commands)
             spent_s += perf_counter() - start_s
         return spent_s
 
     return stride
 
 
-def _stand(crew: VectorEnv, steps: int) -> float:
-    """How long some steps with the tools at home take, s."""
-    action = np.tile(HOME_JOINTS, (crew.num_envs, 2)).astype(np.float32)
+def _stand(group: VectorEnv, steps: int) -> float:
+    """Return the time of some steps with the tools at home, s."""
+    action = np.tile(HOME_JOINTS, (group.num_envs, 2)).astype(np.float32)
     start_s = perf_counter()
     for _ in range(steps):
-        crew.step(action)
+        group.step(action)
     return perf_counter() - start_s
 
 
 def _in_turns(rounds: int, runs: Sequence[Callable[[], float]]) -> Array:
-    """(rounds, n) what all runs return, round by round.
+    """Return what each run returns in each round, (rounds, n).
 
-    All do the same work in a round, one right after the other, so that only the ratio within a
-    round tells them apart, whatever else the machine does; every other round goes backwards.
+    The runs of a round do the same work one right after the other, so that ratios within a round
+    do not depend on other load; every second round goes in reverse order.
     """
     turns = [1 if k % 2 == 0 else -1 for k in range(rounds)]
     return np.array([[run() for run in runs[::turn]][::turn] for turn in turns])
 
 
 def _table(title: str, of: str, numbers: Sequence[int], per_s: Array) -> Table:
-    """Rates (ROUNDS, n) and their ratios to the first number's in the same round."""
+    """Return a table of rates (ROUNDS, n) and their ratios to the first in the same round."""
     table = Table(title=title)
-    for heading in (of, "steps/s", f"over {numbers[0]}", "least", "most"):
+    for heading in (of, "steps/s", f"over {numbers[0]}", "min", "max"):
         table.add_column(heading, justify="right")
     for n, rate, gain in zip(numbers, per_s.T, (per_s / per_s[:, :1]).T, strict=True):
         gains = (f"{g:.2f}" for g in (np.median(gain), gain.min(), gain.max()))

@@ -1,4 +1,4 @@
-"""How well a learned planner does on rollouts that it was not trained on, and how fast it is."""
+"""Accuracy of a learned planner on rollouts that it was not trained on, and its speed."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ REPEATS = 300
 
 
 def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
-    """Scores the planner on the rollouts of learned controllers in these datasets.
+    """Score the planner on the rollouts of learned controllers in these datasets.
 
     Raises:
-        BadInputError: there is no planner that fits, or no such rollout.
+        BadInputError: the checkpoint does not fit, or the data holds no such rollout.
     """
     torch.set_num_threads(1)
     try:

@@ -1,4 +1,4 @@
-"""Whether tissue stays tissue whatever the tools do: storms on many patients, and many resets."""
+"""Whether the tissue stays physical under violent motions, and whether memory grows."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from scenarios.bench.trials.storm_trial import StormTrial, lost_trial, run_trial
 
 
 def run_trials(seed: int, episodes: int, workers: int) -> list[StormTrial]:
-    """Storms on the patients from `seed` on, in order; a bar shows how far they are."""
+    """Run a storm on each patient from `seed` on, with a progress bar; return them in order."""
     seeds = range(seed, seed + episodes)
     trials = run_all("storms", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 
 def trial_table(trials: Sequence[StormTrial]) -> Table:
-    """What the storms did, and the laws they broke."""
+    """Return a table of what the storms did and of the laws they broke."""
     table = Table(title=f"{len(trials)} storms, seeds {trials[0].seed} to {trials[-1].seed}")
     table.add_column("measured")
-    for heading in ("median", "p99", "most"):
+    for heading in ("median", "p99", "max"):
         table.add_column(heading, justify="right")
     finished = [t for t in trials if np.isfinite(t.tip_speed_m_s)]
     measured = {
-        "commanded tip speed, most of a storm (mm/s)": [
+        "commanded tip speed, max of a storm (mm/s)": [
             1e3 * t.commanded_speed_m_s for t in finished
         ],
         "tip speed, p99 of a storm (mm/s)": [1e3 * t.tip_speed_m_s for t in finished],
@@ -53,18 +53,18 @@ def trial_table(trials: Sequence[StormTrial]) -> Table:
 
 
 def broken_lines(trials: Sequence[StormTrial]) -> list[str]:
-    """A line for each storm that broke a law."""
+    """Return a line for each storm that broke a law."""
     return [f"seed {t.seed}: {', '.join(t.broken)}" for t in trials if t.broken]
 
 
 def caught_lines(trials: Sequence[StormTrial]) -> list[str]:
-    """The storms after which tissue still hung on a tool, if any."""
+    """Return a line with the storms after which tissue is still held by a tool, if any."""
     seeds = [str(t.seed) for t in trials if t.caught]
     return [f"still caught on a tool: seeds {', '.join(seeds)}"] if seeds else []
 
 
 def memory_lines(seed: int, resets: int) -> list[str]:
-    """How memory grows with resets, of a world and (a fifth as many) of an environment."""
+    """Measure memory over resets of a world, and over a fifth as many of an environment."""
     world = growth_kb_a_reset(world_resetter(), resets, seed)
     environment = growth_kb_a_reset(environment_resetter(), resets // 5, seed)
     return [

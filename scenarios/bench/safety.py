@@ -1,4 +1,4 @@
-"""Whether the safety filter keeps the instruments out of what they must not hit, and how fast."""
+"""Whether the safety filter keeps the instruments out of the keep-outs, and its speed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from controller.safety.watch import Watch
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
-    Attacked,
+    AttackedPatient,
     AttackRun,
     AttackTrial,
     Pair,
@@ -40,14 +40,14 @@ QUERIES = "distance queries"
 
 
 def run_trials(seed: int, episodes: int, workers: int) -> list[AttackTrial]:
-    """Attacks on the patients from `seed` on, in order; a bar shows how far they are."""
+    """Attack each patient from `seed` on, with a progress bar; return the trials in order."""
     seeds = range(seed, seed + episodes)
     trials = run_all("attacks", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
     return sorted(trials, key=lambda trial: trial.seed)
 
 
 def depth_tables(trials: Sequence[AttackTrial]) -> list[Table]:
-    """What attacks came to without the filter and with it, as commanded and in the world."""
+    """Return tables of attacks without and with the filter, as commanded and in the world."""
     pairs = [pair for trial in trials for pair in trial.pairs]
     seeds = f"seeds {trials[0].seed} to {trials[-1].seed}"
     titles = {
@@ -74,16 +74,16 @@ def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
     table.add_row("fastest tip, as commanded (mm/s)", *(f"{1e3 * v:.0f}" for v in fastest))
     table.add_section()
     entries = [entry for run in sides[1] for entry in run.entries]
-    table.add_row("commands that were altered", "", str(len(entries)))
+    table.add_row("commands that were changed", "", str(len(entries)))
     table.add_row("commands for which the arms held", "", str(sum(e.held for e in entries)))
     named = Counter(name for e in entries for name in {text.split(":")[0] for text in e.limits})
     for name, count in named.most_common():
-        table.add_row(f"altered by: {name}", "", str(count))
+        table.add_row(f"changed by: {name}", "", str(count))
     return table
 
 
 def broken_lines(trials: Sequence[AttackTrial]) -> list[str]:
-    """A line for each attack in which the filter failed, as commanded, and for each error."""
+    """Return a line for each attack, as commanded, that passed the filter, and for each error."""
     lines = [f"seed {t.seed}: {t.error}" for t in trials if t.error]
     for trial in trials:
         for pair in trial.pairs:
@@ -102,7 +102,7 @@ def _failures(pair: Pair) -> Iterator[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Laps:
-    """Times of each call of the filter, s; `seen_s` of the query by which it sees what is near."""
+    """Times of each call of the filter, s; `seen_s` of its query of near pairs."""
 
     whole_s: Array
     stages_s: dict[str, Array]
@@ -110,7 +110,7 @@ class Laps:
 
 
 def time_table(seed: int) -> Table:
-    """How long the filter takes, stage by stage: among many near pairs, and in an episode."""
+    """Time each stage of the filter: among many near pairs, and in an episode."""
     laps = {name: _crowded(seed, pairs) for name, pairs in CROWDS.items()}
     laps["the expert"] = _in_episode(seed)
     table = Table(title=f"safety filter, seed {seed}, one thread: median and 99 % (ms)")
@@ -140,9 +140,9 @@ def _cell(times_s: Array) -> str:
 
 
 def _crowded(seed: int, pairs: range) -> Laps:
-    """Wishes anywhere about one patient, both arms amid what they must not hit."""
-    attacked, rng = Attacked(seed), np.random.default_rng(seed)
-    for _ in range(WARM_UP):  # until each tool was mounted once
+    """Time random commands at one patient, with both arms near keep-outs."""
+    attacked, rng = AttackedPatient(seed), np.random.default_rng(seed)
+    for _ in range(WARM_UP):  # mounts each tool once
         attacked.ask_at_random(rng, pairs)
     with _watched() as (whole, seeing):
         for _ in range(CALLS):
@@ -151,7 +151,7 @@ def _crowded(seed: int, pairs: range) -> Laps:
 
 
 def _in_episode(seed: int) -> Laps:
-    """The expert's whole procedure."""
+    """Time the filter in the expert's whole procedure."""
     steps = begin(EpisodeConfig(**WITNESS, seed=seed)).steps()
     next(steps)
     with _watched() as (whole, seeing):
@@ -162,7 +162,7 @@ def _in_episode(seed: int) -> Laps:
 
 @contextmanager
 def _watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
-    """Stopwatches on the filter and its stages, and on what it sees."""
+    """Yield stopwatches on the filter's stages and on its query of near pairs."""
     with Stopwatch(Watch, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
         whole.stage(Watch, "see", "what is seen")
         for rule in (*LIMITS, *INTERLOCKS):

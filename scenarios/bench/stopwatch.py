@@ -1,4 +1,4 @@
-"""Where the time of a function goes, measured as it runs."""
+"""Measure the time of a function and of its stages as it runs."""
 
 from collections.abc import Callable
 from time import perf_counter
@@ -8,11 +8,11 @@ REST = "the rest"
 
 
 class Stopwatch:
-    """Times each call of one function, and the stages that are called within it.
+    """Times each call of one function, and of the stages that it calls.
 
-    Every call is passed on as it is; leaving the `with` block puts the functions back. A stage's
-    time is without that of the stages within it; `REST` is what no stage accounts for. Calls of a
-    stage from elsewhere are not counted.
+    Calls are passed on unchanged; leaving the `with` block restores the functions. A stage's time
+    excludes that of the stages inside it; `REST` is the time in no stage. Calls of a stage from
+    outside the function are not counted.
 
     Attributes:
         whole_s: Time of each call, s.
@@ -23,7 +23,7 @@ class Stopwatch:
         self.whole_s: list[float] = []
         self.stages_s: list[dict[str, float]] = []
         self._stages: list[str] = []
-        self._within_s: list[float] = []  # spent in stages by each function under way
+        self._within_s: list[float] = []  # time in stages, of each running function
         self._watched: list[tuple[Any, str, Callable]] = []
         whole = getattr(owner, function)
 
@@ -44,7 +44,7 @@ class Stopwatch:
             setattr(owner, function, original)
 
     def stage(self, owner: Any, function: str, name: str) -> None:
-        """Counts the calls of `owner.function` to the stage `name`."""
+        """Count the calls of `owner.function` as the stage `name`."""
         self._stages.append(name)
         call = getattr(owner, function)
 
@@ -56,7 +56,7 @@ class Stopwatch:
         self.replace(owner, function, timed)
 
     def replace(self, owner: Any, function: str, timed: Callable) -> None:
-        """Has `owner.function` be `timed` until the watch ends."""
+        """Replace `owner.function` by `timed` until the `with` block ends."""
         self._watched.append((owner, function, getattr(owner, function)))
         setattr(owner, function, timed)
 

@@ -1,6 +1,6 @@
-"""What an open page costs the loop, and how long a person in front of it waits. In a real browser.
+"""Cost of an open page for the loop, and a person's waiting times, in a real browser.
 
-Both are of one run on one machine, on which the browser draws in software beside the loop.
+Both are measured in one run on one machine; the browser draws in software beside the loop.
 """
 
 from __future__ import annotations
@@ -39,20 +39,23 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page as Tab  # pyright: ignore[reportMissingImports]
 
 HOST = "127.0.0.1"
-SETTLE_STEPS, STEPS = 300, 300  # of a procedure, 10 s each: the page draws a patient, then updates
-STILL_STEPS = 5  # after which arms that are told to hold still are taken to
-WITHIN_S = 5.0  # somebody in front of the page gives up
-CORRECTIONS = ("move right arm higher", "move right arm lower")  # by turns, so as not to get far
+SETTLE_STEPS, STEPS = 300, 300  # 10 s each: the page draws a patient, then only updates it
+STILL_STEPS = 5  # without a change of command: the arms hold still
+WITHIN_S = 5.0  # longest wait
+CORRECTIONS = (
+    "move right arm higher",
+    "move right arm lower",
+)  # alternating, so that the arm stays near
 
 
 def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]:
-    """Speed without and with a page, by turns, and the waits for buttons and sentences.
+    """Measure speed without and with a page, alternating, and waits for buttons and sentences.
 
-    What it costs to draw a patient, once and for half a second, is not in the speed. The loss is
-    the median of the pairs' losses: on a machine with other work, neighbours in time are alike.
+    The speed excludes the first half second, in which the page draws the patient. The loss is the
+    median of the pairs' losses, because other load is similar for runs close in time.
 
     Raises:
-        BadInputError: there is no browser to try it in.
+        BadInputError: no browser can be used.
     """
     if missing():
         raise BadInputError(missing())
@@ -60,7 +63,7 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
         session = _session(EpisodeConfig(**WITNESS, seed=seed), Path(out))
         with PageProcess(session, host=HOST, port=choose_port(HOST)) as page:
             address = f"http://{HOST}:{page.port}"
-            _speed(session)  # the first has libraries to load
+            _speed(session)  # loads libraries
             speeds = [_speeds(session, chromium, address) for _ in range(repeats)]
             waits = _waits(session, chromium, address, clicks)
     return _speed_table(speeds, seed), _wait_table(waits, seed)
@@ -72,7 +75,7 @@ def _session(config: EpisodeConfig, out: Path) -> SessionState:
 
 
 def _speeds(session: SessionState, chromium: Browser, address: str) -> tuple[float, float]:
-    """Times real time of the same steps, without and with a tab that shows them."""
+    """Return simulated over real time of the same steps, without and with an open tab."""
     alone = _speed(session)
     with open_tab(chromium, address) as tab:
         tab.get_by_text("grabbing gallbladder").first.wait_for()
@@ -90,7 +93,7 @@ def _speed(session: SessionState) -> float:
 
 
 def _steps(session: SessionState, episode: Episode) -> Iterator[np.ndarray]:
-    """The joint commands of an episode that is watched."""
+    """Yield the joint commands of a watched episode."""
     episode.inbox = session.inbox
     session.watcher.on_reset(episode.world)
     for step in episode.steps():
@@ -99,11 +102,11 @@ def _steps(session: SessionState, episode: Episode) -> Iterator[np.ndarray]:
 
 
 class _Loop:
-    """An episode at the pace of the clock in a thread of its own, and when its commands change.
+    """An episode in real time in a separate thread, and when its commands change.
 
     Attributes:
-        changed_s: when a command last differed from the one before.
-        still: how many steps there were since.
+        changed_s: when a command last differed from the previous one.
+        still: number of steps since then.
     """
 
     def __init__(self, session: SessionState) -> None:
@@ -113,7 +116,7 @@ class _Loop:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """For as long as the block lasts."""
+        """Run the episode while the block lasts."""
         self._thread.start()
         try:
             yield
@@ -134,7 +137,7 @@ class _Loop:
 def _waits(
     session: SessionState, chromium: Browser, address: str, clicks: int
 ) -> dict[str, list[float]]:
-    """From a click, and from Enter, to the first changed command of arms that held still, s."""
+    """Return times from a click and from Enter to the first changed command of still arms, s."""
     session.pace.speed = 1.0
     loop, buttons, sentences = _Loop(session), list[float](), list[float]()
     with loop.running(), open_tab(chromium, address) as tab:
@@ -154,9 +157,9 @@ def _hold_still(loop: _Loop, tab: Tab) -> None:
     _until(lambda: loop.still > STILL_STEPS)
 
 
-def _wait(loop: _Loop, deed: Callable[[], None]) -> float:
+def _wait(loop: _Loop, act: Callable[[], None]) -> float:
     start_s = time.perf_counter()
-    deed()
+    act()
     _until(lambda: loop.changed_s > start_s)
     return loop.changed_s - start_s
 
@@ -165,7 +168,7 @@ def _until(holds: Callable[[], bool]) -> None:
     end_s = time.perf_counter() + WITHIN_S
     while not holds():
         if time.perf_counter() > end_s:
-            raise RuntimeError(f"nothing came of it within {WITHIN_S:g} s")
+            raise RuntimeError(f"nothing changed within {WITHIN_S:g} s")
         time.sleep(1e-3)
 
 

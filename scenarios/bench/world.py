@@ -1,4 +1,4 @@
-"""How fast the world moves in the middle of a procedure: tissue, both arms and contact."""
+"""Speed of the world in the middle of a procedure: tissue, both arms and contact."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from tissue_sim.world import World
 
 
 def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
-    """Times the world under scripted planner and expert, from the grasp of the gallbladder on.
+    """Time the world under scripted planner and expert after the grasp of the gallbladder.
 
-    Then times the tissue alone beside Newton's.
+    Then time the tissue alone against Newton's.
 
     Raises:
-        BadInputError: This patient's gallbladder is not grasped, so there is nothing to measure.
+        BadInputError: the expert does not grasp this patient's gallbladder.
     """
     episode = begin(EpisodeConfig(**WITNESS, seed=seed))
     control_steps = episode.steps()
@@ -47,7 +47,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
 
 
 def watch_step(world: World) -> Stopwatch:
-    """A stopwatch on `world.step` and its stages."""
+    """Return a stopwatch on `world.step` and its stages."""
     arms, tissue = world.arms, world.tissue
     stopwatch = Stopwatch(world, "step")
     stopwatch.stage(arms, "settle", "arms: settle")
@@ -92,7 +92,7 @@ def _speed(stopwatch: Stopwatch, episode: Episode, cores: float) -> str:
     control_step_s = episode.world.config.control_step_s
     times = control_step_s / float(np.median(stopwatch.whole_s))
     return (
-        f"speed: {times:.2f} times real time (median), a control step being"
+        f"speed: {times:.2f} times real time (median); a control step is"
         f" {1e3 * control_step_s:.1f} ms; {cores:.2f} cores busy"
     )
 

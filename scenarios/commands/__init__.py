@@ -1,1 +1,1 @@
-"""One file a command; each imports what is heavy only when it runs."""
+"""What does each command do? One file a command; heavy imports happen only when it runs."""

@@ -1,4 +1,4 @@
-"""`calot bench`: how a part of Calot does; a new bench is a new class and a line in Bench."""
+"""`calot bench`: measure a part of Calot; a new bench is a new class and a line in Bench."""
 
 import os
 from collections.abc import Iterable
@@ -22,15 +22,15 @@ MIN_STEPS = 30  # some chunks join in them
 
 @dataclass(frozen=True, kw_only=True)
 class BenchWorld:
-    """How fast each stage of the world is, on one core."""
+    """Time each stage of the world on one core."""
 
     seed: Annotated[int, at_least(0)] = 20_000
-    """Of the anatomy."""
+    """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps to measure, after the warm-up or the retraction."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.world import bench_world
 
         with Console(stderr=True).status("measuring: world"):
@@ -41,15 +41,15 @@ class BenchWorld:
 
 @dataclass(frozen=True, kw_only=True)
 class Accuracy:
-    """How far the tissue is from its static solution after a retraction by 20 mm."""
+    """Measure the tissue's error against its static solution after a retraction by 20 mm."""
 
     seed: Annotated[int, at_least(0)] = 20_000
-    """Of the anatomy."""
+    """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps for which the retraction is held."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.accuracy import bench_accuracy
 
         with Console(stderr=True).status("measuring: accuracy"):
@@ -60,21 +60,21 @@ class Accuracy:
 
 @dataclass(frozen=True, kw_only=True)
 class Robustness:
-    """Whether tissue stays tissue under violent random motions, 3 s each, tools at 200 mm/s."""
+    """Check that the tissue stays physical under violent random motions: 3 s at 200 mm/s."""
 
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the first anatomy and storm; then one up."""
+    """Seed of the first anatomy and storm; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 40
-    """Storms."""
+    """Number of storms, one a patient."""
     workers: Annotated[int, at_least(1)] = 1
-    """Processes to run them in."""
+    """Number of processes that run them."""
     resets: Annotated[int, at_least(0)] = 0
-    """Measure also whether memory grows, over this many resets (at least 50)."""
+    """Also measure whether memory grows over this many resets (at least 50); 0 does not."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 1 if a storm broke a law."""
+        """Measure and report; return 1 if a storm broke a law."""
         if 0 < self.resets < MIN_RESETS:
-            raise BadInputError(f"--resets {self.resets}: 0, or at least {MIN_RESETS}")
+            raise BadInputError(f"--resets {self.resets}: give 0, or at least {MIN_RESETS}")
         from scenarios.bench.robustness import (
             broken_lines,
             caught_lines,
@@ -92,19 +92,19 @@ class Robustness:
 
 @dataclass(frozen=True, kw_only=True)
 class Parallel:
-    """What threads gain in state mode, and processes with cameras where there is a renderer."""
+    """Measure the speedup by threads in state mode, and by processes with cameras."""
 
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the first anatomy; then one up."""
+    """Seed of the first anatomy; each further one takes the next."""
     steps: Annotated[int, at_least(1)] = 30
-    """Control steps of a round."""
+    """Control steps in a round."""
     worlds: Annotated[int, at_least(1)] = 4
-    """Worlds that the threads share."""
+    """Number of worlds that the threads share."""
     most: Annotated[int, at_least(1)] = 4
-    """Threads, and processes with cameras, at most: 1, 2, 4 ... of them are measured."""
+    """Largest number of threads, and of processes with cameras; 1, 2, 4 ... are measured."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.parallel import camera_table, thread_table
         from tissue_sim.rendering.renderer_probe import renderer_available
 
@@ -121,17 +121,17 @@ class Parallel:
 
 @dataclass(frozen=True, kw_only=True)
 class Safety:
-    """Whether the safety filter withstands attacks, 20 on each patient, and how fast it is."""
+    """Check that the safety filter withstands attacks, 20 on each patient, and time it."""
 
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the first anatomy and its attacks; then one up."""
+    """Seed of the first anatomy and its attacks; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 50
-    """Patients."""
+    """Number of patients."""
     workers: Annotated[int, at_least(1)] = 1
-    """Processes for the attacks; times are taken in one, before."""
+    """Number of processes for the attacks; times are measured before, in one process."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 1 if the filter let something pass."""
+        """Measure and report; return 1 if an attack passed the filter."""
         from scenarios.bench.safety import broken_lines, depth_tables, run_trials, time_table
 
         with Console(stderr=True).status("measuring: safety filter"):
@@ -144,19 +144,19 @@ class Safety:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchController:
-    """How long a chunk of the diffusion controller takes, and how smoothly chunks join."""
+    """Time a chunk of the diffusion controller, and measure how smoothly chunks join."""
 
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Left out, the one that comes with Calot."""
+    """Checkpoint; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the anatomy on which chunks are joined."""
+    """Seed of the anatomy of the episodes."""
     repeats: Annotated[int, at_least(1)] = 300
-    """Chunks to time."""
+    """Number of chunks to time."""
     steps: Annotated[int, at_least(MIN_STEPS)] = 600
-    """Control steps at each delay."""
+    """Control steps of the episode at each delay."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.controller import bench_controller
 
         with Console(stderr=True).status("measuring: controller"):
@@ -169,21 +169,21 @@ class BenchController:
 
 @dataclass(frozen=True, kw_only=True)
 class Obedience:
-    """Whether a controller does what it is told: each correction, and the wrong tube."""
+    """Check whether a controller obeys each correction, and clips the tube that it is told."""
 
     controller: Literal["diffusion", "expert"] = "diffusion"
-    """Who is told."""
+    """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the diffusion controller; left out, the one that comes with Calot."""
+    """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the first anatomy; then one up."""
+    """Seed of the first anatomy; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 50
-    """Patients, each asked at four moments."""
+    """Number of patients, each tested at four times."""
     workers: Annotated[int, at_least(1)] = 1
-    """Processes."""
+    """Number of processes."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 1 if an error ended a trial."""
+        """Measure and report; return 1 if an error ended a trial."""
         from scenarios.bench.obedience import error_lines, obedience_table, run_trials
         from scenarios.loop.episode_config import EpisodeConfig
 
@@ -200,15 +200,15 @@ class Obedience:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchPlanner:
-    """Whether the learned planner says what should be said, on rollouts that it has not seen."""
+    """Measure the learned planner's accuracy on rollouts that it was not trained on."""
 
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Left out, the one that comes with Calot."""
+    """Checkpoint; the default is the one that comes with Calot."""
     data: tuple[Path, ...] = (Path("runs/held_out"),)
-    """Folders of rollouts, as `calot collect --mix rollouts` leaves them."""
+    """Folders of rollouts, as `calot collect --mix rollouts` writes them."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.planner import bench_planner
 
         with Console(stderr=True).status("measuring: planner"):
@@ -219,23 +219,23 @@ class BenchPlanner:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """What a correction gains where an arm was led astray: with and without, from one moment on."""
+    """Measure the gain of a correction after an arm was led astray: with and without it."""
 
     scenario: Annotated[str, one_of(ASTRAY)] = "overshoot"
-    """What goes wrong."""
+    """Scenario that leads an arm astray."""
     controller: Literal["diffusion", "expert"] = "diffusion"
-    """Who is corrected."""
+    """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the diffusion controller; left out, the one that comes with Calot."""
+    """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the first anatomy; then one up."""
+    """Seed of the first anatomy; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 30
-    """Patients, each corrected once."""
+    """Number of patients, each corrected once."""
     workers: Annotated[int, at_least(1)] = 1
-    """Processes."""
+    """Number of processes."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 1 if an error ended a trial."""
+        """Measure and report; return 1 if an error ended a trial."""
         from scenarios.bench.corrections import corrections_table, error_lines, run_trials
         from scenarios.loop.episode_config import EpisodeConfig
 
@@ -255,19 +255,19 @@ class Corrections:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchLatency:
-    """How long it takes from submitted text to the first joint command that it changed."""
+    """Measure the time from submitted text to the first joint command that it changes."""
 
     controller: Literal["diffusion", "expert"] = "expert"
-    """Who is spoken to."""
+    """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the diffusion controller; left out, the one that comes with Calot."""
+    """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the anatomy."""
+    """Seed of the anatomy."""
     texts: Annotated[int, at_least(1)] = 50
-    """How often somebody speaks, at most; an episode has about 50 moments for it."""
+    """Largest number of texts; an episode has time for about 50."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.latency import latency_table
         from scenarios.loop.episode_config import EpisodeConfig
 
@@ -284,17 +284,17 @@ class BenchLatency:
 
 @dataclass(frozen=True, kw_only=True)
 class Viewer:
-    """What an open page costs the loop, and how long a click takes, in a Chromium."""
+    """Measure the cost of an open page for the loop, and the delay of a click, in Chromium."""
 
     seed: Annotated[int, at_least(0)] = 10_000
-    """Of the anatomy."""
+    """Seed of the anatomy."""
     repeats: Annotated[int, at_least(1)] = 3
-    """Runs without and with a page, by turns."""
+    """Number of runs without and with a page, alternating."""
     clicks: Annotated[int, at_least(1)] = 40
-    """Buttons pressed, and as many sentences sent."""
+    """Number of buttons pressed, and of sentences sent."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.viewer import bench_viewer
 
         with Console(stderr=True).status("measuring: viewer"):
@@ -305,13 +305,13 @@ class Viewer:
 
 @dataclass(frozen=True, kw_only=True)
 class Language:
-    """How long free text takes to be read, by the grammar alone and with the sentence encoder."""
+    """Time the reading of free text, by the grammar alone and with the sentence encoder."""
 
     repeats: Annotated[int, at_least(1)] = 10
-    """Readings of every command."""
+    """Number of readings of every command."""
 
     def execute(self) -> int:
-        """Measures and reports; returns 0."""
+        """Measure and report; return 0."""
         from scenarios.bench.language import bench_language
 
         with Console(stderr=True).status("measuring: language"):
@@ -322,7 +322,7 @@ class Language:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Measure how a part of Calot does on this machine."""
+    """Measure a part of Calot on this machine."""
 
     part: OmitSubcommandPrefixes[
         Annotated[BenchWorld, subcommand("world")]
@@ -340,7 +340,7 @@ class Bench:
     ]
 
     def execute(self) -> int:
-        """Measures and reports; returns the part's exit code."""
+        """Measure and report; return the part's exit code."""
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # read when the libraries are imported
         return self.part.execute()
 
@@ -352,7 +352,7 @@ def _show(report: Iterable[Any]) -> None:
 
 
 def machine_line() -> str:
-    """Returns what else the machine was doing, without which a time says little."""
+    """Return the machine's number of cores and load, which every time depends on."""
     loads = ", ".join(f"{load:.2f}" for load in os.getloadavg())
     cores = len(os.sched_getaffinity(0))
     return f"machine: {cores} cores, load {loads} over the last 1, 5 and 15 minutes"

@@ -1,4 +1,4 @@
-"""The page in the browser, for the commands that open one."""
+"""The page in the browser, for commands that open one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOCAL = "127.0.0.1"
 def desk_for(
     config: EpisodeConfig, out: Path, *, paused: bool, restarts: bool, camera: bool
 ) -> SessionState:
-    """What a page's controls act on, from this episode on."""
+    """Create a viewer session that begins with this episode."""
     from scenarios.viewer.pace import Pace
     from scenarios.viewer.session_state import SessionState
     from scenarios.viewer.watcher import Watcher
@@ -30,10 +30,10 @@ def desk_for(
 
 
 def page_of(session: SessionState, host: str, port: int | None) -> AbstractContextManager[None]:
-    """The page, served while the block lasts, and where it is told.
+    """Serve the page while the block lasts, and print its address.
 
     Raises:
-        BadInputError: it cannot be served there.
+        BadInputError: the page cannot be served on this port.
     """
     from scenarios.viewer.open_page import serve
     from scenarios.viewer.page_process import PageProcess

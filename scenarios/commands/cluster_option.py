@@ -1,4 +1,4 @@
-"""`--cluster`: whether there is one that can do the work, found out before any is done."""
+"""`--cluster`: check before any work that the Ray cluster can do it."""
 
 import re
 import socket
@@ -9,26 +9,26 @@ from scenarios.files.errors import BadInputError, describe_error
 
 ANSWERS_WITHIN_S = 10.0
 
-# RFC 9113, 3.4 and 4.1: what an HTTP/2 client begins with, as Ray's does, ending in an empty
-# SETTINGS frame; whoever speaks it begins with a SETTINGS frame too: its fourth byte says so.
+# RFC 9113, 3.4 and 4.1: an HTTP/2 client, as Ray's is, begins with this preface, which ends in an
+# empty SETTINGS frame. An HTTP/2 server also begins with a SETTINGS frame: its fourth byte says so.
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
 _FRAME_TYPE, _SETTINGS = 3, 4
 
 
 def require_cluster(address: str | None, *folders: Path) -> None:
-    """Joins the Ray cluster at HOST:PORT, where one is named; all its nodes must see `folders`.
+    """Join the Ray cluster at HOST:PORT, if one is given.
 
-    And the one that this is called in, so that paths mean the same everywhere.
+    All its nodes must see `folders` and the current folder, so that paths mean the same everywhere.
 
     Raises:
-        BadInputError: Ray is missing, nobody answers, or a node cannot do the work.
+        BadInputError: Ray is missing, nothing answers, or a node cannot do the work.
     """
     if address is None:
         return
     if find_spec("ray") is None:
-        raise BadInputError("--cluster needs Ray: pip install 'calot[cluster]'")
+        raise BadInputError("--cluster needs Ray: .venv/bin/pip install -e '.[cluster]'")
     _require_answer(address)
-    from scenarios.workers.ray_check import hindrances
+    from scenarios.workers.ray_check import obstacles
     from scenarios.workers.ray_workers import connect
 
     try:
@@ -36,14 +36,14 @@ def require_cluster(address: str | None, *folders: Path) -> None:
     except (ConnectionError, RuntimeError, ValueError) as error:
         why = " ".join(describe_error(error).split())
         raise BadInputError(f"--cluster {address}: cannot join it: {why}") from None
-    for hindrance in hindrances([Path(), *folders]):
-        raise BadInputError(f"--cluster {address}: {hindrance}")
+    for obstacle in obstacles([Path(), *folders]):
+        raise BadInputError(f"--cluster {address}: {obstacle}")
 
 
 def _require_answer(address: str) -> None:
-    """Asks by hand, as Ray itself takes minutes to find out that nobody is there."""
+    """Check the address directly; Ray itself takes minutes to notice that nothing answers."""
     if not (parts := re.fullmatch(r"([\w.-]+):(\d{1,5})", address)):
-        raise BadInputError(f"--cluster: {address!r} is no HOST:PORT")
+        raise BadInputError(f"--cluster: {address!r} is not HOST:PORT")
     try:
         there = (parts[1], int(parts[2]))
         with socket.create_connection(there, timeout=ANSWERS_WITHIN_S) as connection:
@@ -53,4 +53,4 @@ def _require_answer(address: str) -> None:
         reason = getattr(error, "strerror", None) or error
         raise BadInputError(f"--cluster {address}: no answer ({reason})") from None
     if len(head) <= _FRAME_TYPE or head[_FRAME_TYPE] != _SETTINGS:
-        raise BadInputError(f"--cluster {address}: whoever answers there is not Ray")
+        raise BadInputError(f"--cluster {address}: the server there is not Ray")

@@ -1,4 +1,4 @@
-"""`calot collect`: demonstrations by the expert, as a dataset."""
+"""`calot collect`: collect demonstrations by the expert as a dataset."""
 
 import math
 import time
@@ -40,37 +40,38 @@ ERROR = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Collect:
-    """Have the expert demonstrate the procedure; go on where an earlier call stopped.
+    """Let the expert demonstrate the procedure; continue where an earlier call stopped.
 
     Exit code: 0 done, 2 bad input or a full disk, 3 some episodes broke off, 130 interrupted.
     """
 
     out: Path
-    """Folder of the dataset, which gains what is asked for."""
+    """Folder of the dataset; new episodes are added to it."""
     seed: Annotated[int, at_least(0)] = 0
     """Seed of the first episode; each further one takes the next. Training seeds end at 9999."""
     episodes: Annotated[int, at_least(0)] = 100
-    """How many episodes; 0 makes the dataset anew of those that are there."""
+    """Number of episodes; 0 rebuilds the dataset from the existing ones."""
     workers: Annotated[int, at_least(1)] = 1
-    """How many episodes run side by side."""
+    """How many episodes run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
-    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
+    """Ray cluster that runs them; this machine must be one of its nodes."""
     mix: Annotated[str, one_of(MIXES)] = "all"
-    """What is demonstrated: all goes well, failures are undone, corrections are obeyed, all three;
-    tubes in any order; turns that the expert takes with a learned controller, recovering or not; or
-    what that does alone, labelled with what should have been said, whether it passes or fails."""
+    """What is demonstrated: procedures without failures, recovery from failures, obeyed
+    corrections, or all three; tubes in any order; turns of the expert and a learned controller,
+    with recovery or without; or rollouts of the learned controller alone, labelled with the right
+    instructions, whether they pass or fail."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the learned controller that takes turns with the expert or acts alone; left out, the one
-    that comes with Calot."""
+    """Checkpoint of the learned controller that takes turns with the expert or acts alone; the
+    default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the learned planner that says what to do in rollouts; left out, the scripted one does."""
+    """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True
-    """Whether bursts of noise disturb the expert's motion, which it makes good."""
+    """Disturb the expert's motion by bursts of noise, from which it recovers."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
-    """Only patients whose artery is shorter, where clips have to sit well; left out, all."""
+    """Only patients whose artery is shorter than this; the default is all."""
 
     def execute(self) -> int:
-        """Collects what is not there yet, makes the dataset, reports; returns the exit code."""
+        """Collect missing episodes, build the dataset, and report; return the exit code."""
         self._require_possible()
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(
@@ -84,7 +85,7 @@ class Collect:
         )
         if len(asked) < self.episodes:
             raise BadInputError(
-                f"--seed {self.seed} --episodes {self.episodes}: only {len(asked)} are left;"
+                f"--seed {self.seed} --episodes {self.episodes}: only {len(asked)} seeds are left;"
                 f" demonstrations take training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
             )
         waiting = [d for d in asked if not is_finished(d, self.out)]
@@ -100,10 +101,10 @@ class Collect:
         if self.mix in LEARNED_MIXES:
             require_checkpoint("diffusion", self.checkpoint)
         elif self.checkpoint:
-            raise BadInputError(f"--checkpoint is for --mix {', '.join(LEARNED_MIXES)}")
+            raise BadInputError(f"--checkpoint is only for --mix {', '.join(LEARNED_MIXES)}")
         if self.planner_checkpoint:
             if not self.mix.startswith(ROLLOUT):
-                raise BadInputError("--planner-checkpoint is for --mix rollouts")
+                raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
         require_cluster(self.cluster, self.out)
@@ -115,8 +116,8 @@ class Collect:
             for outcome in arriving:
                 if outcome.unwritable:
                     raise BadInputError(
-                        f"--out: cannot write {outcome.unwritable}; what was finished before is"
-                        " whole: make room and call again"
+                        f"--out: cannot write {outcome.unwritable}; finished episodes are"
+                        " complete: free some space and call again"
                     )
                 outcomes.append(outcome)
                 display.advance()
@@ -140,7 +141,7 @@ class Collect:
         except OSError as error:
             raise BadInputError(
                 f"--out: cannot write the dataset in {self.out} ({error.strerror or error});"
-                " its episodes are whole: make room and call again"
+                " its episodes are complete: free some space and call again"
             ) from None
         except ValueError as error:
             raise BadInputError(str(error)) from None
@@ -156,8 +157,8 @@ def _report(
     if outcomes:
         lines.append(
             f"collected {len(outcomes)} episodes in {wall_s:.0f} s: {passed} passed,"
-            f" {len(outcomes) - passed - len(broken)} failed and are kept apart"
+            f" {len(outcomes) - passed - len(broken)} failed and are kept separately"
         )
     if there := len(asked) - len(outcomes):
-        lines.append(f"{there} were there before")
+        lines.append(f"{there} existed already")
     return lines

@@ -1,4 +1,4 @@
-"""`calot doctor`: what this machine can do."""
+"""`calot doctor`: show what this machine can do."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from rich.table import Table
 from scenarios.commands.output import output
 from scenarios.files.versions import versions
 
-# In a process of its own: both imports take seconds, and a broken driver may crash it.
+# Runs in a separate process: both imports take seconds, and a broken driver may crash it.
 _CUDA_ATTEMPT = """
 import json, torch, warp
 warp.config.quiet = True
@@ -31,7 +31,7 @@ class Doctor:
     """Show what this machine can do, and what to install for more."""
 
     def execute(self) -> int:
-        """Probes and reports; returns 0."""
+        """Probe and report; return 0."""
         with Console(stderr=True).status("looking at this machine"):
             findings = {**_machine(), **versions(), **_accelerators()}
         table = Table(show_header=False)
@@ -63,7 +63,7 @@ def _cuda() -> dict[str, str]:
     probe = subprocess.run([sys.executable, "-c", _CUDA_ATTEMPT], capture_output=True, text=True)
     if probe.returncode != 0:
         reason = (probe.stderr.strip().splitlines() or [f"exit code {probe.returncode}"])[-1]
-        return dict.fromkeys(("torch", "warp"), f"could not be tried: {reason}")
+        return dict.fromkeys(("torch", "warp"), f"unknown: {reason}")
     found = json.loads(probe.stdout.splitlines()[-1])
     return {
         name: "yes" if there else "no: everything runs on the CPU" for name, there in found.items()

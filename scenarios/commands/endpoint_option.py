@@ -1,13 +1,13 @@
-"""Whether the language model's endpoint is known, found out before any work is done."""
+"""Check before any work that the language model's endpoint is configured."""
 
 from scenarios.files.errors import BadInputError
 
 
 def require_endpoint(planner: str) -> None:
-    """Checks the environment, if this planner needs an endpoint.
+    """Check the environment variables, if this planner needs an endpoint.
 
     Raises:
-        BadInputError: It needs one and none is named.
+        BadInputError: the planner needs an endpoint, and none is configured.
     """
     if planner != "llm":
         return

@@ -1,4 +1,4 @@
-"""Where reports are printed."""
+"""The console that reports are printed on."""
 
 import os
 
@@ -8,7 +8,7 @@ WIDE = 200  # columns
 
 
 def output() -> Console:
-    """Standard output; tables are not squeezed where it is a file or a pipe, which has no width."""
+    """Return standard output; if it is a file or a pipe, tables are 200 columns wide."""
     console = Console()
     if console.is_terminal or "COLUMNS" in os.environ:
         return console

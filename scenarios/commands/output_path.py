@@ -1,4 +1,4 @@
-"""Whether a place can be written to, found out before any work is done."""
+"""Check before any work that a folder can be written to."""
 
 import os
 import tempfile
@@ -8,10 +8,10 @@ from scenarios.files.errors import BadInputError
 
 
 def require_writable_folder(folder: Path, option: str) -> None:
-    """Tries to make `folder`, if need be, and a file in it; leaves things as they were.
+    """Try to create `folder` and a file in it, then remove what was created.
 
     Raises:
-        BadInputError: If it cannot be written to; names the option and the reason.
+        BadInputError: the folder cannot be written to; names the option and the reason.
     """
     missing = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     try:
@@ -21,7 +21,7 @@ def require_writable_folder(folder: Path, option: str) -> None:
     except OSError as error:
         raise BadInputError(
             f"{option}: cannot write to {folder} ({error.strerror});"
-            " name a folder that can be written to"
+            " choose a folder that can be written to"
         ) from None
     finally:
         for path in filter(os.path.isdir, missing):

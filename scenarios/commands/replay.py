@@ -1,4 +1,4 @@
-"""`calot replay`: a recorded episode again, checked, in the browser or as a page to send."""
+"""`calot replay`: run a recorded episode again: check it, show it, or export it as a page."""
 
 from __future__ import annotations
 
@@ -36,31 +36,31 @@ VIEW_EVERY = 3  # steps a frame: 10 a second
 
 @dataclass(frozen=True, kw_only=True)
 class Replay:
-    """Run a recorded episode again, and say whether it comes out the same.
+    """Run a recorded episode again, and say whether it is identical.
 
-    Its commands go through the world; with --verify planner, controller and filter decide anew.
-    Exit code: 0 the same, to the bit; 1 not; 2 bad input; 3 a worker died.
+    The recorded commands go through the world; with --verify, planner, controller and filter decide
+    again. Exit code: 0 identical to the bit; 1 different; 2 bad input; 3 a worker died.
     """
 
     files: Annotated[Positional[tuple[Path, ...]], arg(metavar="FILE")]
-    """A recorded episode, `episodes/SEED.npz`; with --verify several, or folders of them."""
+    """A recorded episode, `episodes/SEED.npz`; with --verify, several of them or folders."""
     verify: bool = False
-    """Whether the whole episode is run again from its seed, and all that was recorded compared."""
+    """Run the whole episode again from its seed, and compare everything that was recorded."""
     workers: Annotated[int, at_least(1)] = 1
-    """How many are verified side by side."""
+    """How many episodes are verified in parallel."""
     beside: Annotated[Path | None, arg(metavar="FILE")] = None
-    """A second one, to be seen beside it."""
+    """A second recorded episode, shown beside the first."""
     view: bool = False
-    """Whether it is shown in the browser, with a time line; until Ctrl-C."""
+    """Show the episode in the browser, with a timeline, until Ctrl-C."""
     export: Annotated[Path | None, arg(metavar="PAGE.html")] = None
-    """File for a page that needs no server: to send to somebody."""
+    """Write an HTML page that needs no server."""
     host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
     """Address to listen on with --view."""
     port: Annotated[int | None, at_least(1)] = None
-    """Port to listen on with --view; left out, 8080 or the next free one."""
+    """Port to listen on with --view; the default is the first free one from 8080 on."""
 
     def execute(self) -> int:
-        """Runs it; returns the exit code."""
+        """Replay; return the exit code."""
         self._require_possible()
         if self.verify:
             return self._verify()
@@ -70,9 +70,11 @@ class Replay:
 
     def _require_possible(self) -> None:
         if self.verify and (self.view or self.export or self.beside):
-            raise BadInputError("--verify shows nothing: leave out --view, --export and --beside")
+            raise BadInputError("--verify cannot be combined with --view, --export or --beside")
         if not self.verify and len(self.files) != 1:
-            raise BadInputError(f"one FILE, got {len(self.files)}; --verify takes several")
+            raise BadInputError(
+                f"give one FILE, got {len(self.files)}; only --verify takes several"
+            )
         if self.export is not None:
             require_writable_folder(self.export.parent, "--export")
         if self.beside is not None and not self.view:
@@ -115,47 +117,47 @@ class Replay:
             yield from map(verify, files)
 
     def _check(self) -> int:
-        reel = _reel(self.files[0], every=1_000_000)
-        with Console(stderr=True).status("running it again"):
-            for _ in reel.run():
+        recording = _frames_of(self.files[0], every=1_000_000)
+        with Console(stderr=True).status("replaying"):
+            for _ in recording.run():
                 pass
-        return _verdict(reel)
+        return _verdict(recording)
 
     def _export(self, page: Path) -> int:
         from scenarios.files.atomic_write import write_atomic
         from scenarios.viewer.export import EVERY, export
 
-        reel = _reel(self.files[0], every=EVERY)
-        with Console(stderr=True).status("drawing it") as status:
-            html = export(reel, lambda time_s: status.update(f"drawing it: {time_s:.0f} s"))
+        recording = _frames_of(self.files[0], every=EVERY)
+        with Console(stderr=True).status("drawing") as status:
+            html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
         write_atomic(page, html.encode())
         Console().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
-        return _verdict(reel)
+        return _verdict(recording)
 
     def _show(self) -> int:
         files = [*self.files, *([self.beside] if self.beside else [])]
-        reels = [_reel(file, every=VIEW_EVERY) for file in files]
+        recordings = [_frames_of(file, every=VIEW_EVERY) for file in files]
         from scenarios.viewer.open_page import serve
         from scenarios.viewer.replay_page import ReplayPage
 
         names = [file.stem for file in files]
         with (
             serve(
-                lambda port: ReplayPage(reels, names, host=self.host, port=port),
+                lambda port: ReplayPage(recordings, names, host=self.host, port=port),
                 self.host,
                 self.port,
                 Console(stderr=True),
             ),
             suppress(KeyboardInterrupt),
         ):
-            for reel in reels:
-                for _ in reel.run():
+            for recording in recordings:
+                for _ in recording.run():
                     pass
             Event().wait()
-        return max(map(_verdict, reels))
+        return max(map(_verdict, recordings))
 
 
-def _reel(file: Path, *, every: int) -> RecordingFrames:
+def _frames_of(file: Path, *, every: int) -> RecordingFrames:
     from scenarios.recording.recorder import load
     from scenarios.viewer.recording_frames import RecordingFrames
 
@@ -182,10 +184,10 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def _verdict(reel: RecordingFrames) -> int:
-    """Says whether it came out the same."""
-    if reel.differs_s is None:
-        Console().print(f"the same, to the bit, for {reel.end_s:.1f} s", highlight=False)
+def _verdict(recording: RecordingFrames) -> int:
+    """Print whether the replay is identical; return the exit code."""
+    if recording.differs_s is None:
+        Console().print(f"identical to the bit, for {recording.end_s:.1f} s", highlight=False)
         return 0
-    Console().print(f"not the same from {reel.differs_s:.1f} s on", highlight=False)
+    Console().print(f"different from {recording.differs_s:.1f} s on", highlight=False)
     return 1

@@ -1,4 +1,4 @@
-"""`calot train`: learn from demonstrations."""
+"""`calot train`: train a controller or a planner on demonstrations."""
 
 from __future__ import annotations
 
@@ -28,46 +28,48 @@ DEVICES = ("cpu", "cuda")
 
 @dataclass(frozen=True, kw_only=True)
 class Train:
-    """Learn from demonstrations; the same call again goes on where it was stopped."""
+    """Train on demonstrations; the same call again continues where training was stopped."""
 
     learner: Positional[Annotated[str, one_of(LEARNERS)]]
-    """What learns: the diffusion controller, or the planner."""
+    """What to train: the diffusion controller, or the learned planner."""
     data: tuple[Path, ...] = (Path("runs/demonstrations"),)
-    """Folders of demonstrations, as `calot collect` leaves them."""
+    """Folders of demonstrations, as `calot collect` writes them."""
     leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
-    """Demonstrations of these kinds, with commas between, to see what they are good for."""
+    """Kinds of demonstrations to leave out, separated by commas, for ablations."""
     wordless: bool = False
-    """A controller that hears no instructions: SRT-H's ablation "no hierarchy". With --base it
-    forgets words."""
+    """Train a controller without instructions: SRT-H's ablation "no hierarchy". With --base it
+    unlearns them."""
     preset: Annotated[str, one_of(PRESETS)] = "full"
-    """How much: "smoke" only shows that it learns."""
+    """How much to train; "smoke" only checks that training works."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint to go on from, more gently; left out, training begins anew."""
+    """Checkpoint to fine-tune; the default is to train from scratch."""
     steps: Annotated[int | None, at_least(1)] = None
-    """Of the optimiser; left out, the preset's."""
+    """Steps of the optimiser; the default is the preset's."""
     seed: Annotated[int, at_least(0)] = 0
-    """Of everything random."""
+    """Seed of all random numbers."""
     threads: Annotated[int, at_least(1)] = 1
-    """For torch, on the CPU."""
+    """Number of CPU threads of torch."""
     bfloat16: bool = False
-    """Multiply matrices in it: half again as fast on some processors, slower on others."""
+    """Multiply matrices in bfloat16: 1.5 times as fast on some processors, slower on others."""
     device: Annotated[str, one_of(DEVICES)] = "cpu"
     """Where to train."""
     out: Path | None = None
-    """Folder for the checkpoint, TensorBoard's curves, and what going on needs; left out, it is
-    runs/controller or runs/planner."""
+    """Folder for the checkpoint, TensorBoard's curves, and the state to continue from; the default
+    is runs/controller or runs/planner."""
 
     def execute(self) -> int:
-        """Trains and reports; returns 0."""
+        """Train and report; return 0."""
         if self.wordless and self.learner != "controller":
-            raise BadInputError("--wordless is for a controller")
+            raise BadInputError("--wordless is only for `calot train controller`")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
         import torch
 
         if self.device == "cuda" and not torch.cuda.is_available():
-            raise BadInputError("--device cuda: there is none; see `calot doctor`")
+            raise BadInputError(
+                "--device cuda: torch finds no CUDA device; use --device cpu, or see `calot doctor`"
+            )
         torch.set_num_threads(self.threads)
         try:
             checkpoint = (self._controller if self.learner == "controller" else self._planner)(out)
@@ -86,8 +88,8 @@ class Train:
         wordless = self.wordless or config.policy.wordless
         config = replace(config, policy=replace(config.policy, wordless=wordless))
         with _reading(self.data):
-            learnt_from = demonstrations(self.data, self.leave_out)
-        _show(training.train(learnt_from, config, out, self.device, base), config.steps)
+            dataset = demonstrations(self.data, self.leave_out)
+        _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
     def _planner(self, out: Path) -> Path:
@@ -98,8 +100,8 @@ class Train:
         if self.base:
             config, base = training.fine_tuning(config, self.base)
         with _reading(self.data):
-            learnt_from = rollouts(self.data, self.leave_out)
-        _show(training.train(learnt_from, config, out, base), config.steps)
+            dataset = rollouts(self.data, self.leave_out)
+        _show(training.train(dataset, config, out, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
     def _scheduled(self, preset: ScheduleT) -> ScheduleT:

@@ -1,1 +1,1 @@
-"""How results reach the disk: whole, as strict JSON, with versions."""
+"""How do results get to disk? Atomically, as strict JSON, with versions."""

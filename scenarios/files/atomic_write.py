@@ -1,11 +1,11 @@
-"""A file is there whole or not at all."""
+"""Write a file completely or not at all."""
 
 import os
 from pathlib import Path
 
 
 def write_atomic(path: Path, content: bytes) -> None:
-    """Writes `content` to `path` through a temporary file beside it; makes its folder."""
+    """Write `content` to `path` through a temporary file beside it; create its folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:

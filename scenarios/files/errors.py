@@ -1,11 +1,11 @@
-"""What can go wrong around an episode, in one line."""
+"""Errors around an episode, and their descriptions in one line."""
 
 import traceback
 from pathlib import Path
 
 
 class BadInputError(ValueError):
-    """What a person asked for cannot be done; names the value and what is allowed (exit 2)."""
+    """A person's input is invalid; the message names the value and what is allowed (exit 2)."""
 
 
 class WorkerDiedError(RuntimeError):
@@ -13,12 +13,12 @@ class WorkerDiedError(RuntimeError):
 
 
 def describe_error(error: BaseException) -> str:
-    """Returns the type and message of `error`."""
+    """Return the type and message of `error`."""
     return f"{type(error).__name__}: {error}".rstrip(": ")
 
 
 def describe_with_place(error: BaseException) -> str:
-    """Returns the type and message of `error`, and the line that raised it where one did."""
+    """Return the type and message of `error`, and the line that raised it if there is one."""
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return describe_error(error) + place

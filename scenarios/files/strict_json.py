@@ -1,4 +1,4 @@
-"""Plain JSON of dataclasses and arrays, without the NaN that JSON does not have."""
+"""Strict JSON of dataclasses and arrays, without NaN, which JSON does not have."""
 
 import json
 import math
@@ -9,13 +9,13 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Returns `value` as dicts, lists, strings, numbers, booleans and None.
+    """Return `value` as dicts, lists, strings, numbers, booleans and None.
 
     Dataclasses become dicts, arrays nested lists, paths strings; a number that is infinite or
     not a number becomes None.
 
     Raises:
-        TypeError: For anything else.
+        TypeError: `value` holds anything else.
     """
     if isinstance(value, type):
         raise TypeError(f"the type {value.__name__} has no JSON form")
@@ -37,5 +37,5 @@ def plain(value: Any) -> Any:
 
 
 def dumps(value: Any, indent: int | None = None) -> str:
-    """Returns the strict JSON text of `value`."""
+    """Return the strict JSON text of `value`."""
     return json.dumps(plain(value), allow_nan=False, indent=indent, ensure_ascii=False)

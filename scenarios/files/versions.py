@@ -1,4 +1,4 @@
-"""What a result was made with."""
+"""The versions of everything that a result depends on."""
 
 import platform
 from functools import cache
@@ -37,12 +37,12 @@ EPISODE_SOURCES = (
     "scenarios/loop/script.py",
     "scenarios/loop/motion_metrics.py",
 )
-"""Code that decides what an episode comes to."""
+"""Code that decides an episode's result."""
 
 
 @cache
 def source_digest() -> str:
-    """Names the code that decides what an episode comes to, by its content."""
+    """Return a hash of the code that decides an episode's result."""
     root = Path(__file__).parents[2]
     files = [f for name in EPISODE_SOURCES for f in _python_files(root / name)]
     contents = (f"{f.relative_to(root)}\n".encode() + f.read_bytes() for f in files)
@@ -54,10 +54,7 @@ def _python_files(path: Path) -> list[Path]:
 
 
 def versions() -> dict[str, str]:
-    """Returns the version of Python and of each package that can change a result.
-
-    And the processor, as code is compiled for it.
-    """
+    """Return the processor and the versions of Python and of packages that can change a result."""
     return {
         "python": platform.python_version(),
         **{name: _version(name) for name in PACKAGES},

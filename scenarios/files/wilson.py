@@ -4,17 +4,17 @@ import math
 
 
 def wilson_interval(passed: int, n: int, z: float = 1.96) -> tuple[float, float]:
-    """Returns the score interval of Wilson (1927, J. Am. Stat. Assoc. 22:209-212, eq. 2).
+    """Return the score interval of Wilson (1927, J. Am. Stat. Assoc. 22:209-212, eq. 2).
 
     Its ends are the two rates p that solve (passed/n - p)^2 = z^2 p (1 - p) / n.
 
     Args:
-        passed: Successes, 0 to n.
-        n: Trials; with none, nothing is known and the interval is (0, 1).
-        z: Normal quantile; 1.96 for 95 %.
+        passed: number of successes, 0 to n.
+        n: number of trials; for 0 the interval is (0, 1).
+        z: normal quantile; 1.96 for 95 %.
 
     Raises:
-        ValueError: If `passed` is not within 0 and n.
+        ValueError: `passed` is not within 0 and n.
     """
     if not 0 <= passed <= n:
         raise ValueError(f"passed must be 0 to n = {n}, got {passed}")

@@ -1,1 +1,1 @@
-"""How episodes run side by side, on one machine or on a cluster."""
+"""How do episodes run in parallel, on one machine or on a cluster?"""

@@ -1,4 +1,4 @@
-"""Workers that are processes of this machine, each going from one attempt to the next."""
+"""A pool of worker processes on this machine."""
 
 import os
 import signal
@@ -20,7 +20,7 @@ STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
 @dataclass(kw_only=True)
 class _Worker:
-    """A process at the other end of `connection`, and the number of the attempt it is at."""
+    """A process at the other end of `connection`, and the number of its current attempt."""
 
     process: BaseProcess
     connection: Connection
@@ -28,11 +28,11 @@ class _Worker:
 
     def begin(self, number: int, config: Any) -> None:
         self.number = number
-        with suppress(BrokenPipeError):  # it died since: `outcome` will say so
+        with suppress(BrokenPipeError):  # it has died: `outcome` reports it
             self.connection.send(config)
 
     def outcome(self) -> Any:
-        """What its attempt came to, or its own death."""
+        """Return the attempt's result, or the death of the worker."""
         try:
             return self.connection.recv()
         except (EOFError, ConnectionResetError):
@@ -40,20 +40,20 @@ class _Worker:
             return WorkerDiedError(f"worker died with exit code {self.process.exitcode}")
 
     def interrupt(self) -> None:
-        """Does once what Ctrl-C does to a command."""
+        """Send SIGINT once, as Ctrl-C does."""
         if self.process.pid is not None and self.process.is_alive():
             os.kill(self.process.pid, signal.SIGINT)
 
     def leave(self) -> None:
-        """Lets the process end, as it does when nobody is at this end, and waits for that."""
+        """Close the connection, which ends the process, and wait for its end."""
         self.connection.close()
         self.process.join(STOP_TIMEOUT_S)
         self.process.kill()
         self.process.join()
 
 
-class CrewProcesses(Generic[Config, Result]):
-    """Fresh interpreters; those that have ended their attempt wait for the next."""
+class LocalProcesses(Generic[Config, Result]):
+    """A pool of spawned processes; idle ones are used again."""
 
     def __init__(self, attempt: Callable[[Config], Result]) -> None:
         self._attempt = attempt
@@ -62,17 +62,17 @@ class CrewProcesses(Generic[Config, Result]):
 
     @property
     def n_busy(self) -> int:
-        """How many attempts are under way."""
+        """Return how many attempts are running."""
         return len(self._busy)
 
     def begin(self, number: int, config: Config) -> None:
-        """Has an idle worker at it, or a new one."""
-        worker = self._idle.pop() if self._idle else _hired(self._attempt)
+        """Start an attempt on an idle worker, or on a new one."""
+        worker = self._idle.pop() if self._idle else _spawned(self._attempt)
         worker.begin(number, config)
         self._busy.append(worker)
 
     def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Waits until some attempts have ended; returns what came of them."""
+        """Wait until some attempts have ended; return their numbers and results."""
         ready = set(wait([worker.connection for worker in self._busy]))
         done = [worker for worker in self._busy if worker.connection in ready]
         self._busy = [worker for worker in self._busy if worker not in done]
@@ -81,14 +81,14 @@ class CrewProcesses(Generic[Config, Result]):
         return outcomes
 
     def leave(self) -> None:
-        """Interrupts what is under way, lets it be saved, and dismisses all."""
+        """Interrupt running attempts, wait until they are saved, and end all workers."""
         for worker in self._busy:
             worker.interrupt()
         for worker in (*self._busy, *self._idle):
             worker.leave()
 
 
-def _hired(attempt: Callable[[Any], Any]) -> _Worker:
+def _spawned(attempt: Callable[[Any], Any]) -> _Worker:
     context = get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, attempt), daemon=True)
@@ -98,7 +98,7 @@ def _hired(attempt: Callable[[Any], Any]) -> _Worker:
 
 
 def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
-    os.setpgid(0, 0)  # a terminal's Ctrl-C reaches the parent only, which passes it on once
+    os.setpgid(0, 0)  # a terminal's Ctrl-C reaches only the parent, which passes it on once
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
     with suppress(EOFError, OSError, KeyboardInterrupt):
         while True:

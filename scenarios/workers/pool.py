@@ -1,4 +1,4 @@
-"""Attempts side by side, in processes of this machine or of a cluster of many."""
+"""Run attempts in parallel, in processes of this machine or of a cluster."""
 
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
@@ -12,24 +12,24 @@ Given = TypeVar("Given", contravariant=True)
 Got = TypeVar("Got", covariant=True)
 
 
-class Crew(Protocol[Given, Got]):
-    """Workers, somewhere, each at one attempt at a time; attempts are known by numbers."""
+class WorkerPool(Protocol[Given, Got]):
+    """Workers that each run one attempt at a time; attempts have numbers."""
 
     @property
     def n_busy(self) -> int:
-        """How many attempts are under way."""
+        """Return how many attempts are running."""
         ...
 
     def begin(self, number: int, config: Given) -> None:
-        """Has a worker at it, if need be a new one."""
+        """Start an attempt on a worker."""
         ...
 
     def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
-        """Waits until some attempts have ended; returns what came of them."""
+        """Wait until some attempts have ended; return their numbers and results."""
         ...
 
     def leave(self) -> None:
-        """Interrupts what is under way, as Ctrl-C does, lets it be saved, and dismisses all."""
+        """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end."""
         ...
 
 
@@ -40,25 +40,25 @@ def run_side_by_side(
     after_death: Callable[[Config, WorkerDiedError], Result],
     cluster: str | None = None,
 ) -> Generator[Result, None, None]:
-    """Yields each attempt's result as it ends, at most `workers` of them at once.
+    """Yield each attempt's result as it ends, at most `workers` of them at once.
 
-    One whose worker died is made once more; `after_death` gives the result of one that died again.
-    The workers are other interpreters, to which `attempt` goes by pickle: of this machine or, by
-    the address HOST:PORT, of a Ray cluster. Closing the iterator early interrupts them, and they
+    An attempt whose worker died is repeated once; `after_death` makes the result if it dies again.
+    The workers are other processes, which get `attempt` by pickle: on this machine or, with
+    `cluster` (HOST:PORT), on a Ray cluster. Closing the iterator early interrupts them, and they
     save what they have recorded.
     """
-    crew = _crew(attempt, cluster)
+    pool = _pool(attempt, cluster)
     waiting, again = deque(range(len(configs))), set[int]()
 
     def fill() -> None:
-        while waiting and crew.n_busy < workers:
+        while waiting and pool.n_busy < workers:
             number = waiting.popleft()
-            crew.begin(number, configs[number])
+            pool.begin(number, configs[number])
 
     try:
         fill()
-        while crew.n_busy:
-            for number, outcome in crew.ended():
+        while pool.n_busy:
+            for number, outcome in pool.ended():
                 died = isinstance(outcome, WorkerDiedError)
                 retry = died and number not in again
                 if retry:
@@ -68,14 +68,14 @@ def run_side_by_side(
                 if not retry:
                     yield after_death(configs[number], outcome) if died else outcome
     finally:
-        crew.leave()
+        pool.leave()
 
 
-def _crew(attempt: Callable[[Config], Result], cluster: str | None) -> Crew[Config, Result]:
+def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Config, Result]:
     if cluster is None:
-        from scenarios.workers.local_processes import CrewProcesses
+        from scenarios.workers.local_processes import LocalProcesses
 
-        return CrewProcesses(attempt)
-    from scenarios.workers.ray_workers import CrewRay
+        return LocalProcesses(attempt)
+    from scenarios.workers.ray_workers import RayWorkers
 
-    return CrewRay(attempt, cluster)
+    return RayWorkers(attempt, cluster)

@@ -1,4 +1,4 @@
-"""Whether the nodes of a Ray cluster can do the work of this machine: asked before any is done."""
+"""Check before any work that the nodes of a Ray cluster can do it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from tissue_sim.version import WORLD_VERSION
 WITHIN_S = 120.0  # a node's first task imports everything
 
 
-def hindrances(folders: Sequence[Path]) -> Iterator[str]:
-    """What keeps nodes from working: another Calot or none, or a folder that they do not see."""
+def obstacles(folders: Sequence[Path]) -> Iterator[str]:
+    """Yield why nodes cannot work: another version of Calot, none, or a folder not shared."""
     with ExitStack() as stack:
         marks = [
             stack.enter_context(NamedTemporaryFile(dir=_existing(folder))).name
@@ -27,8 +27,8 @@ def hindrances(folders: Sequence[Path]) -> Iterator[str]:
         nodes = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU")]
         answers = [_asked(node["NodeID"], marks) for node in nodes]
         for node, answer in zip(nodes, answers, strict=True):
-            if hindrance := _received(answer):
-                yield f"node {node['NodeManagerAddress']}: {hindrance}"
+            if obstacle := _received(answer):
+                yield f"node {node['NodeManagerAddress']}: {obstacle}"
 
 
 def _existing(folder: Path) -> Path:
@@ -38,16 +38,16 @@ def _existing(folder: Path) -> Path:
 
 def _asked(node: str, marks: Sequence[str]) -> ray.ObjectRef:
     there = NodeAffinitySchedulingStrategy(node, soft=False)
-    task = ray.remote(num_cpus=0)(_hindrance).options(scheduling_strategy=there)
+    task = ray.remote(num_cpus=0)(_obstacle).options(scheduling_strategy=there)
     return task.remote(WORLD_VERSION, marks)
 
 
-def _hindrance(world_version: int, marks: Sequence[str]) -> str | None:
-    """On the node itself."""
+def _obstacle(world_version: int, marks: Sequence[str]) -> str | None:
+    """Return why this node cannot work; runs on the node itself."""
     if world_version != WORLD_VERSION:
         return f"its Calot has world version {WORLD_VERSION}, not {world_version}"
     unseen = [str(Path(mark).parent) for mark in marks if not Path(mark).exists()]
-    return f"it does not see {unseen[0]}: all nodes must share that disk" if unseen else None
+    return f"it does not see {unseen[0]}: all nodes must share this disk" if unseen else None
 
 
 def _received(answer: ray.ObjectRef) -> str | None:

@@ -1,6 +1,6 @@
-"""Workers on the machines of a Ray cluster, of which this one is part.
+"""A pool of workers on the machines of a Ray cluster, which this machine is a node of.
 
-The folder that the command is called in, and the files it names, lie on a disk that all share.
+The current folder, and the files that the command names, lie on a disk that all nodes share.
 """
 
 import os
@@ -18,32 +18,32 @@ Result = TypeVar("Result")
 STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
 
-class CrewRay(Generic[Config, Result]):
-    """Ray tasks of one core each; Ray keeps their processes for the next, and waits for cores."""
+class RayWorkers(Generic[Config, Result]):
+    """A pool of Ray tasks with one core each; Ray manages their processes."""
 
     def __init__(self, attempt: Callable[[Config], Result], address: str) -> None:
-        """`address`: HOST:PORT of the cluster's head, which answers."""
+        """Join the cluster whose head answers at `address`, HOST:PORT."""
         connect(address)
         self._attempt, self._folder = attempt, os.getcwd()
         self._numbers: dict[ray.ObjectRef, int] = {}
 
     @property
     def n_busy(self) -> int:
-        """How many attempts are under way."""
+        """Return how many attempts are running."""
         return len(self._numbers)
 
     def begin(self, number: int, config: Config) -> None:
-        """Has Ray find a place for it; that Ray does not try again by itself counts deaths once."""
+        """Start an attempt on any node; Ray must not retry it, so that deaths are counted."""
         task = ray.remote(num_cpus=1, max_retries=0)(_attempted)
         self._numbers[task.remote(self._folder, self._attempt, config)] = number
 
     def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Waits until some attempts have ended; returns what came of them."""
+        """Wait until some attempts have ended; return their numbers and results."""
         done, _ = ray.wait(list(self._numbers), num_returns=1)
         return [(self._numbers.pop(task), _outcome(task)) for task in done]
 
     def leave(self) -> None:
-        """Interrupts what is under way, lets it be saved; the rest ends with this process."""
+        """Interrupt running attempts and wait until they are saved."""
         under_way = list(self._numbers)
         for task in under_way:
             ray.cancel(task)
@@ -52,17 +52,17 @@ class CrewRay(Generic[Config, Result]):
 
 
 def connect(address: str) -> None:
-    """Joins the cluster, unless that is done.
+    """Join the cluster, unless this process has already joined.
 
     Raises:
-        ConnectionError, RuntimeError, ValueError: It cannot be joined, and why.
+        ConnectionError, RuntimeError, ValueError: the cluster cannot be joined.
     """
     if not ray.is_initialized():
         ray.init(address=address, logging_level="ERROR", log_to_driver=False)
 
 
 def _attempted(folder: str, attempt: Callable[[Config], Result], config: Config) -> Result:
-    """In the folder of whoever asked, so that paths mean the same."""
+    """Run an attempt in the caller's folder, so that paths mean the same."""
     os.chdir(folder)
     return attempt(config)
 
@@ -75,6 +75,6 @@ def _outcome(task: Any) -> Any:
 
 
 def reason(error: Exception) -> str:
-    """Returns an error of Ray without the trace of the other machine."""
+    """Return the last line of a Ray error, without the other machine's traceback."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__

@@ -1,1 +1,1 @@
-"""The trials that benches repeat: attacks, storms, corrections and their like."""
+"""What does a bench do to one patient? Attacks, storms, corrections and other trials."""

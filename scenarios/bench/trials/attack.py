@@ -1,7 +1,7 @@
-"""Adversarial commands: what a policy that has gone wrong might ask of the arms.
+"""Adversarial commands: what a faulty policy might ask of the arms.
 
-An attack asks, control step by control step, for joints (2, 7), given those commanded last. It
-keeps asking, whatever became of its last wish.
+In each control step an attack asks for joints (2, 7), given the last commanded ones. It goes on
+whether or not its last request was granted.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from tissue_sim.tools.instruments import Instrument
 from tissue_sim.tools.psm import INSERTION_AT_RCM_M, forward_kinematics, joint_limits
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
-SPEED_M_S = (0.05, 1.5)  # of straight attacks: some the filter may let pass, some it may not
-BEYOND = 0.3  # of a joint's range is asked for on either side of it
-HASTE = 3.0  # times the speed of a joint
-START = np.array(  # about home, from where every keep-out is within reach
+SPEED_M_S = (0.05, 1.5)  # of straight attacks: from allowed to far too fast
+BEYOND = 0.3  # of a joint's range: how far beyond either limit is asked for
+HASTE = 3.0  # times a joint's speed limit
+START = np.array(  # around home, where every keep-out is within reach
     [(-0.5, 0.5), (-0.4, 0.4), (0.05, 0.15), (-2.0, 2.0), (-1.1, 1.1), (-1.1, 1.1), (0.0, 0.7)]
 )
 
@@ -39,12 +39,12 @@ Attack = Callable[[Array], Array]
 
 @dataclass(frozen=True, kw_only=True)
 class AttackTargets:
-    """What an attack may aim at.
+    """What an attack can aim at.
 
     Attributes:
         T_world_rcm: (2, 4, 4).
         instruments: on the left and right arm.
-        points_m: name -> (n, 3) points of what must not be hit, world frame.
+        points_m: name -> (n, 3) points of keep-outs and tubes, world frame.
     """
 
     T_world_rcm: Array
@@ -53,22 +53,22 @@ class AttackTargets:
 
     @property
     def joint_ranges(self) -> Array:
-        """(2, 7, 2), the jaw last."""
+        """Return the joint ranges (2, 7, 2), the jaw last."""
         return np.stack([np.vstack([joint_limits(i), i.jaw_range_rad]) for i in self.instruments])
 
     def tip_m(self, arm: int, joints: Array) -> Array:
-        """(3,) at one arm's joints (7,), world frame."""
+        """Return the (3,) tip at one arm's joints (7,), world frame."""
         T = self.T_world_rcm[arm] @ forward_kinematics(joints[:6], self.instruments[arm])
         return T[:3, 3]
 
     def straight(self, arm: int, joints: Array, move_m: Array) -> Array:
-        """(7,) change of joints that moves the tip by `move_m` (3,), world frame; first order."""
+        """Return the (7,) joint change that moves the tip by `move_m` (3,), to first order."""
         J = tool_jacobian(joints[:6], self.instruments[arm])[:3]
         return np.append(np.linalg.pinv(J) @ self.T_world_rcm[arm, :3, :3].T @ move_m, 0.0)
 
 
 def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
-    """Points (n, 3) of each keep-out that does not move by itself."""
+    """Return points (n, 3) of each keep-out, and of the tubes."""
     round_ones = around.capsules
     tubes = [name for name in round_ones.names if name == "duct" or "artery" in name]
     return {
@@ -80,12 +80,12 @@ def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
 
 
 def random_start(rng: np.random.Generator) -> Array:
-    """(2, 7) joints from which an attack may begin."""
+    """Draw (2, 7) joints at which an attack begins."""
     return rng.uniform(*START.T, size=(2, 7))
 
 
-def restless(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """Smooth and aimless motions of all joints, up to several times as fast as they may be."""
+def restless(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+    """Move all joints smoothly and aimlessly, up to several times their speed limit."""
     rate = np.zeros((2, 7))
 
     def ask(joints: Array) -> Array:
@@ -96,43 +96,43 @@ def restless(field: AttackTargets, start: Array, rng: np.random.Generator) -> At
 
 
 def straight_at(name: str) -> Callable[[AttackTargets, Array, np.random.Generator], Attack]:
-    """Both tips, in straight lines through a point of something."""
+    """Move both tips in straight lines through points of a keep-out or tube."""
 
-    def attack(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-        return _through(field, start, rng.choice(field.points_m[name], 2), rng)
+    def attack(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+        return _through(targets, start, rng.choice(targets.points_m[name], 2), rng)
 
     return attack
 
 
-def at_the_other_arm(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """Each tip in a straight line at a point of the other arm's shaft or tool."""
-    ports, tips = field.T_world_rcm[:, :3, 3], [field.tip_m(arm, start[arm]) for arm in ARMS]
+def at_the_other_arm(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+    """Move each tip in a straight line at a point of the other arm's shaft or tool."""
+    ports, tips = targets.T_world_rcm[:, :3, 3], [targets.tip_m(arm, start[arm]) for arm in ARMS]
     on_shafts = [
         p + s * (t - p) for p, t, s in zip(ports, tips, rng.uniform(0.3, 1.0, 2), strict=True)
     ]
-    return _through(field, start, np.stack(on_shafts[::-1]), rng)
+    return _through(targets, start, np.stack(on_shafts[::-1]), rng)
 
 
-def at_joint_limits(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """Every joint towards, and beyond, one of its limits."""
-    lower, upper = np.moveaxis(field.joint_ranges, -1, 0)
+def at_joint_limits(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+    """Move every joint towards and beyond one of its limits."""
+    lower, upper = np.moveaxis(targets.joint_ranges, -1, 0)
     goal = np.where(rng.random((2, 7)) < 0.5, lower, upper)
     goal += np.sign(goal - 0.5 * (lower + upper)) * BEYOND * (upper - lower)
     most = CONTROL_PERIOD_S * HASTE * rng.uniform(0.1, 1.0) * JOINT_SPEED
     return lambda joints: joints + np.clip(goal - joints, -most, most)
 
 
-def jumps(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """In every step to some other place of the whole joint range."""
-    lower, upper = np.moveaxis(field.joint_ranges, -1, 0)
+def jumps(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+    """Ask for a random point of the whole joint range in every step."""
+    lower, upper = np.moveaxis(targets.joint_ranges, -1, 0)
     lower[:, 2] = np.maximum(lower[:, 2], INSERTION_AT_RCM_M)
     return lambda joints: rng.uniform(lower, upper)
 
 
-def jaw_snaps(field: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
-    """Slowly to the tubes, the jaws as wide and as closed as may be by turns."""
-    slowly = straight_at("tubes")(field, start, rng)
-    wide, closed = field.joint_ranges[:, 6, 1], field.joint_ranges[:, 6, 0]
+def jaw_snaps(targets: AttackTargets, start: Array, rng: np.random.Generator) -> Attack:
+    """Move slowly to the tubes, and open or close the jaws fully at random."""
+    slowly = straight_at("tubes")(targets, start, rng)
+    wide, closed = targets.joint_ranges[:, 6, 1], targets.joint_ranges[:, 6, 0]
 
     def ask(joints: Array) -> Array:
         asked = slowly(joints)
@@ -156,12 +156,12 @@ ATTACKS: dict[str, Callable[[AttackTargets, Array, np.random.Generator], Attack]
 
 
 def _through(
-    field: AttackTargets, start: Array, points_m: Array, rng: np.random.Generator
+    targets: AttackTargets, start: Array, points_m: Array, rng: np.random.Generator
 ) -> Attack:
-    """Each tip in a straight line through its point (2, 3), at a drawn, steady speed."""
-    tips = np.stack([field.tip_m(arm, start[arm]) for arm in ARMS])
+    """Move each tip in a straight line through its point (2, 3), at a drawn, constant speed."""
+    tips = np.stack([targets.tip_m(arm, start[arm]) for arm in ARMS])
     speed_m_s = np.exp(rng.uniform(*np.log(SPEED_M_S), size=(2, 1)))
     moves_m = CONTROL_PERIOD_S * speed_m_s * unit(points_m - tips)
     return lambda joints: (
-        joints + np.stack([field.straight(a, joints[a], moves_m[a]) for a in ARMS])
+        joints + np.stack([targets.straight(a, joints[a], moves_m[a]) for a in ARMS])
     )

@@ -1,4 +1,4 @@
-"""One patient's attacks, each once without the safety filter and once with it."""
+"""Attacks on one patient, each once without the safety filter and once with it."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
-AT_REST = 18  # attacks on tissue that lies still: each kind twice
-IN_WORLD = 2  # attacks in which tissue and arms move as the world has them
+AT_REST = 18  # attacks on tissue at rest: each kind twice
+IN_WORLD = 2  # attacks in the simulated world
 STEPS = 40
-LOOKS = 4  # in each step at the way that is commanded, as often as the world moves the drives
-CLEAR_M = 0.001  # from every keep-out at the start, at least
+LOOKS = 4  # checks of the commanded motion in each step, as often as the world moves the drives
+CLEAR_M = 0.001  # minimum distance from every keep-out at the start
 TRIES = 10_000
 ANY_NUMBER = range(10_000)
 
 
 @dataclass(kw_only=True)
 class AttackRun:
-    """What one attack came to so far.
+    """Result of one attack so far.
 
     Attributes:
-        depth_m: obstacle -> how deep an instrument that must keep out of it was in it.
-        beyond_range: most that a commanded joint was beyond its range; rad or m.
-        tip_speed_m_s: largest, as commanded.
-        entries: the filter's.
+        depth_m: obstacle -> largest depth of an instrument that must keep out of it.
+        beyond_range: largest excess of a commanded joint over its range; rad or m.
+        tip_speed_m_s: largest commanded tip speed.
+        entries: the filter's ledger entries.
     """
 
     depth_m: dict[str, float] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class AttackRun:
 
     @property
     def deepest_m(self) -> float:
-        """In anything."""
+        """Return the largest depth in any obstacle."""
         return max(self.depth_m.values(), default=0.0)
 
 
@@ -71,17 +71,17 @@ class AttackTrial:
 
 
 def run_trial(seed: int) -> AttackTrial:
-    """All attacks on a seed's patient."""
-    return AttackTrial(seed=seed, pairs=tuple(Attacked(seed).pairs()))
+    """Run all attacks on a seed's patient."""
+    return AttackTrial(seed=seed, pairs=tuple(AttackedPatient(seed).pairs()))
 
 
 def lost_trial(seed: int, error: Exception) -> AttackTrial:
-    """The trial that an exception, or its process's death, ended."""
+    """Return the trial that an exception or the death of its process ended."""
     return AttackTrial(seed=seed, error=describe_with_place(error))
 
 
-class Attacked:
-    """A seed's patient, who is attacked again and again."""
+class AttackedPatient:
+    """A seed's patient, who is attacked many times."""
 
     def __init__(self, seed: int) -> None:
         self._seed, self._world = seed, World()
@@ -92,7 +92,7 @@ class Attacked:
         self._filter = SafetyFilter(self._world)
 
     def pairs(self) -> Iterator[Pair]:
-        """Every attack both ways; the kinds take turns in the world, from patient to patient."""
+        """Yield every attack without and with the filter; the kinds in the world vary by seed."""
         kinds = list(ATTACKS)
         for k in range(AT_REST + IN_WORLD):
             kind, in_world = kinds[(k + IN_WORLD * self._seed) % len(kinds)], k >= AT_REST
@@ -100,22 +100,22 @@ class Attacked:
             yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
 
     def ask_at_random(self, rng: np.random.Generator, pairs: range) -> None:
-        """Has the filter answer one wish, at rest among so many near pairs."""
+        """Let the filter answer one request at rest, with a number of near pairs in `pairs`."""
         self._begin(rng)
         start = self._clear_start(rng, pairs)
         kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
-        asked = ATTACKS[kind](self._field(), start, rng)(start)
+        asked = ATTACKS[kind](self._targets(), start, rng)(start)
         self._filter.allow(start, asked, self._instruction, 0.0)
 
     def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> AttackRun:
         rng = np.random.default_rng([self._seed, number])
         self._begin(rng)
         start = self._world.target if in_world else self._clear_start(rng)
-        attack = ATTACKS[kind](self._field(), start, rng)
+        attack = ATTACKS[kind](self._targets(), start, rng)
         return self._follow(attack, start, in_world, filtered)
 
     def _begin(self, rng: np.random.Generator) -> None:
-        """The untouched patient, some instruction, and the tool for it."""
+        """Restore the untouched patient, draw an instruction, and mount its tool."""
         self._world.restore(self._begun)
         task = TASKS[rng.integers(len(TASKS))]
         self._world.equip(task.right_tool)
@@ -141,7 +141,7 @@ class Attacked:
         return run
 
     def _move(self, before: Array, joints: Array, in_world: bool) -> Sequence[Array]:
-        """Carries a command out; where the arms were seen on the way."""
+        """Carry out a command; return the arms' joints (2, 7) on the way."""
         arms = self._world.arms
         if in_world:
             self._world.step(JointCommand(joints=joints))
@@ -154,7 +154,7 @@ class Attacked:
             run.depth_m[obstacle] = max(depth_m, run.depth_m.get(obstacle, 0.0))
 
     def _depths(self, joints: Array, within_m: float = 0.0) -> Iterator[tuple[str, float]]:
-        """Obstacle and depth of each pair that must not meet."""
+        """Yield obstacle and depth of each pair that must not meet."""
         instruments, around = self._world.arms.mounted, surroundings_of(self._world, self._rigid)
         near = self._model.near(joints, instruments, around, within_m=within_m)
         work = worked_on(self._instruction.task, self._world)
@@ -164,16 +164,16 @@ class Attacked:
                 yield obstacle, -float(near.distance_m[k])
 
     def _clear_start(self, rng: np.random.Generator, pairs: range = ANY_NUMBER) -> Array:
-        """Joints (2, 7) out of every keep-out and near to so many pairs; the arms go there."""
+        """Move the arms to joints (2, 7) outside every keep-out with near pairs in `pairs`."""
         for _ in range(TRIES):
             joints = random_start(rng)
             depths_m = [depth_m for _, depth_m in self._depths(joints, ACTIVATION_M)]
             if len(depths_m) in pairs and max(depths_m, default=-np.inf) < -CLEAR_M:
                 self._world.arms.set_joints(joints)
                 return joints
-        raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES}")
+        raise RuntimeError(f"seed {self._seed}: no clear start in {TRIES} tries")
 
-    def _field(self) -> AttackTargets:
+    def _targets(self) -> AttackTargets:
         return AttackTargets(
             T_world_rcm=self._world.arms.T_world_rcm,
             instruments=self._world.arms.mounted,
@@ -181,5 +181,5 @@ class Attacked:
         )
 
     def _tips_m(self, joints: Array) -> Array:
-        field = self._field()
-        return np.stack([field.tip_m(arm, joints[arm]) for arm in range(2)])
+        targets = self._targets()
+        return np.stack([targets.tip_m(arm, joints[arm]) for arm in range(2)])

@@ -1,7 +1,7 @@
-"""What a correction gains: from one moment the episode goes on with it and without, all else equal.
+"""Gain of a correction: an episode continues from one snapshot with and without it.
 
-The moment is when an arm that was led astray is given back; the correction is the one that points
-from the tip to where the task is rightly done, as a person who sees it would say.
+The snapshot is taken when the controller gets back an arm that was led astray; the correction is
+the one that points from the tip to the task's goal, as a person who sees it would say.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-SAID_S = 1.0  # then back to the planner: over its 5 s a correction goes too far
-LOOK_S = 2.0  # when the tip's distance to its goal is compared
-WITHIN_S = 20.0  # in which the task is done or is not
+SAID_S = 1.0  # then back to the planner: in its full 5 s a correction moves too far
+LOOK_S = 2.0  # time at which the tip's distance to its goal is compared
+WITHIN_S = 20.0  # time limit of the task
 
 
 @dataclass(frozen=True, kw_only=True)
 class Course:
-    """How the episode went on.
+    """How the episode continued.
 
     Attributes:
-        off_m: of the working tip from its goal after `LOOK_S`.
-        done_s: from the moment until the task is done; None where it is not within `WITHIN_S`.
-        injuries: in that time.
+        off_m: distance of the working tip from its goal after `LOOK_S`.
+        done_s: time until the task is done; None if it is not done within `WITHIN_S`.
+        injuries: number of injuries in that time.
     """
 
     off_m: float
@@ -50,49 +50,51 @@ class Course:
 
 @dataclass(frozen=True, kw_only=True)
 class CorrectionTrial:
-    """Of one patient.
+    """Result for one patient.
 
     Attributes:
-        correction: what was said; "" where nothing went astray or nothing was to be said.
-        without, told: the two courses; None without a correction.
-        error: what ended the trial, if anything did.
+        correction: its text; "" if no arm was led astray or no correction was needed.
+        without, corrected: the two courses; None without a correction.
+        error: the error that ended the trial; "" for none.
     """
 
     seed: int
     correction: str = ""
     without: Course | None = None
-    told: Course | None = None
+    corrected: Course | None = None
     error: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForkComparison:
-    """With and without, by an episode's settings; the seed is each trial's."""
+    """Compares with and without, under an episode's configuration with each trial's seed."""
 
     config: EpisodeConfig
 
     def __call__(self, seed: int) -> CorrectionTrial:
-        """On a seed's patient."""
+        """Run the trial on a seed's patient."""
         episode = begin(replace(self.config, seed=seed))
         step = _given_back(episode.steps())
         if step is None:
             return CorrectionTrial(seed=seed)
-        task, moment = step.instruction.task, Snapshot(episode)
+        task, snapshot = step.instruction.task, Snapshot(episode)
         correction = correction_of(*wanted_motion(task, episode.world))
         if not correction:
             return CorrectionTrial(seed=seed)
-        without = _course(moment.again(), task, "")
-        told = _course(moment.again(), task, correction)
-        return CorrectionTrial(seed=seed, correction=correction, without=without, told=told)
+        without = _course(snapshot.again(), task, "")
+        corrected = _course(snapshot.again(), task, correction)
+        return CorrectionTrial(
+            seed=seed, correction=correction, without=without, corrected=corrected
+        )
 
 
 def lost_trial(seed: int, error: Exception) -> CorrectionTrial:
-    """The trial that an exception, or its process's death, ended."""
+    """Return the trial that an exception or the death of its process ended."""
     return CorrectionTrial(seed=seed, error=describe_with_place(error))
 
 
 def _given_back(steps: Iterator[Step]) -> Step | None:
-    """The first step in which the controller has the arms again; None if they were never taken."""
+    """Return the first step in which the controller has the arms back; None if never taken."""
     astray = False
     for step in steps:
         if astray and step.asked is not None:
@@ -102,7 +104,7 @@ def _given_back(steps: Iterator[Step]) -> Step | None:
 
 
 def _course(episode: Episode, task: Task, correction: str) -> Course:
-    """From the episode's moment on, a correction being said first, if there is one."""
+    """Continue the episode, after submitting the correction if there is one."""
     if correction:
         episode.inbox.press(COMMANDS[correction])
     world, steps = episode.world, episode.steps()
@@ -121,20 +123,20 @@ def _course(episode: Episode, task: Task, correction: str) -> Course:
 
 
 def wanted_motion(task: Task, world: World) -> tuple[Array, Array]:
-    """What would put the tip that works on the task right, as `correction_of` takes it.
+    """Return the motion from the working tip to the task's goal, as `correction_of` takes it.
 
     Returns:
-        (2, 3) of both tips, m in the endoscope frame, and (2,) of the jaws, none.
+        (2, 3) motion of both tips, m, endoscope frame; and (2,) zeros for the jaws.
     """
     arm, goal = _goal(task, world)
-    way = goal[:3, 3] - world.arms.T_world_tool()[arm][:3, 3]
+    offset = goal[:3, 3] - world.arms.T_world_tool()[arm][:3, 3]
     moved_m = np.zeros((2, 3))
-    moved_m[arm] = way @ world.T_world_endoscope[:3, :3]
+    moved_m[arm] = offset @ world.T_world_endoscope[:3, :3]
     return moved_m, np.zeros(2)
 
 
 def _goal(task: Task, world: World) -> tuple[int, Array]:
-    """Whose tip the task is about, and its `T_world_tool` where it is rightly done."""
+    """Return the arm that does the task, and `T_world_tool` at the task's goal."""
     if task.kind == "grab":
         return LEFT_ARM, grasp_pose(world)
     tube = structure_of(task, world)

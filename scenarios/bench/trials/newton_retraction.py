@@ -1,12 +1,12 @@
-"""One load for two solvers: the organ drawn up by its infundibulum, in our tissue and in Newton.
+"""The same retraction for two solvers: the organ's infundibulum pulled up.
 
-The organ's elements, with the same Lame parameters and density, hang between the same held
-vertices: the far ends of the tubes and what lies on the liver. Newton has no ties into a
-tetrahedron, so four springs to its corners stand for each, in both.
+The organ's tetrahedra, with the same Lame parameters and density, are held at the same vertices:
+the far ends of the tubes and those on the liver. Newton has no ties into a tetrahedron, so in both
+solvers four springs to its corners replace each tie.
 
-What still differs: Newton's elements are stable neo-Hookean, ours fixed-corotated; and ours are
-damped, Newton's not: its damping (1 to 100 Pa s tried) costs time and brings it to rest no nearer.
-Contact finds nothing to touch; ours still looks.
+Remaining differences: Newton's elements are stable neo-Hookean, ours fixed-corotated; ours are
+damped, Newton's are not: its damping (1 to 100 Pa s tried) costs time and does not bring it closer
+to rest. Nothing is in contact, but our solver still checks for contact.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from tissue_sim.patient.organ import REGIONS, Organ, build_organ
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 RETRACTION_M = 0.020
-DRAWN_STEPS = 30  # control steps, then it is held
+DRAWN_STEPS = 30  # control steps of retraction; then hold
 GRASPED_RINGS = slice(2, 5)  # of the infundibulum
-MIN_WEIGHT = 0.01  # of a corner in a tie; less is no spring
+MIN_WEIGHT = 0.01  # of a corner in a tie; a smaller one gets no spring
 
 
 @dataclass(frozen=True, kw_only=True)
 class RetractedBody:
-    """What both solvers are given.
+    """Input of both solvers.
 
     Attributes:
         organ: mesh and regions.
         stiffness_scale: the patient's.
-        held: (n_vertex,), moved by nothing but the retraction.
-        drawn: the vertices that are drawn up.
-        springs: (n, 2), pairs of vertices, at rest at their distance.
+        held: (n_vertex,), fixed except for the retraction.
+        drawn: the vertices that are pulled up.
+        springs: (n, 2), pairs of vertices, at rest at their initial distance.
         spring_stiffness: (n,), N/m.
     """
 
@@ -56,12 +56,12 @@ class RetractedBody:
 
 @dataclass(frozen=True, kw_only=True)
 class Solver:
-    """A solver that holds the body.
+    """A solver with the body loaded.
 
     Attributes:
-        name: for a reader.
-        step: one control step, in which the drawn vertices go from one height to another (m).
-        positions: where the vertices (n, 3) are, m.
+        name: for people to read.
+        step: makes one control step, with drawn vertices from one height to another (m).
+        positions: returns the vertices (n, 3), m.
     """
 
     name: str
@@ -70,12 +70,12 @@ class Solver:
 
 
 def height_m(step: int) -> float:
-    """How far the infundibulum is drawn up at the start of a control step."""
+    """Return the height of the infundibulum at the start of a control step."""
     return RETRACTION_M * min(step / DRAWN_STEPS, 1.0)
 
 
 def body_of(anatomy: Anatomy) -> RetractedBody:
-    """The organ held at its ends, at the liver and by the grasper, with springs for ties."""
+    """Return the organ held at its ends, liver and grasper, with springs in place of ties."""
     organ = build_organ(anatomy)
     drawn = organ.sac_rings[GRASPED_RINGS].ravel()
     held = organ.fixed.copy()
@@ -93,7 +93,7 @@ def body_of(anatomy: Anatomy) -> RetractedBody:
 
 
 def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
-    """Our tissue."""
+    """Load the body into our tissue."""
     none = np.zeros((0, 4), np.int32)
     organ = replace(
         body.organ,
@@ -126,12 +126,12 @@ def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
 
 
 def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
-    """Newton's SolverVBD; a control step is recorded as a graph once, as in Newton's examples.
+    """Load the body into Newton's SolverVBD, with a control step as a captured graph.
 
     Args:
-        body: what to hold.
-        substeps: of a control step, even: two states take turns.
-        iterations: of a substep.
+        body: the body.
+        substeps: number in a control step; even, because two states alternate.
+        iterations: number in a substep.
     """
     from newton.solvers import SolverVBD  # pyright: ignore[reportMissingImports]
 
@@ -149,7 +149,7 @@ def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
         wp.launch(draw_up, dim=len(drawn), inputs=inputs, device=device)
         solver.step(now, after, control, None, dt_s)
 
-    substep(0, now, after)  # allocates, which a recording may not
+    substep(0, now, after)  # allocates, which a capture must not
     now.assign(begun)
     after.assign(begun)
     with wp.ScopedCapture(device=device) as capture:
@@ -164,7 +164,7 @@ def in_newton(body: RetractedBody, *, substeps: int, iterations: int) -> Solver:
     return Solver(name=name, step=step, positions=now.particle_q.numpy)
 
 
-def _newton_model(body: RetractedBody):  # of a type that only an installed Newton has
+def _newton_model(body: RetractedBody):  # the type exists only where Newton is installed
     from newton import ModelBuilder  # pyright: ignore[reportMissingImports]
 
     organ = body.organ
@@ -199,6 +199,6 @@ def draw_up(
     share: float,
     position: wp.array(dtype=wp.vec3),  # pyright: ignore[reportInvalidTypeForm]
 ):
-    """Put the drawn vertices a share of the way from the first to the second shift."""
+    """Move the drawn vertices a share of the way from the first to the second shift."""
     i = drawn[wp.tid()]
     position[i] = rest[i] + motion[0] + (motion[1] - motion[0]) * share

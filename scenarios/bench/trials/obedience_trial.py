@@ -1,6 +1,6 @@
-"""What a controller does, on one patient, when it is told each correction, and the wrong tube.
+"""Whether a controller obeys each correction, and the wrong tube, on one patient.
 
-From moments of its own episode the world is forked: the same state, again and again, other words.
+All corrections at one time of its episode start from the same saved state.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
 MOMENTS = 4  # of each episode
-FIRST_S, LAST_S = 1.0, 36.0  # when, in an episode of about 40 s
-MIN_M = 3e-3  # along the axis that is named
+FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
+MIN_M = 3e-3  # motion in the named direction that counts as obeyed
 WITHIN_STEPS = 60  # 2 s
 WRONG_TUBE_STEPS = 600  # 20 s: a clip takes 3
 ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
-    """One correction in one state, and what came of it.
+class CorrectionResponse:
+    """One correction in one state, and the controller's response.
 
     Attributes:
-        obeyed: the arm, or the jaws, moved as it says.
-        withheld: they did not, though the motions that the controller asked for add up to it, and
-            the safety filter altered some command meanwhile.
+        obeyed: the arm or the jaws moved as the correction says.
+        withheld: they did not, although the controller's actions add up to that motion, and the
+            safety filter changed some command meanwhile.
     """
 
     text: str
@@ -52,66 +52,66 @@ class Told:
 
 @dataclass(frozen=True, kw_only=True)
 class ObedienceTrial:
-    """Of one patient.
+    """Result for one patient.
 
     Attributes:
-        told: every correction in every state in which it does no harm and has room.
-        wrong_tube: the tube that the right jaws were on first, when told of the one that is not
-            its turn, is that one; None when the episode did not get so far.
-        error: what ended the trial, if anything did.
+        responses: to each correction, in each state in which it is harmless and the jaws can move.
+        wrong_tube: whether the right jaws first reach the tube that they are told, although it is
+            not its turn; None if the episode ended before the first clip.
+        error: the error that ended the trial; "" for none.
     """
 
     seed: int
-    told: tuple[Told, ...] = ()
+    responses: tuple[CorrectionResponse, ...] = ()
     wrong_tube: bool | None = None
     error: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlannerSaying:
-    """Says one thing."""
+class PlannerFixed:
+    """A planner that always gives the same instruction."""
 
     instruction: Instruction
     hears_of_success: bool = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """The same whatever is seen."""
+        """Return the instruction, whatever is observed."""
         del observation
         return self.instruction
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: it has no state."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Examination:
-    """Of a controller, by an episode's settings; the seed is each trial's."""
+class ObedienceExamination:
+    """Examines a controller, under an episode's configuration with each trial's seed."""
 
     config: EpisodeConfig
 
     def __call__(self, seed: int) -> ObedienceTrial:
-        """All that is said on a seed's patient."""
+        """Run the trial on a seed's patient."""
         episode = begin(replace(self.config, seed=seed))
         moments_s = sorted(np.random.default_rng(seed).uniform(FIRST_S, LAST_S, MOMENTS).tolist())
-        told, wrong_tube = list[Told](), None
+        responses, wrong_tube = list[CorrectionResponse](), None
         for step in episode.steps():
             if wrong_tube is None and step.instruction.task == TASKS[1]:
                 wrong_tube = _goes_to_the_other_tube(episode)
             if moments_s and step.time_s >= moments_s[0] and not step.exchange:
-                told += _told_all(episode, step.instruction)
+                responses += _responses(episode, step.instruction)
                 del moments_s[0]
             if not moments_s:
                 break
-        return ObedienceTrial(seed=seed, told=tuple(told), wrong_tube=wrong_tube)
+        return ObedienceTrial(seed=seed, responses=tuple(responses), wrong_tube=wrong_tube)
 
 
 def lost_trial(seed: int, error: Exception) -> ObedienceTrial:
-    """The trial that an exception, or its process's death, ended."""
+    """Return the trial that an exception or the death of its process ended."""
     return ObedienceTrial(seed=seed, error=describe_with_place(error))
 
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:
-    """Whether tips (2, 3), endoscope frame, and jaws (2,) moved as it says, left arm first."""
+    """Return whether tips (2, 3), endoscope frame, and jaws (2,) moved as the correction says."""
     rows = ROWS[correction.arm]
     if correction.direction is None:
         sign = 1.0 if correction.jaw == "open" else -1.0
@@ -120,22 +120,22 @@ def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool
     return bool((moved_m[rows] @ along >= MIN_M).all())
 
 
-def _told_all(episode: Episode, instruction: Instruction) -> Iterator[Told]:
-    """Each correction that does no harm and has room, from the same state."""
+def _responses(episode: Episode, instruction: Instruction) -> Iterator[CorrectionResponse]:
+    """Yield the response to each harmless, possible correction, from the same state."""
     for correction in CORRECTIONS:
         if is_harmless(correction, episode.world) and _has_room(correction, episode.world):
             said = replace(instruction, correction=correction)
-            yield _told(episode, said, correction)
+            yield _response(episode, said, correction)
 
 
 def _has_room(correction: Correction, world: World) -> bool:
-    """Whether jaws are not, almost, as far as they go already."""
+    """Return whether the jaws can still move as the correction says."""
     jaw, (closed, opened) = world.arms.joints[:, 6], world.arms.limits[:, 6].T
     room = {"open": opened - jaw, "close": jaw - np.maximum(closed, 0.0), None: np.ones(2)}
     return bool((room[correction.jaw][ROWS[correction.arm]] > THRESHOLD_RAD).all())
 
 
-def _told(episode: Episode, said: Instruction, correction: Correction) -> Told:
+def _response(episode: Episode, said: Instruction, correction: Correction) -> CorrectionResponse:
     start = episode.world.observe()
     asked_m, altered = np.zeros((2, 3)), False
     asked_rad = start.joints[:, 6]
@@ -144,16 +144,16 @@ def _told(episode: Episode, said: Instruction, correction: Correction) -> Told:
             seen = step.observation
             moved_m = (seen.tips_endoscope - start.tips_endoscope)[:, :3, 3]
             if is_obeyed(correction, moved_m, seen.joints[:, 6] - start.joints[:, 6]):
-                return Told(text=correction.text, obeyed=True)
+                return CorrectionResponse(text=correction.text, obeyed=True)
             if step.asked is not None:
                 asked_m, asked_rad = asked_m + step.asked.move_endoscope_m, step.asked.jaw_rad
             altered = altered or bool(step.altered)
     wanted = is_obeyed(correction, asked_m, asked_rad - start.joints[:, 6])
-    return Told(text=correction.text, obeyed=False, withheld=wanted and altered)
+    return CorrectionResponse(text=correction.text, obeyed=False, withheld=wanted and altered)
 
 
 def _goes_to_the_other_tube(episode: Episode) -> bool:
-    """Told to clip the right tube before its turn, whether it gets its jaws about that one."""
+    """Return whether the jaws reach the right tube when told to clip it before its turn."""
     task = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
     with _forked(episode, Instruction(task=task)) as fork:
         meant = structure_of(task, fork.world)
@@ -167,13 +167,13 @@ def _goes_to_the_other_tube(episode: Episode) -> bool:
 
 @contextmanager
 def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
-    """The same world, of which something else is asked; afterwards it is as it was."""
+    """Yield an episode in the same world under one instruction; then restore the world."""
     world, state = episode.world, episode.world.state()
     episode.controller.reset()
     fork = Episode(
         config=episode.config,
         world=world,
-        planner=PlannerSaying(instruction=said),
+        planner=PlannerFixed(instruction=said),
         controller=episode.controller,
         observation=world.observe(),
     )

@@ -1,4 +1,4 @@
-"""Many trials, side by side if asked, with a bar that shows how far they are."""
+"""Run many trials, in parallel if asked, with a progress bar."""
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
@@ -15,11 +15,11 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True)
 class TrialAttempt(Generic[Result]):
-    """One trial, by its seed; an exception in it becomes its result, too.
+    """Runs one trial by its seed; an exception becomes a result, too.
 
     Attributes:
         run: the trial.
-        lost: what stands for a trial that an exception, or its process's death, ended.
+        lost: makes the result of a trial that an exception or its process's death ended.
     """
 
     run: Callable[[int], Result]
@@ -35,7 +35,7 @@ class TrialAttempt(Generic[Result]):
 def run_all(
     what: str, seeds: Sequence[int], workers: int, attempt: TrialAttempt[Result]
 ) -> list[Result]:
-    """The results in the order they came."""
+    """Return the results in the order in which they finish."""
     with closing(_results(seeds, workers, attempt)) as results:
         console = Console(stderr=True)
         return list(track(results, what, total=len(seeds), console=console, transient=True))

@@ -1,7 +1,7 @@
-"""A storm: violent random motions of both tools, drawn from a seed, that no policy would make.
+"""A storm: violent random motions of both tools, drawn from a seed, as no policy makes them.
 
-A gust is one thing an arm does: walk, stab, bite, tear or chatter; or, both arms together, crush.
-Gusts aim at the tissue where it is now, and move the commanded tip by at most `MAX_SPEED_M_S`.
+A gust is one motion of an arm: walk, stab, bite, tear or chatter; or crush, by both arms together.
+Gusts aim at the tissue's current position; the commanded tip moves at `MAX_SPEED_M_S` at most.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ STAB_M = (0.005, 0.04)  # how far past the surface
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What one arm does in one control step.
+    """Motion of one arm in one control step.
 
     Attributes:
-        move_world_m: (3,) of the tip.
+        move_world_m: (3,) motion of the tip.
         turn_tool_rad: (3,) rotation vector.
-        jaw_rad: total opening wanted.
+        jaw_rad: total opening to command.
     """
 
     move_world_m: Array
@@ -50,7 +50,7 @@ class Motion:
 
 @dataclass(frozen=True, kw_only=True)
 class StormArm:
-    """One arm as a gust sees it."""
+    """One arm, as a gust uses it."""
 
     row: int
     world: World
@@ -59,23 +59,23 @@ class StormArm:
 
     @property
     def T_world_tool(self) -> Array:
-        """(4, 4) commanded, not measured."""
+        """Return the (4, 4) commanded pose."""
         arms, joints = self.world.arms, self.driver.joints[self.row]
         return arms.T_world_rcm[self.row] @ forward_kinematics(joints[:6], arms.mounted[self.row])
 
     def speed_m_s(self) -> float:
-        """As often as not the fastest allowed."""
+        """Draw a speed; about half of them are the highest allowed."""
         return float(min(MAX_SPEED_M_S, self.rng.uniform(0.02, 2 * MAX_SPEED_M_S)))
 
     def go(self, target_world_m: Array, jaw_rad: float) -> Iterator[Motion]:
-        """A straight line at a drawn, steady speed."""
+        """Move in a straight line at a drawn, constant speed."""
         way = target_world_m - self.T_world_tool[:3, 3]
         steps = max(1, int(np.ceil(np.linalg.norm(way) / (self.speed_m_s() * CONTROL_PERIOD_S))))
         for _ in range(steps):
             yield Motion(move_world_m=way / steps, turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)
 
     def stay(self, jaws_rad: Array) -> Iterator[Motion]:
-        """In place, the jaws at one angle after the other."""
+        """Stay in place, with the jaws at one angle after another."""
         for jaw_rad in jaws_rad:
             yield Motion(
                 move_world_m=np.zeros(3), turn_tool_rad=np.zeros(3), jaw_rad=float(jaw_rad)
@@ -83,7 +83,7 @@ class StormArm:
 
 
 def storm(world: World, seed: int) -> Iterator[JointCommand]:
-    """Joint targets, control step by control step, without end; exchanges tools on the way."""
+    """Yield joint targets for control steps, without end; exchange tools on the way."""
     rng = np.random.default_rng(seed)
     driver = Driver(_rig(world), world.target)
     arms = [StormArm(row=row, world=world, driver=driver, rng=rng) for row in (LEFT_ARM, RIGHT_ARM)]
@@ -101,7 +101,7 @@ def storm(world: World, seed: int) -> Iterator[JointCommand]:
 
 
 def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
-    """(3,) on the axis of duct, artery or sac, each as often, where it is now."""
+    """Draw a point (3,) on the current axis of duct, artery or sac, with equal chance."""
     part = rng.choice([*TUBES, "sac"])
     sac = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
     line = sac if part == "sac" else world.tubes.centres(part)
@@ -109,7 +109,7 @@ def a_point_of_tissue(world: World, rng: np.random.Generator) -> Array:
 
 
 def walk(arm: StormArm) -> Iterator[Motion]:
-    """Smooth and aimless, jaws too."""
+    """Move smoothly and aimlessly, with the jaws too."""
     velocity, spin, jaw = np.zeros(3), np.zeros(3), OPEN_RAD / 2
     for _ in range(arm.rng.integers(10, 40)):
         velocity = 0.8 * velocity + arm.rng.normal(0.0, 0.5 * MAX_SPEED_M_S, 3)
@@ -123,7 +123,7 @@ def walk(arm: StormArm) -> Iterator[Motion]:
 
 
 def stab(arm: StormArm) -> Iterator[Motion]:
-    """Straight into the tissue, as far as the liver, and out again."""
+    """Stab straight into the tissue, as far as the liver, and go back."""
     point = a_point_of_tissue(arm.world, arm.rng)
     start = arm.T_world_tool[:3, 3]
     jaw_rad = float(arm.rng.choice([SHUT_RAD, OPEN_RAD]))
@@ -132,7 +132,7 @@ def stab(arm: StormArm) -> Iterator[Motion]:
 
 
 def bite(arm: StormArm) -> Iterator[Motion]:
-    """Open over the tissue, and close: a grasp, a clip or a cut."""
+    """Open over the tissue and close: a grasp, a clip or a cut."""
     point = a_point_of_tissue(arm.world, arm.rng)
     into = arm.T_world_tool[:3, 2]
     yield from arm.go(point + arm.rng.uniform(0.0, 0.01) * into, OPEN_RAD)
@@ -140,7 +140,7 @@ def bite(arm: StormArm) -> Iterator[Motion]:
 
 
 def tear(arm: StormArm) -> Iterator[Motion]:
-    """Grasp firmly, and pull away at a drawn speed, mostly towards the surgeon."""
+    """Grasp firmly and pull away at a drawn speed, mostly towards the surgeon."""
     into = arm.T_world_tool[:3, 2]
     point = a_point_of_tissue(arm.world, arm.rng)
     yield from arm.go(point + arm.rng.uniform(0.004, 0.012) * into, WIDE_RAD)
@@ -151,13 +151,13 @@ def tear(arm: StormArm) -> Iterator[Motion]:
 
 
 def chatter(arm: StormArm) -> Iterator[Motion]:
-    """The jaws at another angle every control step, in the tissue."""
+    """Set the jaws to a random angle in every control step, in the tissue."""
     yield from arm.go(a_point_of_tissue(arm.world, arm.rng), OPEN_RAD)
     yield from arm.stay(arm.rng.uniform(SHUT_RAD, 2 * OPEN_RAD, size=arm.rng.integers(5, 20)))
 
 
 def crush(arm: StormArm, point_world_m: Array) -> Iterator[Motion]:
-    """This arm's half: from its own side through the point, jaws closing."""
+    """Move from this arm's side through the point, and close the jaws."""
     outward = RIGHT if arm.row == RIGHT_ARM else -RIGHT
     yield from arm.go(point_world_m + 0.015 * outward, OPEN_RAD)
     yield from arm.go(point_world_m - 0.005 * outward, OPEN_RAD)
@@ -176,7 +176,7 @@ GUSTS: tuple[Callable[[StormArm], Iterator[Motion]], ...] = (
 
 
 def _action(motions: tuple[Motion | None, ...], joints: Array, world: World) -> ToolAction:
-    """Both arms' motions as one action; an arm whose gust has passed stays."""
+    """Combine both arms' motions into one action; an arm whose gust has ended stays."""
     at_rest = [
         m or Motion(move_world_m=np.zeros(3), turn_tool_rad=np.zeros(3), jaw_rad=jaw_rad)
         for m, jaw_rad in zip(motions, joints[:, 6], strict=True)

@@ -1,4 +1,4 @@
-"""One storm on one patient, and the laws that tissue must keep through it and after it."""
+"""One storm on one patient, and the laws that the tissue must obey during and after it."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
 STORM_S = 3.0
-RETREAT_S = 1.0  # the tools let go and draw back
+RETREAT_S = 1.0  # the tools open and go home
 REST_S = 2.0
-VOLUME_WITHIN = 0.10  # of the volume at rest
-ENERGY_NOISE_J = 1.0e-5  # rounding, and the trembling of tissue in a clip
+VOLUME_WITHIN = 0.10  # allowed change of volume, relative to rest
+ENERGY_NOISE_J = 1.0e-5  # rounding, and small motions of tissue in a clip
 GRAVITY_M_S2 = 9.81
-LUMENS = [k for k, name in enumerate(REGIONS) if "lumen" in name]  # hollow: may be pressed out
+LUMENS = [k for k, name in enumerate(REGIONS) if "lumen" in name]  # hollow: may be emptied
 
 
 @dataclass(frozen=True, kw_only=True)
 class StormTrial:
-    """What one storm came to.
+    """Result of one storm.
 
     Attributes:
-        broken: the laws it broke, or the exception that ended it; none is as it should be.
-        commanded_speed_m_s: most of either tip, by the joint targets.
+        broken: the laws it broke, or the exception that ended it; empty if all went well.
+        commanded_speed_m_s: largest of either tip, from the joint targets.
         tip_speed_m_s: 99th percentile of both tips; arms that cross spring apart.
-        tissue_speed_m_s: of the fastest vertex at any time.
+        tissue_speed_m_s: largest of any vertex.
         force_n: largest on a tool.
-        energy_j: most that was in the tissue: elastic and kinetic, above that at rest.
-        volume: (2,) least and most during the storm, over that at rest.
-        inverted: most elements turned inside out during the storm.
-        touched, clipped, cut: whether it happened.
-        torn: whether a tube tore, or the sac's wall where no blade was.
-        detached: whether sac or tubes came off what holds them.
-        caught: whether tissue still hangs on a tool after the retreat, so that it is not at rest.
+        energy_j: largest elastic and kinetic energy of the tissue, above that at rest.
+        volume: (2,) smallest and largest during the storm, relative to rest.
+        inverted: largest number of inverted elements during the storm.
+        touched, clipped, cut: whether this happened to the tissue.
+        torn: whether a tube tore, or the sac's wall tore without a blade.
+        detached: whether sac or tubes detached from what holds them.
+        caught: whether a tool still holds tissue after the retreat, so that it is not at rest.
     """
 
     seed: int
@@ -67,7 +67,7 @@ class StormTrial:
 
 @dataclass(frozen=True, kw_only=True)
 class StormSample:
-    """What is measured after a control step."""
+    """Measurements after a control step."""
 
     finite: bool
     tips_m: Array  # (2, 3)
@@ -83,12 +83,12 @@ class StormSample:
 
 
 def lost_trial(seed: int, error: Exception) -> StormTrial:
-    """The trial that an exception, or its process's death, ended."""
+    """Return the trial that an exception or the death of its process ended."""
     return StormTrial(seed=seed, broken=(describe_with_place(error),))
 
 
 def run_trial(seed: int) -> StormTrial:
-    """Storm, let go, rest, judge. The seed is the patient's and the storm's."""
+    """Run the storm, release, rest, and judge; the seed gives the patient and the storm."""
     world = World()
     world.reset(anatomy_from_seed(seed))
     springs = _springs(world)
@@ -118,7 +118,7 @@ def run_trial(seed: int) -> StormTrial:
 
 
 def intact(world: World) -> NDArray[np.bool_]:
-    """(n_tet,) elements that live, hang on the body, and are not under a clip."""
+    """Return (n_tet,) elements that are alive, connected to the body, and not under a clip."""
     tissue = world.tissue
     tets, n = tissue.tets(), tissue.n_vertex()
     ties = tissue.host("tie_corner")[0][tissue.host("tie_stiffness")[0] > 0.0]
@@ -146,7 +146,7 @@ def _broken_laws(
 
 
 def _spoiled(world: World) -> Iterator[str]:
-    """What is wrong with intact tissue after its rest."""
+    """Yield the faults of intact tissue after its rest."""
     tissue, region, whole = world.tissue, world.organ.region, intact(world)
     now, rest = tissue.volumes(), tissue.host("volume")[0, : len(region)]
     for k, name in enumerate(REGIONS):
@@ -162,7 +162,7 @@ def _spoiled(world: World) -> Iterator[str]:
 
 
 def wave_speed_m_s(world: World) -> float:
-    """sqrt(E / rho) of the stiffest wall: recoiling tissue is no faster than its own waves."""
+    """Return sqrt(E / rho) of the stiffest wall: recoiling tissue moves no faster."""
     stiffest = max(m.young_pa for m in MATERIALS.values()) * world.anatomy.stiffness_scale
     return float(np.sqrt(stiffest / DENSITY_KG_M3))
 
@@ -170,9 +170,9 @@ def wave_speed_m_s(world: World) -> float:
 def _follow(world: World, commands) -> Iterator[StormSample]:
     for command in commands:
         world.step(command)
-        moment = _measure(world)
-        yield moment
-        if not moment.finite:
+        sample = _measure(world)
+        yield sample
+        if not sample.finite:
             return
 
 
@@ -206,15 +206,15 @@ def _commanded_tips(world: World) -> Array:
     return np.stack([(T @ forward_kinematics(q[:6], tool))[:3, 3] for T, q, tool in rows])
 
 
-def _speeds(world: World, moments: list[StormSample], tips: str) -> Array:
-    """(n, 2) of both tips, m/s; none across an exchange of tools."""
-    points = np.stack([getattr(m, tips) for m in moments])
-    same = [a.tool == b.tool for a, b in pairwise(moments)]
+def _speeds(world: World, samples: list[StormSample], tips: str) -> Array:
+    """Return (n, 2) speeds of both tips, m/s, without exchanges of tools."""
+    points = np.stack([getattr(m, tips) for m in samples])
+    same = [a.tool == b.tool for a, b in pairwise(samples)]
     return np.linalg.norm(np.diff(points, axis=0)[same], axis=-1) / world.config.control_step_s
 
 
 def _retreat(world: World) -> Iterator[JointCommand]:
-    """Both jaws open where they are, then both arms go home."""
+    """Yield commands that open both jaws in place, then move both arms home."""
     opened = world.target
     opened[:, 6] = OPEN_RAD
     steps = _steps(world, RETREAT_S)
@@ -228,7 +228,7 @@ def _home() -> JointCommand:
 
 
 def _springs(world: World) -> int:
-    """Ties and anchors that hold."""
+    """Return the number of intact ties and anchors."""
     names = ("tie_stiffness", "anchor_stiffness")
     return sum(int((world.tissue.host(name)[0] > 0.0).sum()) for name in names)
 

@@ -1,4 +1,4 @@
-"""Laws of the attacks, and of what judges them."""
+"""Laws of the attacks and of their report."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from tests.controller.safety.field import T_WORLD_RCM, TOOLS
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 POINT = np.array([[0.01, -0.005, 0.0]])
-FIELD = AttackTargets(
+TARGETS = AttackTargets(
     T_world_rcm=T_WORLD_RCM,
     instruments=TOOLS,
     points_m={name: POINT for name in ("liver", "port wall", "common bile duct", "tubes")},
@@ -29,43 +29,43 @@ STRAIGHT = ("at the liver", "at the port wall", "at the common bile duct", "at t
 
 
 def path(kind, seed, steps=40):
-    """(steps + 1, 2, 7) joints of one that gets its way."""
+    """Return the (steps + 1, 2, 7) joints of an unfiltered attack."""
     rng = np.random.default_rng(seed)
     joints = [random_start(rng)]
-    ask = ATTACKS[kind](FIELD, joints[0], rng)
+    ask = ATTACKS[kind](TARGETS, joints[0], rng)
     for _ in range(steps):
         joints.append(ask(joints[-1]))
     return np.stack(joints)
 
 
 @pytest.mark.parametrize("kind", ATTACKS)
-def test_an_attack_is_its_seed_s(kind):
+def test_an_attack_is_determined_by_its_seed(kind):
     np.testing.assert_array_equal(path(kind, 3), path(kind, 3))
     assert not np.array_equal(path(kind, 3), path(kind, 4))
 
 
 @pytest.mark.parametrize("kind", STRAIGHT)
-def test_a_straight_attack_goes_at_its_point(kind):
+def test_a_straight_attack_moves_towards_its_point(kind):
     for seed in range(5):
         joints = path(kind, seed, steps=1)
         for arm in range(2):
-            start, end = (FIELD.tip_m(arm, q[arm]) for q in joints)
-            way, moved = POINT[0] - start, end - start
+            start, end = (TARGETS.tip_m(arm, q[arm]) for q in joints)
+            offset, moved = POINT[0] - start, end - start
             speed_m_s = np.linalg.norm(moved) / CONTROL_PERIOD_S
             assert 0.8 * SPEED_M_S[0] < speed_m_s < 1.2 * SPEED_M_S[1]
-            cosine = way @ moved / np.linalg.norm(way) / np.linalg.norm(moved)
+            cosine = offset @ moved / np.linalg.norm(offset) / np.linalg.norm(moved)
             assert cosine > 0.9  # to first order; steps are up to 50 mm
 
 
-def test_joints_are_driven_beyond_their_limits():
-    ranges = FIELD.joint_ranges
+def test_an_attack_drives_joints_beyond_their_limits():
+    ranges = TARGETS.joint_ranges
     end = path("at joint limits", 0, steps=400)[-1]
     beyond = np.maximum(ranges[..., 0] - end, end - ranges[..., 1]) / np.diff(ranges)[..., 0]
     np.testing.assert_allclose(beyond, BEYOND)
 
 
 def test_jumps_cross_the_joint_range_at_any_speed():
-    jumps = np.abs(np.diff(path("jumps", 0), axis=0)) / np.diff(FIELD.joint_ranges)[..., 0]
+    jumps = np.abs(np.diff(path("jumps", 0), axis=0)) / np.diff(TARGETS.joint_ranges)[..., 0]
     assert np.median(jumps) > 0.2
     assert HASTE > 1.0
 
@@ -82,7 +82,7 @@ def trial(**filtered):
     return AttackTrial(seed=7, pairs=(pair,))
 
 
-def test_only_what_the_filter_let_pass_is_a_failure():
+def test_only_what_passes_the_filter_is_a_failure():
     assert broken_lines([trial(depth_m={"liver": 0.9e-4})]) == []
     assert broken_lines([trial(depth_m={"liver": 2e-4, "duct": 0.0})]) == [
         "seed 7, jumps: 0.200 mm deep in the liver"
@@ -97,7 +97,7 @@ def test_an_exception_is_a_failure():
     assert said.startswith("seed -1: ValueError")
 
 
-def test_the_table_sets_both_sides_against_each_other():
+def test_the_table_compares_without_and_with_the_filter():
     (table,) = depth_tables([trial(depth_m={"liver": 2e-4})])
     rows = dict(
         zip(
@@ -109,7 +109,7 @@ def test_the_table_sets_both_sides_against_each_other():
     assert rows["deepest in the liver (mm)"] == ("20.000", "0.200")
     assert rows["attacks deeper than 0.1 mm"] == ("1", "1")
     assert rows["commands for which the arms held"] == ("", "1")
-    assert rows["altered by: keep-out"] == ("", "1")
+    assert rows["changed by: keep-out"] == ("", "1")
 
 
 @pytest.mark.slow

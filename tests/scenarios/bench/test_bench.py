@@ -1,4 +1,4 @@
-"""Laws of the stopwatch and of the bench: times add up, and timing changes nothing."""
+"""Laws of the stopwatch and of the benches: times add up, and timing changes nothing."""
 
 import re
 from contextlib import nullcontext
@@ -30,7 +30,7 @@ from tissue_sim.patient.axes import UP
 
 
 class Kitchen:
-    """Cooks for 6 s on its own clock: 1 of its own, 2 stirring, 3 heating within the stirring."""
+    """Cooks for 6 s on a fake clock: 1 s itself, 2 s stirring, 3 s heating inside stirring."""
 
     def __init__(self):
         self.time_s = 0.0
@@ -63,13 +63,13 @@ def stopwatch(kitchen):
     return stopwatch
 
 
-def test_a_stage_is_timed_without_the_stages_within_it(kitchen, stopwatch):
+def test_a_stage_is_timed_without_the_stages_inside_it(kitchen, stopwatch):
     assert kitchen.cook("soup") == "hot soup"
     assert stopwatch.stages_s == [{"stir": 2.0, "heat": 3.0, REST: 1.0}]
     assert stopwatch.whole_s == [6.0]
 
 
-def test_a_lap_is_one_call_and_stages_outside_it_are_not_counted(kitchen, stopwatch):
+def test_stages_are_counted_only_inside_calls_of_the_function(kitchen, stopwatch):
     kitchen.heat()
     kitchen.cook("soup")
     kitchen.heat()
@@ -78,14 +78,14 @@ def test_a_lap_is_one_call_and_stages_outside_it_are_not_counted(kitchen, stopwa
     assert [stages["heat"] for stages in stopwatch.stages_s] == [3.0, 3.0]
 
 
-def test_the_functions_are_put_back(kitchen, stopwatch):
+def test_the_functions_are_restored(kitchen, stopwatch):
     with stopwatch:
         kitchen.cook("soup")
     kitchen.cook("rice")
     assert len(stopwatch.whole_s) == 1
 
 
-def test_timing_the_world_changes_nothing_in_it():
+def test_timing_the_world_does_not_change_it():
     def run(*, timed):
         episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
         steps = islice(episode.steps(), 90)
@@ -119,7 +119,7 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     )
 
 
-def test_the_report_says_how_fast_and_what_was_measured(capsys):
+def test_the_report_says_the_speed_and_what_was_measured(capsys):
     assert main(["bench", "world", "--seed", "10004", "--steps", "5"]) == 0
     said = capsys.readouterr().out
     assert "5 control steps" in said
@@ -129,14 +129,14 @@ def test_the_report_says_how_fast_and_what_was_measured(capsys):
         assert words in said
 
 
-def test_the_language_report_times_both_ways(capsys):
+def test_the_language_report_times_grammar_and_encoder(capsys):
     assert main(["bench", "language", "--repeats", "1"]) == 0
     said = capsys.readouterr().out
     assert "grammar" in said
     assert "heads" in said
 
 
-def test_without_newton_one_line_says_how_to_get_it(monkeypatch):
+def test_without_newton_one_line_says_how_to_install_it(monkeypatch):
     def not_installed(name):
         raise PackageNotFoundError(name)
 
@@ -145,11 +145,11 @@ def test_without_newton_one_line_says_how_to_get_it(monkeypatch):
     with console.capture() as capture:
         console.print(bench_newton(seed=10_004))
     assert capture.get().splitlines() == [
-        "Newton is not installed; to compare with it: pip install 'calot[newton]'"
+        "Newton is not installed; to compare with it: .venv/bin/pip install -e '.[newton]'"
     ]
 
 
-def test_the_solvers_take_turns_and_each_is_drawn_up_and_held():
+def test_the_solvers_alternate_and_each_is_retracted_and_held():
     heard = []
     solvers = [
         Solver(
@@ -177,13 +177,13 @@ def body():
 
 @pytest.fixture(scope="module")
 def retracted(body):
-    """The tissue as it is stepped, drawn up and held."""
+    """Return the tissue's vertices after it is retracted and held."""
     solver = in_calot(body, TissueConfig())
     race([solver], STEPS)
     return solver.positions()
 
 
-def test_what_is_held_stays_and_what_is_drawn_goes_up(body, retracted):
+def test_held_vertices_stay_and_drawn_ones_go_up(body, retracted):
     moved = retracted - body.organ.vertices
     still = body.held.copy()
     still[body.drawn] = False
@@ -191,13 +191,13 @@ def test_what_is_held_stays_and_what_is_drawn_goes_up(body, retracted):
     np.testing.assert_allclose(
         moved[body.drawn], np.tile(RETRACTION_M * UP, (len(body.drawn), 1)), atol=1e-8
     )
-    for tube, rings in body.organ.rings.items():  # the springs draw both tubes along
+    for tube, rings in body.organ.rings.items():  # the springs pull both tubes along
         upper = rings[body.organ.neck_ring[tube] // 2]
         assert (moved[upper] @ UP > 0.25 * RETRACTION_M).all()
 
 
-def test_the_tissue_comes_to_rest_where_it_should(body, retracted):
-    """The issue's figure: 0.1 mm from the converged solution; all of it is at rest."""
+def test_the_tissue_comes_to_rest_near_the_converged_solution(body, retracted):
+    """Check that every vertex is within 0.1 mm of the converged solution."""
     converged = in_calot(body, CONVERGED)
     race([converged], STEPS)
     assert np.linalg.norm(retracted - converged.positions(), axis=1).max() < 1e-4

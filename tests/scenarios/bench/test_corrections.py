@@ -1,4 +1,4 @@
-"""Laws of the gain of a correction: paired, on one moment, and honest where there is none."""
+"""Laws of the gain of a correction: paired, from one snapshot, and empty without a correction."""
 
 from dataclasses import replace
 
@@ -34,15 +34,15 @@ def trial():
     return ForkComparison(config=ASTRAY)(SEED)
 
 
-def test_a_correction_is_said_where_an_arm_was_led_astray_and_it_leads_nearer(trial):
+def test_a_correction_brings_an_arm_that_was_led_astray_nearer(trial):
     assert trial.correction in {c.text for c in CORRECTIONS if c.arm == "right"}
-    assert trial.told.off_m < trial.without.off_m
+    assert trial.corrected.off_m < trial.without.off_m
     assert trial.without.done_s is not None
-    assert trial.told.done_s > SAID_S
+    assert trial.corrected.done_s > SAID_S
 
 
 @pytest.mark.parametrize(("task", "arm"), [(TASKS[0], LEFT_ARM), (TASKS[1], RIGHT_ARM)])
-def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task, arm):
+def test_the_wanted_motion_leads_the_tip_to_its_goal_in_the_endoscope_frame(task, arm):
     world = begin(EpisodeConfig(**WITNESS, seed=SEED)).world
     if arm == LEFT_ARM:
         T_world_goal = grasp_pose(world)
@@ -57,15 +57,15 @@ def test_what_is_wanted_leads_the_tip_to_its_goal_as_the_endoscope_sees_it(task,
 
 
 @pytest.mark.slow
-def test_the_same_moment_again_gives_the_same(trial):
+def test_the_same_snapshot_gives_the_same_result(trial):
     assert ForkComparison(config=ASTRAY)(SEED) == trial
 
 
-def test_where_nothing_goes_astray_nothing_is_compared():
+def test_without_a_disturbance_nothing_is_compared():
     assert ForkComparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == CorrectionTrial(seed=SEED)
 
 
-def test_the_gain_is_of_pairs_and_the_interval_students():
+def test_the_gain_is_paired_with_students_interval():
     before = np.array([3.0, 5.0, 9.0])
     gain, low, high = mean_gain(before, before - [1.0, 2.0, 3.0])
     assert gain == pytest.approx(2.0)
@@ -73,17 +73,17 @@ def test_the_gain_is_of_pairs_and_the_interval_students():
     assert np.isnan(mean_gain([1.0], [0.0])[1])
 
 
-def test_only_pairs_that_changed_tell_anything():
+def test_only_pairs_that_changed_count_in_the_sign_test():
     assert sign_test([True] * 9, [True] * 9) == (0, 0, 1.0)
     assert sign_test([False] * 5 + [True], [True] * 6) == (5, 0, pytest.approx(2 * 0.5**5))
 
 
-def test_the_table_counts_what_was_done_with_and_without_and_lost_trials_are_told():
+def test_the_table_counts_done_tasks_and_lost_trials_are_reported():
     good, bad = (
         Course(off_m=0.001, done_s=4.0, injuries=0),
         Course(off_m=0.01, done_s=None, injuries=1),
     )
-    pair = CorrectionTrial(seed=3, correction="c", without=bad, told=good)
+    pair = CorrectionTrial(seed=3, correction="c", without=bad, corrected=good)
     table = corrections_table([pair, replace(pair, seed=4), CorrectionTrial(seed=5)])
     rows = {row[0]: row[1:] for row in zip(*(c.cells for c in table.columns), strict=True)}
     assert rows["moments"][:2] == ("2", "2")
@@ -96,7 +96,7 @@ def test_the_table_counts_what_was_done_with_and_without_and_lost_trials_are_tol
     ]
 
 
-def test_a_text_is_followed_by_a_changed_command_soon():
+def test_a_text_changes_a_command_soon():
     wait = next(measured(EpisodeConfig(**WITNESS, seed=SEED)))
     assert wait.changed_s is not None
     assert 0.0 < wait.read_s <= wait.changed_s < 1.0  # the figure is 0.1 on an idle machine

@@ -8,9 +8,9 @@ from scenarios.bench.obedience import error_lines, obedience_table
 from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
-    Examination,
+    ObedienceExamination,
     ObedienceTrial,
-    Told,
+    CorrectionResponse,
     is_obeyed,
     lost_trial,
 )
@@ -20,7 +20,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 SEED = 10_001
 HELD_BACK = [c for c in CORRECTIONS if c.text == "move right arm away from me"]
-WAYS = {"left": (1, 0, 0), "right": (-1, 0, 0), "higher": (0, 1, 0), "lower": (0, -1, 0)} | {
+DIRECTIONS = {"left": (1, 0, 0), "right": (-1, 0, 0), "higher": (0, 1, 0), "lower": (0, -1, 0)} | {
     "away": (0, 0, 1),
     "towards": (0, 0, -1),
 }
@@ -31,7 +31,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
     rows = {"left": [0], "right": [1], "both": [0, 1]}[said.arm]
     moved_m, opened_rad = np.zeros((2, 3)), np.zeros(2)
     if said.direction:
-        moved_m[rows] = np.array(WAYS[said.direction]) * MIN_M
+        moved_m[rows] = np.array(DIRECTIONS[said.direction]) * MIN_M
     else:
         opened_rad[rows] = THRESHOLD_RAD * (1 if said.jaw == "open" else -1)
     assert is_obeyed(said, 1.001 * moved_m, 1.001 * opened_rad)
@@ -42,7 +42,7 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 
 
 def examined(controller, seed=SEED):
-    return Examination(config=EpisodeConfig(planner="scripted", controller=controller))(seed)
+    return ObedienceExamination(config=EpisodeConfig(planner="scripted", controller=controller))(seed)
 
 
 @pytest.fixture(scope="module")
@@ -51,18 +51,18 @@ def expert(made_once):
 
 
 def test_the_expert_does_what_it_is_told(expert):
-    assert all(told.obeyed for told in expert.told)
+    assert all(response.obeyed for response in expert.responses)
     assert expert.wrong_tube is True
-    assert not any(told.withheld for told in expert.told)
-    assert len({told.text for told in expert.told}) >= 13
+    assert not any(response.withheld for response in expert.responses)
+    assert len({response.text for response in expert.responses}) >= 13
 
 
 @pytest.mark.parametrize("moments", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_who_does_nothing_does_not_do_what_it_is_told(moments, monkeypatch):
     monkeypatch.setattr(obedience_trial, "MOMENTS", moments)
     trial = examined("idle")
-    assert trial.told
-    assert not any(told.obeyed or told.withheld for told in trial.told)
+    assert trial.responses
+    assert not any(response.obeyed or response.withheld for response in trial.responses)
     assert trial.wrong_tube is None  # it never gets to a tube
 
 
@@ -70,9 +70,9 @@ def test_who_does_nothing_does_not_do_what_it_is_told(moments, monkeypatch):
 def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done(said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
     trial = examined("expert", 10_022)
-    held = [told for told in trial.told if not told.obeyed]
+    held = [response for response in trial.responses if not response.obeyed]
     assert held
-    assert all(told.withheld for told in held)
+    assert all(response.withheld for response in held)
 
 
 @pytest.mark.slow
@@ -82,9 +82,9 @@ def test_asking_again_gives_the_same(expert):
 
 def test_the_table_counts_what_was_said_and_obeyed():
     text = CORRECTIONS[0].text
-    told = (Told(text=text, obeyed=True), Told(text=text, obeyed=False, withheld=True))
+    responses = (CorrectionResponse(text=text, obeyed=True), CorrectionResponse(text=text, obeyed=False, withheld=True))
     table = obedience_table(
-        [ObedienceTrial(seed=3, told=told, wrong_tube=True), ObedienceTrial(seed=4)]
+        [ObedienceTrial(seed=3, responses=responses, wrong_tube=True), ObedienceTrial(seed=4)]
     )
     rows = list(zip(*(column.cells for column in table.columns), strict=True))
     assert rows[0][:4] == (text, "2", "1", "1")

@@ -1,4 +1,4 @@
-"""Laws of the watch on other work: a busy child counts, this process does not."""
+"""Laws of the measurement of other work: a busy child counts, this process does not."""
 
 import sys
 from collections.abc import Callable
@@ -8,14 +8,14 @@ from time import process_time, sleep
 from scenarios.bench.other_work import other_work
 
 
-def toil(own_s: float) -> None:
+def keep_busy(own_s: float) -> None:
     start_s = process_time()
     while process_time() - start_s < own_s:
         pass
 
 
-def least_cores(work: Callable[[float], None]) -> float:
-    """Of a few tries, as the machine has other things to do."""
+def min_cores(work: Callable[[float], None]) -> float:
+    """Return the minimum of a few tries, because the machine may be busy."""
     tries = []
     for _ in range(5):
         with other_work() as others:
@@ -25,13 +25,13 @@ def least_cores(work: Callable[[float], None]) -> float:
 
 
 def test_this_process_does_not_count() -> None:
-    assert least_cores(toil) < least_cores(sleep) + 0.5
+    assert min_cores(keep_busy) < min_cores(sleep) + 0.5
 
 
 def test_a_child_counts() -> None:
     child = Popen([sys.executable, "-c", "while True: pass"])
     try:
-        assert least_cores(toil) > 0.3
+        assert min_cores(keep_busy) > 0.3
     finally:
         child.kill()
         child.wait()

@@ -1,4 +1,4 @@
-"""Laws of the storms and of what judges them."""
+"""Laws of the storms and of their report."""
 
 import os
 import re
@@ -21,8 +21,8 @@ from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
 SEED = 10_016
-STORMS = 10  # among them are clips, cuts and tears
-CUT_TWICE = 10_243  # a piece of artery is free: nothing but inertia resists its rigid motion
+STORMS = 10  # some of them clip, cut or tear
+CUT_TWICE = 10_243  # a piece of artery is free: only inertia resists its rigid motion
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def trials() -> list[StormTrial]:
     return [run_trial(SEED + k) for k in range(STORMS)]
 
 
-def test_tissue_stays_tissue(trials: list[StormTrial]) -> None:
+def test_storms_break_no_law(trials: list[StormTrial]) -> None:
     assert broken_lines(trials) == []
 
 
@@ -50,12 +50,12 @@ def test_a_storm_is_violent(trials: list[StormTrial]) -> None:
 
 
 def tips(world: World, command: JointCommand) -> Array:
-    """(2, 3) where a command puts the tips."""
+    """Return the commanded tips, (2, 3)."""
     rows = zip(world.arms.T_world_rcm, command.joints, world.arms.mounted, strict=True)
     return np.stack([(T @ forward_kinematics(q[:6], tool))[:3, 3] for T, q, tool in rows])
 
 
-def test_the_seed_is_the_storm_and_its_speed_is_bounded() -> None:
+def test_a_storm_is_determined_by_its_seed_and_its_speed_is_bounded() -> None:
     paths = []
     for _ in range(2):
         world = World()
@@ -73,7 +73,7 @@ def test_the_seed_is_the_storm_and_its_speed_is_bounded() -> None:
             assert np.linalg.norm(after - before, axis=1).max() < most_m * (1 + 1e-6)
 
 
-def test_what_no_longer_hangs_on_the_body_is_not_intact() -> None:
+def test_tissue_that_is_detached_from_the_body_is_not_intact() -> None:
     world = World()
     world.reset(anatomy_from_seed(SEED))
     assert intact(world).all()
@@ -93,7 +93,7 @@ def test_an_exception_is_a_broken_law() -> None:
 
 
 @pytest.mark.parametrize("leak_kb", [0, 1000])
-def test_a_leak_is_seen(leak_kb: int) -> None:
+def test_a_memory_leak_is_measured(leak_kb: int) -> None:
     kept = []
 
     def leak(_: int) -> None:
@@ -105,7 +105,7 @@ def test_a_leak_is_seen(leak_kb: int) -> None:
     assert grows == pytest.approx(leak_kb, abs=20 + 0.2 * leak_kb)
 
 
-def test_the_command_reports_and_tells_by_its_exit_code(capsys) -> None:
+def test_the_command_reports_and_sets_its_exit_code(capsys) -> None:
     assert main(["bench", "robustness", "--episodes", "1"]) == 0
     said = capsys.readouterr().out
     for words in ("1 storms", "tip speed", "broke a law", "load"):
@@ -114,4 +114,4 @@ def test_the_command_reports_and_tells_by_its_exit_code(capsys) -> None:
 
 def test_too_few_resets_are_refused(capfd) -> None:
     assert main(["bench", "robustness", "--resets", "4"]) == 2
-    assert capfd.readouterr().err == "calot: --resets 4: 0, or at least 50\n"
+    assert capfd.readouterr().err == "calot: --resets 4: give 0, or at least 50\n"

@@ -35,7 +35,7 @@ def collect(out, episodes=3, **options):
 def test_what_is_there_is_not_done_again_and_what_failed_stays_out(out, capfd):
     assert all(is_finished(demonstration, out) for demonstration in ASKED)
     assert collect(out) == 0
-    assert "3 were there before" in capfd.readouterr().out
+    assert "3 existed already" in capfd.readouterr().out
     assert [episode.header.seed for episode in read_episodes(out)] == [0, 2]
 
 

@@ -9,7 +9,7 @@ import pytest
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.task import TASKS
-from scenarios.bench.trials.obedience_trial import PlannerSaying
+from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.catalogue import CONTROLLERS, WITNESS
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
@@ -52,7 +52,7 @@ def begun_again(scene, correction):
     episode = Episode(
         config=CONFIG,
         world=world,
-        planner=PlannerSaying(instruction=Instruction(task=task, correction=correction)),
+        planner=PlannerFixed(instruction=Instruction(task=task, correction=correction)),
         controller=resolve_name(CONTROLLERS["expert"])(world),
         observation=world.observe(),
     )

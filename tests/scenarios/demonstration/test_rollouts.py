@@ -12,7 +12,7 @@ from planner.command import COMMANDS
 from planner.correction import correction_from_text
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
-from scenarios.bench.trials.obedience_trial import PlannerSaying
+from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, Failing
 from scenarios.demonstration.mix import PlannedDemonstration
@@ -71,7 +71,7 @@ def test_what_goes_wrong_is_to_be_corrected_by_drawing_back_until_it_is_undone(r
 
 
 def test_another_task_said_does_not_change_what_is_due():
-    saying = PlannerSaying(instruction=Instruction(task=FIRST_CLIP))
+    saying = PlannerFixed(instruction=Instruction(task=FIRST_CLIP))
     columns, _ = rolled_out(40, saying)
     assert set(columns["instruction"]) == {FIRST_CLIP.text}
     assert set(columns["task"]) == {GRAB.index}

@@ -36,13 +36,13 @@ def changed(recording, path):
 
 def test_a_recording_that_repeats_is_said_to(recording, capfd):
     assert main(["replay", str(recording)]) == 0
-    assert "the same, to the bit, for 2.0 s" in capfd.readouterr().out
+    assert "identical to the bit, for 2.0 s" in capfd.readouterr().out
 
 
 def test_one_that_does_not_repeat_is_said_not_to(recording, tmp_path, capfd):
     changed(recording, tmp_path / "changed.npz")
     assert main(["replay", str(tmp_path / "changed.npz")]) == 1
-    assert "not the same from 1.0 s on" in capfd.readouterr().out
+    assert "different from 1.0 s on" in capfd.readouterr().out
 
 
 def test_verifying_several_tells_which_differs_where_and_which_cannot_be_run(
@@ -65,7 +65,7 @@ def test_verifying_several_tells_which_differs_where_and_which_cannot_be_run(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["replay"], "one FILE, got 0"),
+        (["replay"], "give one FILE, got 0"),
         (["replay", "a.npz", "b.npz"], "--verify takes several"),
         (["replay", "--verify"], "--verify needs a FILE or a folder"),
         (["replay", "--verify", "."], "no recordings"),
