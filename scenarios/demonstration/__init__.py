@@ -1,1 +1,1 @@
-"""Demonstrations by the expert: nominal, recovering from failures set up on purpose, corrected."""
+"""Where does training data come from? Demonstrations, rollouts and interventions."""

@@ -1,4 +1,4 @@
-"""One demonstration, from its seed to its file."""
+"""Run one demonstration, from its seed to its file."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ PARTS, FAILED, ERRORS = "parts", "failed", "errors"
 
 @dataclass(frozen=True, kw_only=True)
 class DemonstrationOutcome:
-    """What a demonstration came to.
+    """Result of a demonstration.
 
     Attributes:
-        success: kept for the dataset; else kept apart, or not at all.
+        success: whether the procedure succeeded; failed ones do not enter the dataset.
         error: why it broke off; None if it did not.
-        unwritable: why its file could not be written; None if it was.
+        unwritable: why its file could not be written; None if it could.
     """
 
     demonstration: PlannedDemonstration
@@ -54,17 +54,17 @@ class DemonstrationOutcome:
 
 
 def part_path(demonstration: PlannedDemonstration, out: Path, folder: str = PARTS) -> Path:
-    """Where its frames are kept."""
+    """Return the path of the demonstration's frames."""
     return out / folder / f"{demonstration.name}.parquet"
 
 
 def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
-    """Whether it was done before, whatever it came to; one that broke off was not."""
+    """Return whether its file exists, passed or failed; one that broke off has none."""
     return any(part_path(demonstration, out, f).exists() for f in (PARTS, FAILED))
 
 
 def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
-    """Runs it and leaves its file in `out`; an exception in the episode becomes its error."""
+    """Run it and write its file to `out`; an exception in the episode becomes its error."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from controller.dataset.part import part_bytes
 
@@ -91,10 +91,10 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
 
 
 def run(demonstration: PlannedDemonstration) -> Demonstrated:
-    """The whole of it, in memory."""
+    """Run the demonstration; return its frames."""
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
-    from scenarios.demonstration.rollout_recorder import WitnessOfRollout
+    from scenarios.demonstration.rollout_recorder import RolloutRecorder
     from scenarios.demonstration.turns import expert_acts
     from scenarios.files.strict_json import plain
     from scenarios.files.versions import versions
@@ -102,9 +102,9 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
 
     seed, kind = demonstration.seed, demonstration.kind
     episode = begun(demonstration)
-    make = WitnessOfRollout if demonstration.is_rollout else DemonstrationRecorder
-    witness = make(lambda: expert_acts(episode.controller))
-    result = play(episode, [witness], time.perf_counter())
+    make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
+    recorder = make(lambda: expert_acts(episode.controller))
+    result = play(episode, [recorder], time.perf_counter())
     header = Header(
         seed=seed,
         kind=kind,
@@ -114,7 +114,7 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
     )
-    return DatasetEpisode(header=header, columns=witness.columns(seed, kind))
+    return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
 
 
 def begun(demonstration: PlannedDemonstration) -> Running:
@@ -192,7 +192,7 @@ def _controller(
 
 
 def failures_of(result: EpisodeResult) -> list[str]:
-    """What stood against success: injuries, tasks that were not done."""
+    """Return the reasons of failure: injuries, and tasks that were not done."""
     injuries = [f"{i.event} at {i.time_s:.1f} s" for i in result.injuries]
     return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.success]
 
@@ -208,5 +208,5 @@ def _written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> Demon
 
 
 def broken_off(demonstration: PlannedDemonstration, error: Exception) -> DemonstrationOutcome:
-    """Returns the outcome of a demonstration that `error` ended."""
+    """Return the outcome of a demonstration that `error` ended."""
     return DemonstrationOutcome(demonstration=demonstration, error=describe_error(error))

@@ -1,4 +1,4 @@
-"""Watches a controller at work and keeps what is learned from, frame by frame."""
+"""Records an episode as training data, frame by frame."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from controller.dataset.schema import TEXTS
 from controller.dataset.tables import strings
 from controller.driver import motion_between, rig_in
 from controller.expert.skills import JAW_TIME_S
-from scenarios.demonstration.failures import Failing
+from scenarios.demonstration.failures import FailureTracker
 from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
@@ -24,40 +24,40 @@ _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
 class DemonstrationRecorder:
-    """Observes one episode of the expert, of a learned controller, or of both by turns.
+    """Observes one episode of the expert, of a learned controller, or of both in turns.
 
     Attributes:
-        result: of the episode, once it has ended.
+        result: the episode's, once it has ended.
     """
 
     def __init__(self, expert_acts: Callable[[], bool]) -> None:
-        """`expert_acts`: whether the motions handed out last are the expert's."""
+        """Begin without frames; `expert_acts` says whether the last motions are the expert's."""
         self._expert_acts = expert_acts
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
-        self._failing, self._stands = Failing(), False  # a failure, in what is seen now
+        self._failures, self._failed = FailureTracker(), False  # whether a failure persists now
         self._segment = 0
 
     def on_reset(self, world: World) -> None:
-        """The first frame's observation."""
+        """Keep the first frame's observation."""
         self._world, self._seen = world, world.observe()
         self._commanded = self._seen.joints
 
     def on_step(self, step: Step) -> None:
-        """One frame, unless the nurse has the arms or they are told to stay."""
+        """Add a frame, except during tool exchanges and holds."""
         if step.exchange or step.instruction.hold:
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
-            self._stands = self._failing.after(step, self._world)
+            self._failed = self._failures.after(step, self._world)
         self._seen, self._commanded = step.observation, step.command.joints
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Keeps what it came to."""
+        """Keep the episode's result."""
         self.result = result
 
     def columns(self, seed: int, kind: str) -> dict[str, np.ndarray]:
-        """All frames so far, by the names of `schema.DEMONSTRATED`."""
+        """Return all frames so far as columns, by the names of `schema.DEMONSTRATED`."""
         frames, n = self._frames, len(self._frames)
         corrections, flags = self._labels()
         numbers = np.arange(n)
@@ -79,8 +79,8 @@ class DemonstrationRecorder:
         }
 
     def _frame(self, step: Step) -> dict[str, Any]:
-        correction, by_hand = step.instruction.correction, step.hand is not None
-        if step.disturbed and step.asked is not None and not by_hand:
+        correction, guided = step.instruction.correction, step.hand is not None
+        if step.disturbed and step.asked is not None and not guided:
             action = step.asked
         else:
             action = motion_between(rig_in(self._world), self._commanded, step.command.joints)
@@ -90,14 +90,14 @@ class DemonstrationRecorder:
             "instruction": step.instruction.text,
             "heard": correction.text if correction else "",
             "task": step.instruction.task.index,
-            "expert": by_hand or (not step.disturbed and self._expert_acts()),
+            "expert": guided or (not step.disturbed and self._expert_acts()),
             "corrected": bool(correction) and step.instruction.source == "human",
-            "failed": self._stands and step.asked is not None,
+            "failed": self._failed and step.asked is not None,
             "segment": self._segment,
         }
 
     def _labels(self) -> tuple[list[str], list[bool]]:
-        """The correction of each frame, and whether it is wanted."""
+        """Return the correction of each frame, and whether it is needed."""
         corrections, flags = [], []
         for k, frame in enumerate(self._frames):
             wanted = self._motion_in_words(k) if frame["failed"] else ""
@@ -106,7 +106,7 @@ class DemonstrationRecorder:
         return corrections, flags
 
     def _motion_in_words(self, k: int) -> str:
-        """Of the second that follows, or of the first of those within a pause that has any."""
+        """Return the correction that describes the next second, or a second after a pause."""
         starts = range(k, min(k + PAUSE_STEPS, len(self._frames)))
         return first_correction_of(map(self._motion_from, starts))
 

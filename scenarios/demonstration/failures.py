@@ -1,4 +1,4 @@
-"""Failures set up on purpose or come about by themselves, and whether one is undone."""
+"""Failures, caused on purpose or by themselves, and whether they persist."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held,
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-MAX_FAILURES = 3  # in an episode, each in a task of its own
-WEAKEST = 0.5  # of the scenario's own magnitude
+MAX_FAILURES = 3  # in an episode, each in a different task
+WEAKEST = 0.5  # smallest share of the scenario's magnitude
 SLIP, HOOK = "grasp-slip", "grasp-hooked"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
 
 
 def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...]:
-    """The scenario's perturbation in several tasks, each as strong as is drawn."""
+    """Draw the scenario's perturbation in several tasks, with random magnitudes."""
     return tuple(
         replace(p, at=AtTask(index=int(task)), magnitude=_drawn_magnitude(p, rng))
         for p in SCENARIOS[scenario].perturbations
@@ -40,31 +40,31 @@ def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
 
 
 def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:
-    """A grasper that keeps some of its friction does not slip."""
+    """Draw the magnitude; a slip is always full, because with some friction none occurs."""
     full = p.whole or p.name == SLIP
     return p.magnitude if full else p.magnitude * float(rng.uniform(WEAKEST, 1.0))
 
 
-class Failing:
-    """Keeps track of which failures stand, step by step."""
+class FailureTracker:
+    """Tracks which failures persist, step by step."""
 
     def __init__(self) -> None:
         self._names: set[str] = set()
         self._grasped = False  # and not lost since
 
     def after(self, step: Step, world: World) -> bool:
-        """Whether any does, once the step is made."""
+        """Return whether any failure persists after the step."""
         led, task = step.asked is None, step.instruction.task
         self._names |= {applied.name for applied in step.applied} & UNDONE.keys()
-        if step.outcome.task_done:  # for all that was in its way
+        if step.outcome.task_done:  # the other failures no longer matter
             self._names &= {SLIP}
         if not led:
-            self._names |= self._befallen(world)
+            self._names |= self._unplanned(world)
             self._names -= {name for name in self._names if is_undone(name, world, task)}
         return any(name != SLIP or not gallbladder_held(world) for name in self._names)
 
-    def _befallen(self, world: World) -> set[str]:
-        """What nobody set up: the gallbladder was grasped and is lost, or the grasper is hooked."""
+    def _unplanned(self, world: World) -> set[str]:
+        """Return failures that were not planned: the grasp was lost, or the grasper is hooked."""
         self._grasped |= gallbladder_grasped(world)
         lost = self._grasped and not gallbladder_held(world)
         self._grasped &= not lost
@@ -72,7 +72,7 @@ class Failing:
 
 
 def is_undone(name: str, world: World, task: Task) -> bool:
-    """Whether the failure that perturbation `name` brought about in a task no longer stands."""
+    """Return whether the failure that perturbation `name` caused in a task is undone."""
     return UNDONE[name](world, task)
 
 
@@ -81,7 +81,7 @@ def _arm_is_out(arm: int) -> Callable[[World, Task], bool]:
 
 
 def _no_longer_past(world: World, task: Task) -> bool:
-    """The applier is out, or as deep as it is to go."""
+    """Return whether the applier is out of the tissue, or no deeper than its goal."""
     if not among_tissue(RIGHT_ARM, world):
         return True
     if task.tube is None or task.clip is None:
@@ -92,7 +92,7 @@ def _no_longer_past(world: World, task: Task) -> bool:
 
 
 def _grasp_needs_no_undoing(world: World, task: Task) -> bool:
-    """The grasper holds, is out to grasp as at first, or a tube is cut and it never will again."""
+    """Return whether the grasper holds, is out of the tissue, or need not grasp after a cut."""
     holds = world.conditions.grip == 1.0 and gallbladder_held(world)
     return holds or bool(world.record.cuts) or not among_tissue(LEFT_ARM, world)
 

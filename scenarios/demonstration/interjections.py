@@ -1,6 +1,6 @@
-"""A planner that, now and then, gives one of the 18 corrections for no reason but to have it shown.
+"""A planner that randomly gives one of the 18 corrections, to have it demonstrated.
 
-SRT-H's controller hears one string; while it is a correction, the task waits.
+SRT-H's controller gets one string; while it is a correction, the task waits.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
-CHANCE = 0.25  # of a correction each time the planner is asked, which is once a second
+CHANCE = 0.25  # of a correction at each plan, which is made once a second
 LASTS_S = (1, 2)
-BETWEEN_S = 2.0  # from the end of one to the next, at least
-RARITY = {  # how much more often each is said where it can be, as most seldom can: about evened out
+BETWEEN_S = 2.0  # minimum time from the end of one to the next
+RARITY = {  # weight of each when it is possible; rarely possible ones get a larger weight
     ("left", None): 3.0,
     ("left", "open"): 16.0,
     ("left", "close"): 8.0,
@@ -31,12 +31,12 @@ RARITY = {  # how much more often each is said where it can be, as most seldom c
     ("both", "open"): 8.0,
     ("both", "close"): 8.0,
 }
-RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then it alone can often be said
-WAITING_MAX_RAD = 0.2  # right jaws at work stand open wider; assumed
+RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then only this one is often possible
+WAITING_MAX_RAD = 0.2  # right jaws at work are open wider; assumed
 
 
 class PlannerInterjecting:
-    """Says what another planner says, with random corrections between."""
+    """Passes on another planner's instructions, with random corrections."""
 
     privileged = True
 
@@ -48,13 +48,13 @@ class PlannerInterjecting:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets the episode so far; goes on with its random numbers."""
+        """Forget the episode so far, but continue the random numbers."""
         self._planner.reset()
         self._correction: Correction | None = None
         self._until_s = 0.0
 
     def plan(self, observation: Observation) -> Instruction:
-        """The other planner's task, and with it perhaps a correction."""
+        """Return the other planner's instruction, sometimes with a correction."""
         said, now_s = self._planner.plan(observation), observation.time_s
         if self._correction is not None and now_s >= self._until_s - 1e-9:
             self._correction = None
@@ -68,13 +68,13 @@ class PlannerInterjecting:
 
 
 def is_harmless(correction: Correction, world: World) -> bool:
-    """Whether it may be carried out as things are, without injury and against no interlock."""
+    """Return whether it can be carried out now without injury or violated interlock."""
     arms = ("left", "right") if correction.arm == "both" else (correction.arm,)
     return all(_ALLOWED[arm, correction.jaw](world) for arm in arms)
 
 
 def _grasper_may_open(world: World) -> bool:
-    """What it holds it lets go, and must be able to take up again."""
+    """Return whether the grasper can open: what it releases must be possible to grasp again."""
     return not gallbladder_held(world) or not world.record.clips
 
 
@@ -83,7 +83,7 @@ def _grasper_may_close(world: World) -> bool:
 
 
 def _grasper_may_move(world: World) -> bool:
-    """While it holds, only from where it should be: random motions would add up to a walk away."""
+    """Return whether the grasper can move: while holding, only from its proper place."""
     if not gallbladder_held(world):
         return True
     return tubes_spread(world.tubes) and world.record.grasp.traction_n <= PULL_MAX_N
@@ -94,7 +94,7 @@ def _right_jaws_may_close(world: World) -> bool:
 
 
 def _right_arm_may_move(world: World) -> bool:
-    """Jaws that have closed on a tube would drag it along."""
+    """Return whether the right arm can move: closed jaws would drag a tube along."""
     return world.record.jaws_opened or right_arm_back(world)
 
 
@@ -104,7 +104,7 @@ def _always(world: World) -> bool:
 
 
 def _waits_shut(world: World) -> bool:
-    """Whether the grasper holds and the right jaws, shut or nearly, are not at work."""
+    """Return whether the grasper holds and the right jaws are shut, not at work."""
     return gallbladder_held(world) and bool(world.arms.joints[RIGHT_ARM, 6] < WAITING_MAX_RAD)
 
 

@@ -1,6 +1,6 @@
-"""Keeps the episodes in which a person intervened, to learn from: a dataset that grows.
+"""Saves episodes in which a person intervened as a growing dataset.
 
-As in YAY Robot (Shi et al., arXiv 2403.12910): what a person said, and when, teaches the planner.
+As in YAY Robot (Shi et al., arXiv 2403.12910), what a person says trains the planner.
 """
 
 from __future__ import annotations
@@ -24,41 +24,41 @@ KIND = "intervention"
 
 
 class Interventions:
-    """Observes episodes of a scenario, and saves those that end and in which a person was obeyed.
+    """Observes episodes of a scenario, and saves completed ones with an intervention.
 
-    Words about the run alone, as stop and resume, are no intervention; to lead an arm by hand is.
+    Guiding an arm is an intervention; commands such as stop and resume alone are not.
 
     Attributes:
-        intervened: in the episode under way.
+        intervened: whether a person has intervened in the current episode.
     """
 
     def __init__(self, out: Path, scenario: str, *, expert: bool) -> None:
-        """`expert`: its motions may be imitated; a learned controller's may not."""
+        """Save to `out`; `expert` says whether the controller's motions are to be imitated."""
         self._out, self._scenario, self._expert = out, scenario, expert
         self.intervened = False
 
     def on_reset(self, world: World) -> None:
-        """A new episode, nobody has intervened."""
+        """Begin an episode, without intervention so far."""
         self._anatomy, self.intervened = world.anatomy, False
-        self._witness = DemonstrationRecorder(lambda: self._expert)
-        self._witness.on_reset(world)
+        self._recorder = DemonstrationRecorder(lambda: self._expert)
+        self._recorder.on_reset(world)
 
     def on_step(self, step: Step) -> None:
-        """One frame more."""
+        """Add one step."""
         said = step.instruction
         obeyed = said.source == "human" and not said.hold
         self.intervened |= (obeyed or step.hand is not None) and not step.exchange
-        self._witness.on_step(step)
+        self._recorder.on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Saves it, with what it came to."""
+        """Save the episode with its result."""
         self.save(result.success, failures_of(result))
 
     def save(self, success: bool, failures: list[str]) -> Path | None:
-        """The episode so far as a file of its own and in the dataset; None if nobody intervened.
+        """Save the episode so far to a file and the dataset; return None without intervention.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: the file cannot be written.
             ValueError: the folder holds parts that do not fit.
         """
         if not self.intervened:
@@ -73,7 +73,7 @@ class Interventions:
             anatomy=plain(self._anatomy),
             versions=versions(),
         )
-        episode = Demonstrated(header=header, columns=self._witness.columns(seed, KIND))
+        episode = Demonstrated(header=header, columns=self._recorder.columns(seed, KIND))
         path = self._free_path(seed)
         write_atomic(path, part_bytes(episode))
         merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)

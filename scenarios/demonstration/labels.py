@@ -1,9 +1,9 @@
-"""The correction that would have asked for a motion, as SRT-H labels its demonstrations.
+"""Label a motion with the correction that describes it, as SRT-H does.
 
-Of both arms' axes in the endoscope frame, the one whose change over the window is the largest
-multiple of its threshold wins; jaws count when no arm moves beyond its threshold. SRT-H looks at
-10 samples of 30 Hz; here the window is the second that follows, in which the planner's word is
-heard. Thresholds are SRT-H's (lab code), the jaws' in the middle of its range.
+The label is the arm and endoscope axis whose change over the window is the largest multiple of its
+threshold; jaws count when no arm moves beyond its threshold. SRT-H uses 10 samples at 30 Hz; here
+the window is the next second, in which the planner's instruction holds. Thresholds are SRT-H's
+(lab code); the jaws' threshold is the middle of its range.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ _TEXTS = {(c.arm, c.direction, c.jaw): c.text for c in CORRECTIONS}
 
 
 def correction_of(moved_m: Array, opened_rad: Array) -> str:
-    """Words for a motion; "" when nothing moves enough.
+    """Return the correction that describes a motion; "" if nothing moves enough.
 
     Args:
-        moved_m: (2, 3) of left and right tip, endoscope frame.
-        opened_rad: (2,) of the jaws; below zero they closed.
+        moved_m: (2, 3) motion of left and right tip, endoscope frame.
+        opened_rad: (2,) opening of the jaws; negative means closing.
     """
     return _direction_text(moved_m) or _jaw_text(opened_rad)
 
 
 def first_correction_of(motions: Iterable[tuple[Array, Array]]) -> str:
-    """Words for the first of the motions that has any; "" when none has."""
+    """Return the correction of the first motion that has one; "" if none has."""
     return next(filter(None, (correction_of(*motion) for motion in motions)), "")
 
 

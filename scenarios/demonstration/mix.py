@@ -1,4 +1,4 @@
-"""Which episodes are demonstrated: what each is called for by its seed and the mix alone."""
+"""Which episodes are demonstrated: seed and mix determine each one."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ORDER, TURNS = "order", "turns"
 ROLLOUT = "rollout"
 KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT
 OF_THE_LEARNED = TURNS, ROLLOUT
-FAILING = ":"  # after a kind: one failure of the recovery set is set up, and its name follows
-MIXES: dict[str, tuple[str, ...]] = {  # taken by turns
+FAILING = ":"  # between a kind and the name of a failure of the recovery set
+MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "nominal": (NOMINAL,),
     "recovery": (RECOVERY + FAILING,),
     "corrections": (CORRECTION,),
@@ -44,13 +44,13 @@ class PlannedDemonstration:
     """One episode to demonstrate.
 
     Attributes:
-        seed: of the patient and of everything random.
+        seed: of the patient and of all random numbers.
         kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:", "turns:",
             "rollout:" and a perturbation's name.
         noise: whether bursts of noise disturb the motion.
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
             is the one that comes with Calot.
-        planner: checkpoint of the learned planner that says what to do; "" where the scripted does.
+        planner: checkpoint of the learned planner; "" for the scripted planner.
     """
 
     seed: int
@@ -61,22 +61,22 @@ class PlannedDemonstration:
 
     @property
     def is_rollout(self) -> bool:
-        """Whether a learned controller acts alone, and all that it does is kept."""
+        """Return whether a learned controller acts alone; its failures are kept, too."""
         return self.family == ROLLOUT
 
     @property
     def family(self) -> str:
-        """One of `KINDS`."""
+        """Return which of `KINDS` it is."""
         return self.kind.partition(FAILING)[0]
 
     @property
     def scenario(self) -> str:
-        """A key of the scenarios' catalogue."""
+        """Return the key of its scenario in the catalogue."""
         return self.kind.partition(FAILING)[2] or "nominal"
 
     @property
     def name(self) -> str:
-        """Of its files: they sort by seed."""
+        """Return the name of its files; they sort by seed."""
         return f"{self.seed:05d}-{self.kind.replace(':', '-')}{'' if self.noise else '-quiet'}"
 
 
@@ -90,7 +90,7 @@ def demonstrations(
     planner: str = "",
     artery_below_m: float = math.inf,
 ) -> list[PlannedDemonstration]:
-    """For each training seed whose patient's artery is short enough, one; more only add to them."""
+    """Plan one for each training seed with a short enough artery; more episodes only add some."""
     turns = MIXES[mix]
     made = []
     for seed in islice(_patients(first_seed, artery_below_m), episodes):
@@ -111,7 +111,7 @@ def demonstrations(
 
 
 def _patients(first_seed: int, artery_below_m: float) -> Iterator[int]:
-    """Training seeds of the patients whose artery is shorter than this."""
+    """Yield training seeds of patients whose artery is shorter than this."""
     for seed in range(first_seed, TRAINING_SEEDS.stop):
         if anatomy_from_seed(seed).artery_length_m < artery_below_m:
             yield seed

@@ -1,8 +1,8 @@
-"""Noise in the expert's motion, so that its way back is seen from everywhere it may stray to.
+"""Noise in the expert's motion, so that the data shows how it returns to its path.
 
 After Laskey et al., "DART: noise injection for robust imitation learning", 2017. Here the noise
-comes in bursts with quiet between: a chunk of actions that is imitated must not answer to noise
-which its observation could not show yet.
+comes in bursts with pauses: an imitated action chunk must not react to noise that its observation
+could not show yet.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from tissue_sim.world import World
 
 QUIET_S = (1.5, 4.0)
 BURST_S = (0.3, 0.6)
-CLOSE_M = 0.004  # nearer to tissue than this nothing is disturbed
-SHARE_OF_DISTANCE = 0.25  # of the rest of the way to tissue
+CLOSE_M = 0.004  # no noise nearer to tissue than this
+SHARE_OF_DISTANCE = 0.25  # largest offset, relative to the remaining distance to tissue
 MAX_M, MAX_RAD = 0.005, 0.15
 
 NOISE = Perturbation(
@@ -37,7 +37,7 @@ NOISE = Perturbation(
 
 
 class NoiseBursts(Effect):
-    """Now and then an arm is carried smoothly some mm any way, the less the nearer to tissue."""
+    """Moves an arm smoothly by some mm at random times, less near tissue."""
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         super().__init__(perturbation, rng)
@@ -62,7 +62,9 @@ class NoiseBursts(Effect):
     def _start(self, world: World) -> None:
         rng = self._rng
         room = [_room(world, arm) for arm in (LEFT_ARM, RIGHT_ARM)]
-        self._arm = int(rng.uniform() * sum(room) >= room[LEFT_ARM])  # more often the freer one
+        self._arm = int(
+            rng.uniform() * sum(room) >= room[LEFT_ARM]
+        )  # more often the one farther from tissue
         n = _steps(rng.uniform(*BURST_S))
         self._shares: Array = np.diff(progress(np.linspace(0.0, 1.0, n + 1)))
         strength = self.magnitude * room[self._arm] * rng.uniform(0.3, 1.0)
@@ -77,7 +79,7 @@ class NoiseBursts(Effect):
 
 
 def _room(world: World, arm: int) -> float:
-    """0 close to tissue to 1 well away from it."""
+    """Return the allowed strength: 0 close to tissue, 1 well away from it."""
     tip = world.arms.T_world_tool()[arm, :3, 3]
     off_m = float(np.linalg.norm(world.tissue.positions() - tip, axis=1).min())
     return float(np.clip(SHARE_OF_DISTANCE * (off_m - CLOSE_M) / MAX_M, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Another order of the procedure, so that words decide which tube is next, and not habit."""
+"""Random orders of the procedure, so that instructions decide which tube is next."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from planner.instruction import TASKS, Task
 
-_OF_TUBE = 8  # three clips and a cut, each with going back
+_OF_TUBE = 8  # three clips and a cut, each followed by going back
 
 
 def shuffled_order(rng: np.random.Generator) -> tuple[Task, ...]:
-    """Grabbing first; then clips and cuts, those of each tube in their order, the tubes by turns.
+    """Draw an order: grab first; each tube's clips and cut keep their order, the tubes mix.
 
-    The very last task ends it, as in the usual order.
+    The last task is the last of the usual order.
     """
     left, right = list(TASKS[1 : 1 + _OF_TUBE]), list(TASKS[1 + _OF_TUBE :])
     order = [TASKS[0]]

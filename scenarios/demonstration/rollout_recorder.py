@@ -1,7 +1,7 @@
-"""Watches a learned controller at work and keeps what should have been said to it, step by step.
+"""Records a rollout of a learned controller, labelled with the right instructions.
 
-The scripted planner runs along without a say, and the expert is asked what it would do, as labels
-for a planner that learns: DAgger (Ross et al., arXiv 1011.0686).
+The scripted planner runs in parallel without control, and the expert is asked what it would do;
+both give labels for training a planner: DAgger (Ross et al., arXiv 1011.0686).
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
 
-class WitnessOfRollout(DemonstrationRecorder):
-    """Labels of a rollout: the task under way is the one that should be."""
+class RolloutRecorder(DemonstrationRecorder):
+    """Labels a rollout: the task is the one that the scripted planner would give."""
 
     def on_reset(self, world: World) -> None:
-        """The oracle begins as well."""
+        """Begin, together with the oracle."""
         super().on_reset(world)
         self._oracle = PlannerScripted(world)
         self._wanted, self._advised = self._oracle.plan(self._seen), ""
 
     def on_step(self, step: Step) -> None:
-        """What should have been said at the step, and what should be now."""
+        """Add a frame with its labels, and compute the labels of the next."""
         super().on_step(step)
         self._wanted = self._oracle.plan(step.observation)
-        self._advised = self._advice() if self._stands else ""
+        self._advised = self._advice() if self._failed else ""
 
     def _frame(self, step: Step) -> dict[str, Any]:
         frame = super()._frame(step)
@@ -46,7 +46,7 @@ class WitnessOfRollout(DemonstrationRecorder):
         return frame | {"task": self._wanted.task.index, "advice": advice, "expert": False}
 
     def _advice(self) -> str:
-        """What would have an arm do as the expert would first, had it taken over here."""
+        """Return the correction that describes the expert's first motion from here."""
         said = Instruction(task=self._wanted.task)
         return first_correction_of(_coming_seconds(self._world, self._seen, said))
 
@@ -58,9 +58,9 @@ class WitnessOfRollout(DemonstrationRecorder):
 def _coming_seconds(
     world: World, seen: Observation, said: Instruction
 ) -> Iterator[tuple[Array, Array]]:
-    """Of tips (2, 3) and jaws (2,) within seconds with the expert, as if all else stood still.
+    """Yield motions of tips (2, 3) and jaws (2,) within a second, if the expert acted.
 
-    From now on, and later and later: it may pause first, as it opens jaws that are open already.
+    Later seconds follow, because the expert may pause first; the observation stays the same.
     """
     expert, jaw_rad = ControllerExpert(world), world.target[:, 6]
     tips_m, jaws_rad = [np.zeros((2, 3))], [jaw_rad]

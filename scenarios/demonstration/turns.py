@@ -1,7 +1,7 @@
-"""A learned controller and the expert by turns: what to do from where the learner gets to.
+"""A learned controller and the expert in turns: how to act from where the learner gets to.
 
 After HG-DAgger (Kelly et al., arXiv 1810.02890): only the expert's motions are imitated. Here it
-takes over where a task takes long, until the next one is begun, and now and then besides.
+takes over when a task takes long, until the next one begins, and at random times.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from planner.instruction import Instruction, Task
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
-LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # a turn
+LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # length of a turn
 LONG_S = 5.0  # for a task; the expert takes 2 to 4
 
 
 class ControllerTakingTurns:
-    """Begins with the expert.
+    """Lets two controllers act in turns, the expert first.
 
     Attributes:
-        expert_acts: the motions handed out last are the expert's.
+        expert_acts: whether the last motions are the expert's.
     """
 
     privileged = True
@@ -33,12 +33,12 @@ class ControllerTakingTurns:
         self._begun: set[Task] = set()
 
     def reset(self) -> None:
-        """Both forget what was under way; the turn goes on."""
+        """Reset both controllers; the turn continues."""
         self._learner.reset()
         self._expert.reset()
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """Whoever's turn it is."""
+        """Return the chunk of the controller whose turn it is."""
         if instruction.task not in self._begun:
             self._begun.add(instruction.task)
             self._since_s = observation.time_s
@@ -61,5 +61,5 @@ class ControllerTakingTurns:
 
 
 def expert_acts(controller: Controller) -> bool:
-    """Whether the motions handed out last are the expert's, who may have the arms alone."""
+    """Return whether the last motions are the expert's, alone or in turns."""
     return not isinstance(controller, ControllerTakingTurns) or controller.expert_acts

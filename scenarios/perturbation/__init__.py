@@ -1,1 +1,1 @@
-"""What disturbs an episode: the patient, the robot or the loop between them."""
+"""What can disturb an episode: the patient, the robot, or the loop between them?"""

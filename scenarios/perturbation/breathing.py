@@ -1,4 +1,4 @@
-"""The body moves under the instruments as the patient is ventilated."""
+"""Breathing: the body moves under the instruments while the patient is ventilated."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTime, Moment
+from scenarios.perturbation.perturbation import AtTime, Onset
 from tissue_sim.patient.axes import UP
 from tissue_sim.world import World
 
@@ -14,9 +14,9 @@ PERIOD_S = 4.0  # 15 breaths a minute under anaesthesia, assumed
 
 
 class Breathing(Effect):
-    """Moves what holds the organ by `magnitude` m to and fro along the body, as a sine."""
+    """Moves the body by a sine of amplitude `magnitude` m."""
 
-    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTime(time_s=float(rng.uniform(0.0, PERIOD_S)))
 
     def before_step(self, world: World, task: Task) -> None:

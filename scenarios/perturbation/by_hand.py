@@ -1,4 +1,4 @@
-"""What a person may have go wrong at the press of a button."""
+"""Disturbances that a person can apply by a button."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ BY_HAND: dict[str, Perturbation] = {
 
 
 class Nudge(Effect):
-    """Pushes what holds the organ to the right by `magnitude` m, and lets it come back."""
+    """Pushes the body to the right by `magnitude` m and back."""
 
     def before_step(self, world: World, task: Task) -> None:
         del task

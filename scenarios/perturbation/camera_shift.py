@@ -1,7 +1,7 @@
-"""The endoscope is bumped: it looks from elsewhere, or elsewhere, from then on.
+"""The endoscope is bumped: its position or its direction changes.
 
-The robot knows where its endoscope is (its holder has encoders), so actions keep their meaning:
-they are in the frame that is seen. What changes is the picture and every position in it.
+The robot knows the endoscope's pose (its holder has encoders), so actions keep their meaning: they
+are in the current endoscope frame. The picture and every position in that frame change.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tissue_sim.world import World
 
 
 class CameraShift(Once):
-    """Shifts the endoscope by `magnitude` m, any way."""
+    """Shifts the endoscope by `magnitude` m in a random direction."""
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         super().__init__(perturbation, rng)
@@ -26,7 +26,7 @@ class CameraShift(Once):
 
 
 class CameraTurn(CameraShift):
-    """Turns the endoscope by `magnitude` rad about any axis through its tip."""
+    """Turns the endoscope by `magnitude` rad about a random axis through its tip."""
 
     def change(self, world: World) -> None:
         turned = pose(exponential(self._change), np.zeros(3))

@@ -1,4 +1,4 @@
-"""Coloured liquid on the tissue: it is seen, and nothing else changes."""
+"""Coloured liquid on the tissue: only the picture changes."""
 
 from __future__ import annotations
 

@@ -16,31 +16,31 @@ from tissue_sim.world import World
 
 
 class Effects:
-    """Applies perturbations in their order; those of magnitude 0 are none."""
+    """Applies perturbations in their order, except those of magnitude 0."""
 
     def __init__(self, perturbations: Sequence[Perturbation] = (), seed: int = 0) -> None:
-        self._seed, self._told = seed, 0
+        self._seed, self._seen = seed, 0
         self._effects: list[Effect] = [
             _effect(p, seed, k) for k, p in enumerate(perturbations) if p.magnitude
         ]
 
     def add(self, perturbation: Perturbation) -> None:
-        """One more, in the midst of an episode."""
+        """Add a perturbation during the episode."""
         self._effects.append(_effect(perturbation, self._seed, len(self._effects)))
 
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
-        """The patient to operate on."""
+        """Return the patient to operate on."""
         for effect in self._effects:
             anatomy = effect.on_anatomy(anatomy)
         return anatomy
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
-        """The next motion while the arms are led astray; None while the controller has them."""
+        """Return the next motion while an arm is led astray; None while the controller acts."""
         led = (effect.lead(world, task) for effect in self._effects)
         return next((action for action in led if action is not None), None)
 
     def on_action(self, action: ToolAction, world: World) -> ToolAction:
-        """What reaches the driver of a controller's action."""
+        """Return the action that reaches the driver."""
         for effect in self._effects:
             action = effect.on_action(action, world)
         return action
@@ -51,10 +51,10 @@ class Effects:
             effect.before_step(world, task)
 
     def news(self) -> tuple[Applied, ...]:
-        """What set in since this was asked last."""
+        """Return the onsets since the last call."""
         applied = sorted((a for e in self._effects for a in e.applied), key=lambda a: a.time_s)
-        told, self._told = self._told, len(applied)
-        return tuple(applied[told:])
+        seen, self._seen = self._seen, len(applied)
+        return tuple(applied[seen:])
 
 
 def _effect(perturbation: Perturbation, seed: int, k: int) -> Effect:

@@ -17,7 +17,7 @@ from tissue_sim.world import World
 class Latency(Effect):
     """Delays each action by `magnitude` control steps; the robot holds while none arrives.
 
-    What would have arrived during a tool exchange is lost: nobody listens then.
+    Actions that arrive during a tool exchange are lost.
     """
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:

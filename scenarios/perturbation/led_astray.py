@@ -1,6 +1,6 @@
-"""SRT-H's recovery set: an arm is led to where things have gone wrong, then given back.
+"""SRT-H's recovery set: an arm is led to a wrong pose, then given back to the controller.
 
-Nothing is closed on a wrong structure that could not be opened again: no clip is set, no cut made.
+Nothing irreversible happens: no clip is set and nothing is cut.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from planner.criteria import structure_of
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.minimum_jerk import between, minimum_jerk
-from scenarios.perturbation.perturbation import AtTask, Moment, Perturbation
+from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.periods import CONTROL_PERIOD_S
@@ -36,45 +36,45 @@ from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
-NEAR_M = 0.022  # from the tip to its goal: the tool is about to act
+NEAR_M = 0.022  # tip's distance from its goal at which the tool is about to act
 GRASPER_ROOM_M = 0.010  # along the tubes from wide open jaws to the grasper's tip
 BOTH_BEYOND_M = 0.003  # the tips past both tubes: jaws are widest at the tips
-STANDOFF_M = 0.015  # in front of the failing pose: it is reached from there, tissue not swept
+STANDOFF_M = 0.015  # before the wrong pose: it is approached from there, to avoid other tissue
 
 Waypoint = tuple[Array, float]  # T_world_tool (4, 4) and jaw opening (rad)
 
 
 class LedAstray(Effect, ABC):
-    """Takes one arm over as it is about to act in a task, moves it smoothly, and gives it back."""
+    """Takes over an arm that is about to act in a task, moves it smoothly, and gives it back."""
 
     arm: ClassVar[int] = RIGHT_ARM
     tasks: ClassVar[tuple[int, ...]] = ()
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
         super().__init__(perturbation, rng)
-        self._way: Iterator[Waypoint] | None = None
+        self._path: Iterator[Waypoint] | None = None
 
-    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTask(index=int(rng.choice(self.tasks)))
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
-        if self._way is None and self.due(world, task) and self._about_to_act(world, task):
-            self._way = self._leading(world, *self.failing(world, task))
+        if self._path is None and self.due(world, task) and self._about_to_act(world, task):
+            self._path = self._leading(world, *self.failing(world, task))
             self.note(world.record.time_s)
-        if self._way is None:
+        if self._path is None:
             return None
-        if (waypoint := next(self._way, None)) is None:
-            self._way = iter(())  # which can be copied, where a generator cannot
+        if (waypoint := next(self._path, None)) is None:
+            self._path = iter(())  # can be copied; a generator cannot
             return None
         return _action(world, self.arm, *waypoint)
 
     @abstractmethod
     def goal(self, world: World, task: Task) -> Array:
-        """`T_world_tool` where the task is rightly done."""
+        """Return `T_world_tool` at the task's goal."""
 
     @abstractmethod
     def failing(self, world: World, task: Task) -> Waypoint:
-        """Where the arm is led to."""
+        """Return the pose and jaw opening that the arm is led to."""
 
     def _about_to_act(self, world: World, task: Task) -> bool:
         tip, goal = commanded_pose(world, self.arm)[:3, 3], self.goal(world, task)[:3, 3]
@@ -119,7 +119,7 @@ class GraspMissedBelow(GraspMissed):
 
 
 class ApplierAstray(LedAstray):
-    """Leads the clip applier astray, as a clip is about to be set while both tubes are whole."""
+    """Leads the clip applier astray before a clip, while both tubes are uncut."""
 
     tasks = (2, 4, 6)
 
@@ -135,11 +135,11 @@ class ApplierAstray(LedAstray):
 
     @abstractmethod
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
-        """Where a magnitude of 1 leads to."""
+        """Return the pose and jaw opening for a magnitude of 1."""
 
 
 class WrongTube(ApplierAstray):
-    """Puts the open jaws around the other tube; the magnitude is the share of the way there."""
+    """Puts the open jaws around the other tube; the magnitude is the share of the path there."""
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
         other = _other(tube)
@@ -147,9 +147,9 @@ class WrongTube(ApplierAstray):
 
 
 class BothTubes(ApplierAstray):
-    """Puts wide open jaws around both tubes where they are nearest; magnitude: share of the way.
+    """Puts wide open jaws around both tubes where they are nearest; magnitude: share of the path.
 
-    It keeps clear of the grasper; where tubes lie wide apart it cannot reach round both.
+    It keeps clear of the grasper; it cannot reach around tubes that are far apart.
     """
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
@@ -180,13 +180,13 @@ class Overshoot(LedAstray):
 
 
 def commanded_pose(world: World, arm: int) -> Array:
-    """`T_world_tool` (4, 4) where an arm is commanded to be."""
+    """Return an arm's commanded `T_world_tool` (4, 4)."""
     T_rcm_tool = forward_kinematics(world.target[arm, :6], world.arms.mounted[arm])
     return world.arms.T_world_rcm[arm] @ T_rcm_tool
 
 
 def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> ToolAction:
-    """From where the arm is commanded to a pose; the other arm holds."""
+    """Return the action from the arm's commanded pose to a pose; the other arm holds."""
     T, still = commanded_pose(world, arm), hold(world.target[:, 6])
     moves, turns, jaws = still.move_endoscope_m, still.turn_tool, still.jaw_rad
     moves[arm] = (T_world_tool[:3, 3] - T[:3, 3]) @ world.T_world_endoscope[:3, :3]
@@ -196,7 +196,7 @@ def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Tool
 
 
 def _pinch_n(world: World) -> float:
-    """What the grasper feels of any tissue: a grasp that missed need not hold the infundibulum."""
+    """Return the grasper's pinch force on any tissue, not only on the infundibulum."""
     everything = np.arange(world.tissue.n_vertex(), dtype=np.int32)
     return pinch_n(world.tissue, everything, LEFT_FINGERS, world.arms.T_world_tool()[LEFT_ARM])
 
@@ -207,14 +207,14 @@ def _nearer(jaw_rad: float, goal_rad: float) -> float:
 
 
 def _nearest(a_m: Array, b_m: Array) -> tuple[Array, Array]:
-    """The points (3,) of two lines (n, 3) that are nearest to each other."""
+    """Return the nearest points (3,) of two lines (n, 3)."""
     apart = np.linalg.norm(a_m[:, None] - b_m[None], axis=-1)
     i, j = np.unravel_index(np.argmin(apart), apart.shape)
     return a_m[i], b_m[j]
 
 
 def _opening_rad(half_gap_m: float, behind_tip_m: float) -> float:
-    """Opening of the applier that has its fingers so far from their middle, or else its widest."""
+    """Return the applier's opening for a half gap behind the tips, or its widest opening."""
     applier = INSTRUMENTS["clip_applier"]
     sine = half_gap_m / (applier.yaw_to_tip_m - behind_tip_m)
     return min(2.0 * float(np.arcsin(min(sine, 1.0))), applier.jaw_range_rad[1])

@@ -18,19 +18,19 @@ PEAK = 1.875  # of ds/dt, at half time
 
 
 def progress(t: Array) -> Array:
-    """Share of the way at share t of the time."""
+    """Return the share of the path at share t of the time."""
     return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
 
 
 def between(T_start: Array, T_end: Array, share: float) -> Array:
-    """The pose (4, 4) at a share of the way: straight, turning about one axis."""
+    """Return the pose (4, 4) at a share of a straight path that turns about one axis."""
     turn = rotation_vector(T_start[:3, :3].T @ T_end[:3, :3])
     position = T_start[:3, 3] + share * (T_end[:3, 3] - T_start[:3, 3])
     return pose(T_start[:3, :3] @ exponential(share * turn), position)
 
 
 def minimum_jerk(T_start: Array, T_end: Array) -> Iterator[Array]:
-    """Poses (4, 4) control step by control step, the end included, the start not."""
+    """Yield poses (4, 4), one a control step, with the end but without the start."""
     length = np.linalg.norm(T_end[:3, 3] - T_start[:3, 3])
     turn = np.linalg.norm(rotation_vector(T_start[:3, :3].T @ T_end[:3, :3]))
     least_s = PEAK * max(length / PEAK_SPEED_M_S, turn / PEAK_TURN_RAD_S)

@@ -1,4 +1,4 @@
-"""Perturbations of the world that set in once, some time after the start."""
+"""Perturbations that change the world once, some time after the start."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTime, Moment
+from scenarios.perturbation.perturbation import AtTime, Onset
 from tissue_sim.world import World
 
 EARLIEST_S, LATEST_S = 5.0, 60.0
 
 
 class Once(Effect, ABC):
-    """Changes the world when its moment comes, in one control step."""
+    """Changes the world once, in one control step."""
 
-    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTime(time_s=float(rng.uniform(EARLIEST_S, LATEST_S)))
 
     def before_step(self, world: World, task: Task) -> None:
@@ -27,4 +27,4 @@ class Once(Effect, ABC):
 
     @abstractmethod
     def change(self, world: World) -> None:
-        """Do it."""
+        """Change the world."""

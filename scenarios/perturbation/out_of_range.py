@@ -1,4 +1,4 @@
-"""Patients beyond those of the training seeds: stiffness and sizes towards the possible limit."""
+"""Patients beyond the training seeds: stiffness and sizes closer to the possible limit."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, Anatomy
 
 
 class OutOfRange(Effect):
-    """Moves parameters a share of the way, in proportion, to the largest possible value.
+    """Moves parameters towards the largest possible value by a share, in proportion.
 
-    v -> v (limit / v)^m: at m = 0 the seed's own patient, at m = 1 the limit of what is possible,
-    legal in between.
+    v -> v (limit / v)^m: m = 0 is the seed's own patient, m = 1 is the possible limit; values in
+    between are possible, too.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ()
@@ -24,14 +24,14 @@ class OutOfRange(Effect):
         return replace(anatomy, **{name: self._moved(name, anatomy) for name in self.parameters})
 
     def _possible(self, name: str, anatomy: Anatomy) -> float:
-        """What is possible at most, or least, for this parameter in this patient."""
+        """Return the largest or smallest possible value of the parameter in this patient."""
         return getattr(RANGES[name], self.limit)
 
     def _moved(self, name: str, anatomy: Anatomy) -> float:
         value, limit = getattr(anatomy, name), self._possible(name, anatomy)
         moved = value * (limit / value) ** self.magnitude
         low, high = sorted((value, limit))
-        return min(max(moved, low), high)  # but for rounding it is there
+        return min(max(moved, low), high)  # removes rounding errors
 
 
 class StiffTissue(OutOfRange):

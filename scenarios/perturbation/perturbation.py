@@ -1,4 +1,4 @@
-"""One disturbance of an episode, as configured; light to import."""
+"""The configuration of one disturbance of an episode; light to import."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class AtTask:
-    """While a task is under way: its index, 1 to 17."""
+    """Onset during a task: its index, 1 to 17."""
 
     index: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class AtTime:
-    """From a simulated time on."""
+    """Onset at a simulated time."""
 
     time_s: float
 
 
-Moment = AtTask | AtTime
+Onset = AtTask | AtTime
 
 
 @dataclass(frozen=True, kw_only=True)
 class Perturbation:
-    """A disturbance with a strength, so that the strength which breaks a policy can be found.
+    """A disturbance with a magnitude, so that the magnitude that breaks a policy can be found.
 
     Attributes:
         name: in scenarios and recordings.
         effect: path of the subclass of `scenarios.perturbation.effect.Effect` that applies it.
-        magnitude: its strength, 0 (leaves the episode as it is, bit for bit) to `most`.
+        magnitude: 0 (no effect: the episode is identical to the bit) to `most`.
         unit: of the magnitude.
-        whole: only whole magnitudes make sense.
+        whole: whether the magnitude must be a whole number.
         at: when it begins; None draws it from the episode's seed.
 
     Raises:
@@ -45,7 +45,7 @@ class Perturbation:
     most: float
     unit: str
     whole: bool = False
-    at: Moment | None = None
+    at: Onset | None = None
 
     def __post_init__(self) -> None:
         allowed = 0.0 <= self.magnitude <= self.most

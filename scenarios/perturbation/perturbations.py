@@ -1,4 +1,4 @@
-"""Every perturbation by name, with the strength it has where none is asked for."""
+"""Every perturbation, with its default magnitude."""
 
 from scenarios.perturbation.perturbation import Perturbation
 

@@ -1,4 +1,4 @@
-"""What an instrument loses: the clip it carries, the tissue it holds."""
+"""An instrument loses the clip it carries, or the tissue it holds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTask, Moment
+from scenarios.perturbation.perturbation import AtTask, Onset
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.world import World
 
@@ -18,11 +18,11 @@ GRASP_SLIPS_S = 3.0
 
 
 class ClipDropped(Effect):
-    """The applier loses its clip as it nears the tube, `magnitude` times in one task."""
+    """The applier loses its clip near the tube, `magnitude` times in one task."""
 
     tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
 
-    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTask(index=int(rng.choice(self.tasks)))
 
     def before_step(self, world: World, task: Task) -> None:
@@ -37,7 +37,7 @@ class GraspSlip(Effect):
 
     tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
 
-    def drawn_moment(self, rng: np.random.Generator) -> Moment:
+    def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTask(index=int(rng.choice(self.tasks)))
 
     def before_step(self, world: World, task: Task) -> None:

@@ -1,1 +1,1 @@
-"""How an episode is kept and run again, to the bit."""
+"""How is an episode recorded, and replayed identically to the bit?"""

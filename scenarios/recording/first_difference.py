@@ -1,4 +1,4 @@
-"""Where two recordings of one episode first part."""
+"""The first difference between two recordings of one episode."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 
 from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
 
-BY_THE_CLOCK = ("wall_s",)  # of a result: the time it took to compute
+BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
 
 
 @dataclass(frozen=True, kw_only=True)
 class FirstDifference:
-    """Two recordings differ.
+    """Where two recordings first differ.
 
     Attributes:
-        step: The first at which they do; as many as there are if they differ in the outcome.
-        field: What differs there.
-        size: The largest difference in it, in its unit; None where it is no number.
+        step: the first that differs; the number of steps if only the outcome differs.
+        field: what differs there.
+        size: the largest difference, in the field's unit; None if it is not a number.
     """
 
     step: int
@@ -35,7 +35,7 @@ class FirstDifference:
 
 
 def first_difference(recorded: Recording, again: Recording) -> FirstDifference | None:
-    """Compares to the bit all that was recorded but the time on the clock; None: the same."""
+    """Compare everything but wall time, to the bit; return None if nothing differs."""
     found = [*_anatomies(recorded, again), *_notes(recorded, again), *_arrays(recorded, again)]
     found += _ends(recorded, again)
     return min(found, key=lambda difference: difference.step, default=None)
@@ -57,7 +57,7 @@ def _notes(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
 
 
 def _asked(recording: Recording) -> list[dict[str, Any]]:
-    """The instructions with the steps from which they held."""
+    """Return the instructions with the steps at which they began."""
     rows = recording.arrays["instruction"].tolist()
     changes = [0] * bool(rows) + [k for k, (a, b) in enumerate(pairwise(rows), 1) if a != b]
     return [{"step": k, **recording.instructions[rows[k]]} for k in changes]
@@ -76,7 +76,7 @@ def _arrays(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
 
 
 def _bits(array: np.ndarray) -> np.ndarray:
-    """(n, bytes of a step)."""
+    """Return the bytes of each step, (n, bytes)."""
     size = math.prod(array.shape[1:]) * array.itemsize
     return np.frombuffer(array.tobytes(), np.uint8).reshape(len(array), size)
 

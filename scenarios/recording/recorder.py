@@ -1,4 +1,4 @@
-"""An episode in one file: what was asked, commanded, seen and felt at each step."""
+"""Record an episode in one file: instructions, commands, poses and forces of each step."""
 
 import io
 import json
@@ -36,7 +36,7 @@ STEP_ARRAYS: dict[str, tuple[int, ...]] = {
 """Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
 
 NOTES = ("events", "perturbations", "ledger", "heard", "hands")
-"""What is kept of some steps only; each entry says its `step`."""
+"""What is recorded only for some steps; each entry has its `step`."""
 
 _WHOLE = ("instruction", "right_tool", "clip_loaded")
 
@@ -46,21 +46,21 @@ class Recording:
     """A recorded episode.
 
     Attributes:
-        config: The `EpisodeConfig`, as a dict.
-        versions: What it was made with.
-        world_version: Of the physics.
-        checkpoints: SHA-256 of the file of each learned one, by `controller` and `planner`.
-        anatomy: The anatomy, as a dict; None if the episode broke off before there was one.
-        instructions: Table of what was asked: task index, text, source, remark.
-        events: What happened, in order, each with its step.
-        perturbations: What disturbed the episode, in order, each with the step it set in with.
-        ledger: What the safety filter altered, in order, each with its step.
-        heard: What people said, in order, each with its step: how it was read, by whom, what came
-            of it and was replied; commands and instructions by their texts.
-        hands: Each `Hand` that led an arm, with its step.
-        result: The `EpisodeResult`, as a dict; None if the episode broke off.
-        error: What broke it off, else None.
-        arrays: By the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
+        config: the `EpisodeConfig`, as a dict.
+        versions: of the packages that it was made with.
+        world_version: version of the physics.
+        checkpoints: SHA-256 of each learned part's checkpoint, by `controller` and `planner`.
+        anatomy: the anatomy, as a dict; None if the episode broke off before its reset.
+        instructions: table of instructions: task index, text, source, remark.
+        events: injuries, in order, each with its step.
+        perturbations: applied perturbations, in order, each with the step of its onset.
+        ledger: the safety filter's changes, in order, each with its step.
+        heard: what people said, in order, each with its step: how and by what it was read, the
+            resulting instruction, and the reply; commands and instructions by their texts.
+        hands: each `GuidedArm`, with its step.
+        result: the `EpisodeResult`, as a dict; None if the episode broke off.
+        error: the error that broke it off; None for none.
+        arrays: by the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
             the endoscope frame (m), forces in N; `instruction` is a row of `instructions`,
             `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
     """
@@ -83,9 +83,9 @@ class Recording:
 
 @dataclass(kw_only=True)
 class Recorder:
-    """Observes an episode within a `with` block and saves it when the block is left.
+    """Observes an episode in a `with` block, and saves it when the block is left.
 
-    It does so however the block is left, an exception or Ctrl-C included.
+    It also saves after an exception or Ctrl-C.
     """
 
     config: EpisodeConfig
@@ -113,12 +113,12 @@ class Recorder:
         self._save(None if error is None else describe_error(error))
 
     def on_reset(self, world: Any) -> None:
-        """Keeps the anatomy that is to be operated on, and with what."""
+        """Record the anatomy and the checkpoints."""
         self._anatomy = plain(world.anatomy)
         self._checkpoints = checkpoint_digests(self.config)
 
     def on_step(self, step: Any) -> None:
-        """Keeps one step."""
+        """Record one step."""
         number = len(self._steps["time_s"])
         quantities = {
             "time_s": step.time_s,
@@ -145,7 +145,7 @@ class Recorder:
             self._hands.append({"step": number, **plain(step.hand)})
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Keeps what it came to."""
+        """Record the result."""
         self._result = result
 
     def _row(self, instruction: Any) -> int:
@@ -182,7 +182,7 @@ class Recorder:
 
 
 def _in_words(heard: Any) -> dict[str, Any]:
-    """A `Heard` as plain data."""
+    """Return a `Heard` as plain data."""
     reading, instruction = heard.reading, heard.instruction
     return {
         "time_s": heard.time_s,
@@ -208,11 +208,11 @@ def _checked(name: str, quantity: Any) -> np.ndarray:
 
 
 def load(path: Path, *, steps: bool = True) -> Recording:
-    """Reads a recorded episode, or all of it but its steps, without arrays and at once.
+    """Read a recorded episode; without `steps`, quickly and without its arrays.
 
     Raises:
-        ValueError: If it was written with another schema, is damaged, or is no recording.
-        OSError: If it cannot be read.
+        ValueError: the file has another schema, is damaged, or is not a recording.
+        OSError: the file cannot be read.
     """
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -1,4 +1,4 @@
-"""Results as tables for a person."""
+"""Results as tables for people to read."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from scenarios.loop.results import EpisodeResult, Summary
 
 
 def task_table(episode: EpisodeResult) -> Table:
-    """Returns one row a task."""
+    """Return a table with one row for each task."""
     table = Table(title=f"seed {episode.seed}: {verdict(episode)}")
     for heading in ("task", "instruction", "done"):
         table.add_column(heading)
@@ -27,7 +27,7 @@ def task_table(episode: EpisodeResult) -> Table:
 
 
 def injury_table(episode: EpisodeResult) -> Table:
-    """Returns one row an injury."""
+    """Return a table with one row for each injury."""
     table = Table(title="injuries")
     table.add_column("event")
     for heading in ("time (s)", "value", "limit"):
@@ -43,9 +43,9 @@ def injury_table(episode: EpisodeResult) -> Table:
 
 
 def ledger_table(episode: EpisodeResult) -> Table:
-    """Returns one row a reason for which the safety filter altered commands."""
+    """Return a table with one row for each reason why the safety filter changed commands."""
     table = Table(title="safety filter")
-    table.add_column("what the command would have broken")
+    table.add_column("what the command would have violated")
     for heading in ("commands", "first (s)", "last (s)"):
         table.add_column(heading, justify="right")
     for reason in dict.fromkeys(limit for e in episode.safety.ledger for limit in e.limits):
@@ -55,7 +55,7 @@ def ledger_table(episode: EpisodeResult) -> Table:
 
 
 def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
-    """Returns one row an episode."""
+    """Return a table with one row for each episode."""
     table = Table(title="episodes")
     for heading in ("seed", "outcome"):
         table.add_column(heading)
@@ -76,14 +76,14 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
 
 
 def verdict(episode: EpisodeResult) -> str:
-    """Returns the outcome in a word."""
+    """Return the outcome in one word."""
     if episode.error is not None:
         return "error"
     return "passed" if episode.success else "failed"
 
 
 def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
-    """Returns one line for each episode that ended in error."""
+    """Return one line for each episode that ended in error."""
     return [
         f"seed {episode.seed} ended in error: {episode.error}"
         for episode in episodes
@@ -92,7 +92,7 @@ def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
 
 
 def summary_line(summary: Summary) -> str:
-    """Returns the pass rate with its 95 % Wilson interval, and the errors apart."""
+    """Return the pass rate with its 95 % Wilson interval, and the number of errors."""
     judged = summary.episodes - summary.errors
     low, high = summary.wilson_95
     line = f"passed {summary.passed} of {judged} (95 % Wilson interval {low:.3f} to {high:.3f})"

@@ -11,7 +11,7 @@ from tissue_sim.periods import CONTROL_HZ
 
 @dataclass(kw_only=True)
 class VideoWriter:
-    """Observes an episode within a `with` block; the file is complete when the block is left.
+    """Observes an episode in a `with` block; the file is complete when the block is left.
 
     Asks the world for `endoscope_rgb()`, an image (H, W, 3) of uint8, once a control step.
     """
@@ -41,16 +41,16 @@ class VideoWriter:
             self._partial.replace(self.path)
 
     def on_reset(self, world: Any) -> None:
-        """Shows the field before anything moves."""
+        """Add a frame of the initial state."""
         self._world = world
         self._frames.append_data(world.endoscope_rgb())
 
     def on_step(self, step: Any) -> None:
-        """Shows the field after one control step."""
+        """Add a frame after one control step."""
         self._frames.append_data(self._world.endoscope_rgb())
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Adds nothing."""
+        """Do nothing."""
 
     @property
     def _partial(self) -> Path:

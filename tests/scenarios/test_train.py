@@ -128,5 +128,11 @@ def test_the_bench_times_chunks_and_joins_them_at_each_delay(checkpoint, capsys,
     words = ["--checkpoint", str(checkpoint), "--repeats", "3", "--steps", "30"]
     assert main(["bench", "controller", *words]) == 0
     said = capsys.readouterr().out
-    for word in ("ONNX Runtime", "PyTorch, eager", "at joints", "inside", "pip install -e '.[lerobot]'"):
+    for word in (
+        "ONNX Runtime",
+        "PyTorch, eager",
+        "at joints",
+        "inside",
+        "pip install -e '.[lerobot]'",
+    ):
         assert word in said

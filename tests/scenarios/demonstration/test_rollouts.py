@@ -14,9 +14,9 @@ from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from scenarios.bench.trials.obedience_trial import PlannerFixed
 from scenarios.demonstration.demonstrate import begun
-from scenarios.demonstration.failures import PAST_M, Failing
+from scenarios.demonstration.failures import PAST_M, FailureTracker
 from scenarios.demonstration.mix import PlannedDemonstration
-from scenarios.demonstration.rollout_recorder import WitnessOfRollout
+from scenarios.demonstration.rollout_recorder import RolloutRecorder
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -31,7 +31,7 @@ def rolled_out(frames, planner=None):
     kind = "recovery:grasp-missed-below"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     episode = replace(episode, planner=planner or episode.planner)
-    witness = WitnessOfRollout(lambda: True)
+    witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
     led = []
     for step in islice(episode.steps(), frames):
@@ -79,7 +79,7 @@ def test_another_task_said_does_not_change_what_is_due():
 
 def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go():
     episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:overshoot", noise=False))
-    failing, stood, deeper_m = Failing(), [], []
+    failing, stood, deeper_m = FailureTracker(), [], []
     for step in islice(episode.steps(), 600):
         task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
         stood.append(failing.after(step, episode.world) and step.asked is not None)
@@ -97,7 +97,7 @@ def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go()
 def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue():
     kind = "recovery:grasp-slip"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
-    witness = WitnessOfRollout(lambda: True)
+    witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
     held, among = [], []  # in what is seen after each frame
     for step in episode.steps():
@@ -116,7 +116,7 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
 
 def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_loaded():
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
-    witness = WitnessOfRollout(lambda: True)
+    witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
     slips, steps = [], episode.steps()  # whether each came in an exchange, and once a tube was cut
     for step in steps:
@@ -134,7 +134,7 @@ def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_load
 
 def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
     episode = begun(PlannedDemonstration(seed=SEED, kind="nominal", noise=False))
-    world, steps, failing = episode.world, episode.steps(), Failing()
+    world, steps, failing = episode.world, episode.steps(), FailureTracker()
     grasping = takewhile(lambda _: not gallbladder_grasped(world), steps)
     assert not any(failing.after(step, world) for step in grasping)
     episode.inbox.press(COMMANDS["open left gripper"])
@@ -152,6 +152,6 @@ def test_a_grasper_that_hooks_is_flagged_whatever_was_before():
     next(step for step in steps if not gallbladder_held(world))
     episode.inbox.press(COMMANDS["open left gripper"])
     opened = islice(steps, OPENED_BY)
-    flags = [(Failing().after(step, world), grasper_hooked(world)) for step in opened]
+    flags = [(FailureTracker().after(step, world), grasper_hooked(world)) for step in opened]
     assert set(flags) == {(False, False), (True, True)}
     assert among_tissue(LEFT_ARM, world)
