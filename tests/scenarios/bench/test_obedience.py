@@ -8,9 +8,9 @@ from scenarios.bench.obedience import error_lines, obedience_table
 from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
+    CorrectionResponse,
     ObedienceExamination,
     ObedienceTrial,
-    CorrectionResponse,
     is_obeyed,
     lost_trial,
 )
@@ -42,7 +42,9 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 
 
 def examined(controller, seed=SEED):
-    return ObedienceExamination(config=EpisodeConfig(planner="scripted", controller=controller))(seed)
+    return ObedienceExamination(config=EpisodeConfig(planner="scripted", controller=controller))(
+        seed
+    )
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +84,10 @@ def test_asking_again_gives_the_same(expert):
 
 def test_the_table_counts_what_was_said_and_obeyed():
     text = CORRECTIONS[0].text
-    responses = (CorrectionResponse(text=text, obeyed=True), CorrectionResponse(text=text, obeyed=False, withheld=True))
+    responses = (
+        CorrectionResponse(text=text, obeyed=True),
+        CorrectionResponse(text=text, obeyed=False, withheld=True),
+    )
     table = obedience_table(
         [ObedienceTrial(seed=3, responses=responses, wrong_tube=True), ObedienceTrial(seed=4)]
     )
