@@ -28,6 +28,17 @@ PACKAGES = ("tissue_sim", "planner", "controller", "scenarios")
 README_LINES, README_WORDS = 150, 900
 NOTEBOOK_BYTES = 400_000
 
+ARCHAIC = (
+    "is had",
+    "are had",
+    "gone on from",
+    "whoever",
+    "wherefrom",
+    "therein",
+    "the sooner",
+    "comes off by itself",
+)
+
 OTHER_PROGRAMS = ("printf", "ray", ".venv/bin/pip", ".venv/bin/jupyter")
 MAKE_TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
@@ -290,3 +301,23 @@ def test_notebooks_have_clean_small_outputs(path):
 def test_notebooks_end_by_checking(path):
     last = [c for c in json.loads(path.read_text())["cells"] if c["cell_type"] == "code"][-1]
     assert "assert" in "".join(last["source"])
+
+
+def test_no_archaic_phrase_is_left():
+    """In pages, Python and notebooks: a reader whose first language is another one reads once."""
+    phrase = re.compile(rf"\b({'|'.join(ARCHAIC)})\b", re.IGNORECASE)
+    found = [
+        f"{path.relative_to(ROOT)}: {match[0]}"
+        for path in _texts()
+        for match in phrase.finditer(re.sub(r"\W+(?=\w)", " ", path.read_text()))
+    ]
+    assert not found, "\n".join(found)
+
+
+def _texts() -> Iterator[Path]:
+    """Yield every text that people read, but this list of phrases."""
+    yield from ROOT.glob("*.md")
+    for folder in (*PACKAGES, "docs", "tests"):
+        for kind in ("*.md", "*.py"):
+            yield from (p for p in (ROOT / folder).rglob(kind) if p != Path(__file__))
+    yield from NOTEBOOKS
