@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -133,8 +134,18 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
-    return ControllerDiffusion(policy.config, Sampler(policy), seed)
+    path = chosen(checkpoint, SHIPPED, "controller")
+    written_ns = path.stat().st_mtime_ns if path.exists() else 0
+    config, sampler = _loaded(path, written_ns)
+    return ControllerDiffusion(config, sampler, seed)
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: Path, written_ns: int) -> tuple[PolicyConfig, Sampler]:
+    """Return what a file holds; episodes of one process share the sampler, which has no state."""
+    del written_ns  # another one is another policy
+    policy = load_checkpoint(path)
+    return policy.config, Sampler(policy)
 
 
 def make(setup: PolicySetup) -> ControllerDiffusion:
