@@ -56,11 +56,11 @@ class View:
         require_writable_folder(self.out, "--out")
         if self.camera:
             _require_renderer()
-        say_who_acts(self.planner, self.controller)
         from scenarios.viewer.session import watch_episodes
 
         desk = desk_for(config, self.out, paused=not self.start, restarts=True, camera=self.camera)
         with page_of(desk, self.host, self.port), suppress(KeyboardInterrupt):
+            say_who_acts(self.planner, self.controller)
             watch_episodes(desk)
         return 0
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
 
+ADDED_LATER = ("sense", "privileged")  # fields of a result that earlier recordings lack
 BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
 
 
@@ -85,9 +86,8 @@ def _ends(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     n = len(recorded.arrays["time_s"])
     if recorded.error != again.error:
         yield FirstDifference(step=n, field="error")
-    if (recorded.result is None) != (again.result is None):
-        yield FirstDifference(step=n, field="result")
     before, now = recorded.result or {}, again.result or {}
-    for name in before:  # a recording of an earlier version may lack what results hold now
-        if name not in BY_THE_CLOCK and before.get(name) != now.get(name):
+    for name in before | now:
+        added = name in ADDED_LATER and not (name in before and name in now)
+        if not added and name not in BY_THE_CLOCK and before.get(name) != now.get(name):
             yield FirstDifference(step=n, field=f"result, {name}")

@@ -1,16 +1,16 @@
 """The expert obeys each of the 18 corrections, in the open and at work, and hurts nobody by it."""
 
 from itertools import islice
-from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 
+from controller.expert.controller import ControllerExpert
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.task import TASKS
 from scenarios.bench.trials.obedience_trial import PlannerFixed
-from scenarios.catalogue import CONTROLLERS, WITNESS
+from scenarios.catalogue import WITNESS
 from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
@@ -53,7 +53,7 @@ def begun_again(scene, correction):
         config=CONFIG,
         world=world,
         planner=PlannerFixed(instruction=Instruction(task=task, correction=correction)),
-        controller=resolve_name(CONTROLLERS["expert"])(world),
+        controller=ControllerExpert(world),
         observation=world.observe(),
     )
     episode.guarded_driver.driver.follow(world.target)
