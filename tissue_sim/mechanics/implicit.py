@@ -51,9 +51,12 @@ def predict(t: TissueArrays, b: int, i: int, h: float):
 
 @wp.func
 def begin_step(t: TissueArrays, b: int, h: float):
-    """Predict every vertex."""
-    for i in range(t.n_vertex[b]):
+    """Predict every vertex and clear the sums."""
+    n = t.n_vertex[b]
+    for i in range(n):
         predict(t, b, i, h)
+    for k in range(t.row[b, n]):
+        t.block[b, k] = wp.mat33()
 
 
 @wp.func
