@@ -1,1 +1,1 @@
-"""Arms compared on the same anatomies: run, counted, told."""
+"""Run arms on the same anatomies, compare them, and report."""

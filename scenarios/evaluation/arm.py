@@ -1,4 +1,4 @@
-"""What is compared: a planner with a controller, with or without this and that.
+"""An arm of an evaluation: a planner, a controller, and options.
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
 """
@@ -20,11 +20,11 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 @dataclass(frozen=True, kw_only=True)
 class StudyArm:
-    """One of those that are compared.
+    """An arm of an evaluation.
 
     Attributes:
-        name: unique in an evaluation, also a folder's.
-        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation: as of
+        name: unique in an evaluation; also the folder's name.
+        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation: as in
             `EpisodeConfig`.
     """
 
@@ -38,15 +38,15 @@ class StudyArm:
 
     @property
     def choices(self) -> dict[str, Any]:
-        """All but the name, as `EpisodeConfig` takes them."""
+        """Return all fields but the name, as `EpisodeConfig` takes them."""
         return {name: value for name, value in vars(self).items() if name != "name"}
 
 
 def arm_from_text(text: str) -> StudyArm:
-    """The arm that words name; without a name of its own it is named after both its parts.
+    """Return the arm that a text describes; the default name is PLANNER+CONTROLLER.
 
     Raises:
-        ValueError: they are of another form, or name what there is not.
+        ValueError: the text has another form, or names something unknown.
     """
     stack, *options = text.split(",")
     name, named, parts = stack.rpartition("=")
@@ -77,10 +77,10 @@ def _option(word: str) -> tuple[str, Any]:
 
 
 def require_distinct(arms: Sequence[StudyArm]) -> None:
-    """That no two have one name.
+    """Check that no two arms have the same name.
 
     Raises:
-        BadInputError: some have.
+        BadInputError: two arms have the same name.
     """
     names = [arm.name for arm in arms]
     if twice := {name for name in names if names.count(name) > 1}:

@@ -1,4 +1,4 @@
-"""What came of what people said: obeyed where it should be, refused where it must not."""
+"""Check what people said: was it obeyed if it should be, and refused if it must not be?"""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from scenarios.suites import Saying
 
 @dataclass(frozen=True, kw_only=True)
 class AuditLine:
-    """One saying of one condition, over all patients.
+    """The outcome of one saying of one condition, over all patients.
 
     Attributes:
-        heard: in how many episodes it was said before the end.
-        right: in how many of these just what it means was obeyed, or nothing where it should not.
-        reply: the first, as an example.
+        heard: number of episodes in which it was said before the end.
+        right: number of these in which exactly its meaning was obeyed, or nothing if nothing
+            should be.
+        reply: the first reply, as an example.
     """
 
     condition: str
@@ -30,7 +31,7 @@ class AuditLine:
 
 
 def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
-    """From the recordings of cases of one arm; empty where nothing is said in them."""
+    """Read the recordings of one arm's cases; return nothing if nobody says anything in them."""
     found: dict[tuple[str, Saying], list[dict[str, Any]]] = {}
     for case in cases:
         answers = _answers(folder / case.recording) if case.condition.said else {}
@@ -50,7 +51,7 @@ def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
 
 
 def _answers(recording: Path) -> dict[str, dict[str, Any]]:
-    """What came of each text."""
+    """Return the recorded answer to each text."""
     return {heard["text"]: heard for heard in load(recording, steps=False).heard}
 
 

@@ -1,4 +1,4 @@
-"""One episode of an evaluation: whose, under which condition, on which patient."""
+"""One episode of an evaluation: its arm, condition and patient."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scenarios.suites import Condition
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """Names an episode whole.
+    """Everything that identifies an episode of an evaluation.
 
     Attributes:
         suite: a key of `scenarios.suites.SUITES`.
@@ -30,7 +30,7 @@ class Case:
 
     @property
     def config(self) -> EpisodeConfig:
-        """What makes the episode, but for what is said in it."""
+        """Return the episode's configuration, without what people say."""
         return EpisodeConfig(
             scenario=self.condition.scenario,
             magnitude=self.condition.magnitude,
@@ -40,21 +40,21 @@ class Case:
 
     @property
     def folder(self) -> Path:
-        """Of the condition's episodes, in the report's: as `calot run` leaves them."""
+        """Return the folder of the condition's episodes, relative to the report's folder."""
         return Path(self.arm.name, self.suite, self.condition.name.replace(" ", "-"))
 
     @property
     def recording(self) -> Path:
-        """In the report's folder."""
+        """Return the path of the recording, relative to the report's folder."""
         return self.folder / "episodes" / f"{self.seed}.npz"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """A case and what it came to.
+    """A case and its result.
 
     Attributes:
-        unwritable: why its recording could not be kept; None if it was.
+        unwritable: why its recording could not be saved; None if it was saved.
     """
 
     case: Case
@@ -63,9 +63,9 @@ class Ended:
 
 
 def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
-    """Runs it and leaves its recording in `out`.
+    """Run a case and save its recording in `out`.
 
-    An episode that broke off is recorded, too: where there is no file there was no room for it.
+    An episode that broke off is recorded, too; a missing file means that the disk had no room.
     """
     from scenarios.loop.inbox import Inbox
 
@@ -81,7 +81,7 @@ def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
 
 
 def after_death(case: Case, error: WorkerDiedError) -> Ended:
-    """What stands for a case whose process died; it was not recorded and is run again later."""
+    """Return the result of a case whose process died; it has no recording and runs again later."""
     return Ended(case=case, result=broken_off(case.config, error))
 
 

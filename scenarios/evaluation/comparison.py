@@ -1,4 +1,4 @@
-"""Two arms on the same patients: does one pass more often, and is it quicker where both pass?"""
+"""Compare two arms on the same patients: pass rates, and measures where both pass."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ MEASURES: dict[str, Callable[[EpisodeResult], float | None]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class PairedDifference:
-    """Of a measure, first arm minus second; `interval_95` of its mean, None for fewer than two."""
+    """A measure's difference, first arm minus second.
+
+    Attributes:
+        interval_95: of the mean; None for fewer than two pairs.
+    """
 
     measure: str
     pairs: int
@@ -34,13 +38,13 @@ class PairedDifference:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmComparison:
-    """An arm against the reference, in one suite.
+    """An arm compared with the reference arm in one suite.
 
     Attributes:
-        pairs: patients that both met without error.
-        both, neither, only_arm, only_reference: who passed.
+        pairs: patients on which both ran without error.
+        both, neither, only_arm, only_reference: number of pairs by who passed.
         difference: of the pass rates, arm minus reference; None without pairs.
-        tango_95: its interval.
+        tango_95: interval of the difference.
         mcnemar_p: exact, two-sided.
         where_both_pass: paired differences of other measures.
     """
@@ -62,7 +66,7 @@ class ArmComparison:
 def compare(
     arm: str, reference: str, suite: str, results: Mapping[Case, EpisodeResult]
 ) -> ArmComparison:
-    """Over the conditions and patients that both met."""
+    """Compare both arms over the conditions and patients that both met."""
     mine, its = (_of(name, suite, results) for name in (arm, reference))
     pairs = [(mine[place], its[place]) for place in mine if place in its]
     if any(a.anatomy_hash != b.anatomy_hash for a, b in pairs):
@@ -87,7 +91,7 @@ def compare(
 
 
 def _of(arm: str, suite: str, results: Mapping[Case, EpisodeResult]) -> dict[Place, EpisodeResult]:
-    """An arm's episodes without error."""
+    """Return an arm's episodes without error."""
     return {
         (case.suite, case.condition.name, case.seed): result
         for case, result in results.items()

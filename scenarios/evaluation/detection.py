@@ -1,4 +1,4 @@
-"""How well a planner's chance of failure tells which episodes fail, scored as in SAFE.
+"""Measure how well a planner's chance of failure predicts failed episodes, as in SAFE.
 
 Gu et al., "SAFE: Multitask failure detection for vision-language-action models", arXiv 2506.09937.
 An episode's score is the highest chance in it. Its area under the ROC curve says how well scores
@@ -20,29 +20,29 @@ FALSE_ALARMS = 0.05  # of passed episodes, at most, on average over sets to cali
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """So many of so many, with Wilson's interval."""
+    """A share `count` of `of`, with Wilson's interval."""
 
     count: int
     of: int
 
     @property
     def rate(self) -> float | None:
-        """None of none."""
+        """Return the share; None if `of` is 0."""
         return self.count / self.of if self.of else None
 
     @property
     def wilson_95(self) -> tuple[float, float]:
-        """As of `scenarios.files.wilson`."""
+        """Return the interval by `scenarios.files.wilson`."""
         return wilson_interval(self.count, self.of)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """What an alarm did.
+    """How often an alarm was right and wrong.
 
     Attributes:
-        caught: of failed episodes, those with an alarm.
-        false: of passed episodes, likewise.
+        caught: share of the failed episodes that raised an alarm.
+        false: share of the passed episodes that raised an alarm.
         lead_s: median time from the alarm to the failed episode's end; None if none was caught.
     """
 
@@ -53,15 +53,15 @@ class Alarm:
 
 @dataclass(frozen=True, kw_only=True)
 class Detection:
-    """Of one arm.
+    """Failure detection of one arm.
 
     Attributes:
-        passed, failed: episodes in which the planner gave a chance.
+        passed, failed: number of episodes in which the planner gave a chance.
         roc_auc: None without passes or without failures.
-        roc: (false alarms, caught) as shares, for every threshold.
-        own: the planner's alarm, whose threshold holds for single tasks, of which there are 17.
+        roc: shares (false alarms, caught), for every threshold.
+        own: the planner's alarm, whose threshold holds for each of the 17 tasks.
         conformal: the alarm for whole episodes, calibrated on every other pass and judged on the
-            rest; None where too few passed for a threshold that keeps its word.
+            rest; None if too few passed for a threshold that keeps `FALSE_ALARMS`.
     """
 
     passed: int
@@ -73,9 +73,9 @@ class Detection:
 
 
 def detection(results: Sequence[EpisodeResult]) -> Detection | None:
-    """Over episodes without error; None where the planner gave no chance.
+    """Score the episodes without error; return None if the planner gave no chance.
 
-    `results`: in an order that does not depend on what they came to.
+    The order of `results` must not depend on their outcomes.
     """
     scored = [r for r in results if r.error is None and score(r) is not None]
     if not scored:
@@ -97,13 +97,13 @@ def detection(results: Sequence[EpisodeResult]) -> Detection | None:
 
 
 def score(result: EpisodeResult) -> float | None:
-    """The highest chance of failure that the planner gave in an episode."""
+    """Return the highest chance of failure that the planner gave in an episode."""
     chances = (task.failure_chance for task in result.tasks)
     return max((chance for chance in chances if chance is not None), default=None)
 
 
 def roc(passes: Sequence[float], failures: Sequence[float]) -> tuple[tuple[float, float], ...]:
-    """The curve from (0, 0) to (1, 1): shares of passes and of failures scored above thresholds."""
+    """Return the ROC curve from (0, 0) to (1, 1): shares of passes and failures by threshold."""
     thresholds = sorted({*passes, *failures}, reverse=True)
     return (
         (0.0, 0.0),
@@ -112,7 +112,7 @@ def roc(passes: Sequence[float], failures: Sequence[float]) -> tuple[tuple[float
 
 
 def area(curve: Sequence[tuple[float, float]]) -> float:
-    """Under a curve of straight pieces: the chance that a failure scores higher, ties by half."""
+    """Return the area under the curve: the chance that a failure scores higher, ties by half."""
     return sum((x1 - x0) * 0.5 * (y0 + y1) for (x0, y0), (x1, y1) in pairwise(curve))
 
 

@@ -1,4 +1,4 @@
-"""What a group of episodes comes to, in the figures by which surgeons and SRT-H are judged."""
+"""Figures of a group of episodes, as used to judge surgeons and SRT-H."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ RIGHT = 1  # the arm that clips and cuts
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """Of episodes without error; None where none has the figure.
+    """Figures of episodes without error; None if no episode has the figure.
 
     Attributes:
-        time_s: mean of those that passed, without exchanges.
-        path_m: likewise, of the right tip.
-        jerk_m: likewise, mean size of its third difference between control steps.
-        corrections: mean.
-        interventions: of the safety filter, mean.
-        injured: episodes with an injury.
-        clearance_m: the smallest of all.
+        time_s: mean time of the passed episodes, without exchanges.
+        path_m: mean path of the right tip in the passed episodes.
+        jerk_m: mean size of the right tip's third difference between control steps, likewise.
+        corrections: mean number.
+        interventions: mean number of the safety filter's interventions.
+        injured: number of episodes with an injury.
+        clearance_m: smallest clearance of all episodes.
     """
 
     time_s: float | None
@@ -37,7 +37,7 @@ class Figures:
 
 
 def figures(results: Sequence[EpisodeResult]) -> Figures:
-    """Of some episodes."""
+    """Return the figures of some episodes."""
     judged = [r for r in results if r.error is None]
     passed = [r for r in judged if r.success]
     return Figures(
@@ -55,7 +55,7 @@ def figures(results: Sequence[EpisodeResult]) -> Figures:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFigures:
-    """Means over one kind of task, on both tubes of the episodes that passed."""
+    """Means over one kind of task, on both tubes, in the passed episodes."""
 
     time_s: float | None
     path_m: float | None
@@ -63,7 +63,7 @@ class TaskFigures:
 
 
 def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> TaskFigures:
-    """Of the kind of task for which SRT-H gives them."""
+    """Return the figures of a kind of task for which SRT-H reports them."""
     indices = {t.index for t in TASKS if (t.kind, t.clip) == (published.kind, published.clip)}
     tasks = [t for r in results if r.success for t in r.tasks if t.index in indices]
     return TaskFigures(
@@ -74,13 +74,13 @@ def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> 
 
 
 def path_m(result: EpisodeResult) -> float | None:
-    """Of the right tip in all tasks; None where it was not measured."""
+    """Return the right tip's path over all tasks; None if it was not measured."""
     paths = [task.path_m for task in result.tasks]
     return None if None in paths else sum(path[RIGHT] for path in paths if path)
 
 
 def jerk_m(tasks: Sequence[TaskResult]) -> float | None:
-    """Mean over the tasks' time of the right tip's third difference between control steps."""
+    """Return the right tip's third difference between control steps, averaged over the time."""
     measured = [(t.jerk_m_s3[RIGHT], t.time_s) for t in tasks if t.jerk_m_s3]
     time_s = sum(weight for _, weight in measured)
     jerk_m_s3 = sum(jerk * weight for jerk, weight in measured)
@@ -88,6 +88,6 @@ def jerk_m(tasks: Sequence[TaskResult]) -> float | None:
 
 
 def mean(values: Iterable[float | None]) -> float | None:
-    """Of those that are there."""
+    """Return the mean of the values that are not None; None if there are none."""
     there = [value for value in values if value is not None]
     return sum(there) / len(there) if there else None

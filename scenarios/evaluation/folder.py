@@ -1,4 +1,4 @@
-"""A report's folder: whose episodes they are, and which are finished."""
+"""A report's folder: how its episodes are made, and which are finished."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ SCHEMA = 1
 
 
 def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
-    """Notes what its episodes are made with, or sees that this is the same as before.
+    """Note how the folder's episodes are made, or check that this has not changed.
 
     Raises:
-        BadInputError: the folder's are of another version, or an arm of the name is another.
+        BadInputError: its episodes have another version, or an arm of the same name differs.
     """
     path, made_with = folder / MANIFEST, _made_with()
     before = _read(path) or {"schema": SCHEMA, "made_with": made_with, "arms": {}}
@@ -52,7 +52,7 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
 
 
 def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
-    """Results that need no episode; those that broke off are to be run again.
+    """Return the results of finished episodes; those that broke off run again.
 
     Raises:
         BadInputError: a recording cannot be read.
@@ -76,7 +76,7 @@ def _result(path: Path) -> EpisodeResult | None:
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """None where there is no file yet."""
+    """Return the content of the file; None if there is no file yet."""
     try:
         read = json.loads(path.read_text())
         if read["schema"] == SCHEMA and read["made_with"].keys() and read["arms"] is not None:
@@ -96,6 +96,6 @@ def _made_with() -> dict[str, Any]:
 
 
 def _described(arm: StudyArm) -> dict[str, Any]:
-    """The arm, its checkpoints by what is in them, wherever they lie."""
+    """Return the arm as plain data, with its checkpoints by content and not by path."""
     choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
     return plain(choices) | {"checkpoints": checkpoint_digests(EpisodeConfig(**arm.choices))}

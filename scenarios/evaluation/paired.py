@@ -1,4 +1,4 @@
-"""What can be said of two arms that met the same patients."""
+"""Statistics of two arms on the same patients."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ Interval = tuple[float, float]
 
 
 def mcnemar_exact(only_first: int, only_second: int) -> float:
-    """Two-sided p-value of McNemar's test, from the binomial distribution itself.
+    """Return the exact two-sided p-value of McNemar's test, from the binomial distribution.
 
-    McNemar (1947, Psychometrika 12:153-157): where both arms do the same nothing is learnt; of
-    the other pairs, half should favour either arm if they do not differ.
+    McNemar (1947, Psychometrika 12:153-157): pairs with equal outcomes say nothing; of the other
+    pairs, half should favour each arm if the arms do not differ.
 
     Args:
         only_first: pairs in which only the first arm passed.
-        only_second: pairs in which only the second did.
+        only_second: pairs in which only the second arm passed.
     """
     n = only_first + only_second
     return float(binomtest(only_first, n, 0.5).pvalue) if n else 1.0
 
 
 def tango_interval(only_first: int, only_second: int, n: int, z: float = 1.96) -> Interval:
-    """Score interval of the difference of two paired rates, first minus second.
+    """Return the score interval of the difference of two paired rates, first minus second.
 
     Tango (1998, Stat. Med. 17:891-908): the differences d whose score `tango_score` lies within
-    -z and z. It has its level with few pairs and with rates of 0 and 1, where Wald's has not.
+    -z and z. It keeps its level with few pairs and with rates of 0 and 1; Wald's does not.
 
     Args:
         only_first: pairs in which only the first arm passed.
-        only_second: pairs in which only the second did.
-        n: all pairs; with none, nothing is known and the interval is (-1, 1).
+        only_second: pairs in which only the second arm passed.
+        n: number of all pairs; for 0 the interval is (-1, 1).
         z: normal quantile; 1.96 for 95 %.
 
     Raises:
-        ValueError: the counts are negative, or more than `n` together.
+        ValueError: the counts are negative, or their sum exceeds `n`.
     """
     if only_first < 0 or only_second < 0 or only_first + only_second > n:
         raise ValueError(f"{only_first} and {only_second} must be 0 or more, {n} at most together")
@@ -48,11 +48,11 @@ def tango_interval(only_first: int, only_second: int, n: int, z: float = 1.96) -
 
 
 def tango_score(only_first: int, only_second: int, n: int, difference: float) -> float:
-    """How many standard errors the observed difference of rates lies above `difference`.
+    """Return how many standard errors the observed difference of rates lies above `difference`.
 
     Tango (1998), equations 10 and 12: the error is estimated under `difference`, at the most
-    likely share q of pairs in which only the second passes. It is +-inf where the observed one
-    cannot be.
+    likely share q of pairs in which only the second passes. The score is +-inf if the observed
+    difference is impossible.
     """
     b, c, d = only_first, only_second, difference
     lin = (2 * n - b + c) * d - b - c
@@ -64,7 +64,7 @@ def tango_score(only_first: int, only_second: int, n: int, difference: float) ->
 
 
 def _solved(only_first: int, only_second: int, n: int, score: float) -> float:
-    """The difference with this score, which falls from one end of -1 to 1 to the other."""
+    """Return the difference with this score, by bisection: the score falls from -1 to 1."""
     low, high = -1.0, 1.0
     while high - low > 1e-12:
         middle = 0.5 * (low + high)
@@ -76,9 +76,9 @@ def _solved(only_first: int, only_second: int, n: int, score: float) -> float:
 
 
 def mean_interval(differences: Sequence[float], level: float = 0.95) -> Interval | None:
-    """Interval of the mean of paired differences, Student (1908, Biometrika 6:1-25).
+    """Return the interval of the mean of paired differences, Student (1908, Biometrika 6:1-25).
 
-    None for fewer than two.
+    Return None for fewer than two differences.
     """
     n = len(differences)
     if n < 2:

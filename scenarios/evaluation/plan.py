@@ -1,4 +1,4 @@
-"""Which episodes an evaluation takes: those of each condition, and of ladders as far as needed."""
+"""The episodes of an evaluation: those of each condition, and of ladders as far as needed."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from scenarios.evaluation.case import Case
 from scenarios.loop.results import EpisodeResult, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
-HOLDS = 0.5  # of a rung's episodes pass, at least
+HOLDS = 0.5  # a rung holds if at least this share of its episodes passes
 
 Results = Mapping[Case, EpisodeResult]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Arms, suites, patients: every arm meets every patient."""
+    """Arms, suites and patients of an evaluation; every arm meets every patient."""
 
     arms: tuple[StudyArm, ...]
     suites: tuple[Suite, ...]
     seeds: Sequence[int]
 
     def cases(self, arm: StudyArm, suite: Suite, condition: Condition) -> list[Case]:
-        """Of one condition, a patient each."""
+        """Return the cases of one condition, one for each patient."""
         return [
             Case(arm=arm, suite=suite.name, condition=condition, seed=seed) for seed in self.seeds
         ]
 
     def conditions(self, arm: StudyArm, suite: Suite, results: Results) -> list[Condition]:
-        """Those that an arm has to meet, as far as is known by now."""
+        """Return the conditions for an arm, with the rungs that the results so far call for."""
         rungs = (
             rung for ladder in suite.ladders for rung in self.climbed(arm, suite, ladder, results)
         )
@@ -39,7 +39,7 @@ class Plan:
     def climbed(
         self, arm: StudyArm, suite: Suite, ladder: Ladder, results: Results
     ) -> Iterator[Condition]:
-        """The rungs of a ladder up to the first that is not done or does not hold."""
+        """Yield the rungs of a ladder up to the first that is not finished or does not hold."""
         for rung in ladder.rungs:
             yield rung
             cases = self.cases(arm, suite, rung)
@@ -50,16 +50,16 @@ class Plan:
                 return
 
     def asked(self, arm: StudyArm, suite: Suite, results: Results) -> list[Case]:
-        """An arm's episodes in a suite, as far as is known by now."""
+        """Return an arm's cases in a suite, as far as the results so far call for them."""
         conditions = self.conditions(arm, suite, results)
         return [case for c in conditions for case in self.cases(arm, suite, c)]
 
     def due(self, results: Results) -> list[Case]:
-        """What can be run now and has no result yet."""
+        """Return the cases that can run now and have no result yet."""
         return [case for case in self._all(results) if case not in results]
 
     def known(self, results: Results) -> list[Case]:
-        """What has a result, in the plan's order, whenever it ended."""
+        """Return the cases that have a result, in the plan's order."""
         return [case for case in self._all(results) if case in results]
 
     def _all(self, results: Results) -> Iterator[Case]:

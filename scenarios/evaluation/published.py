@@ -1,11 +1,11 @@
-"""What SRT-H reports, the system that Calot reproduces.
+"""Published figures of SRT-H, the system that Calot reproduces.
 
 Kim et al., "SRT-H: A hierarchical framework for autonomous surgery via language-conditioned
 imitation learning", Science Robotics 10 (2025), arXiv 2505.10251.
 
-On pig gallbladders, in time on the clock; tool exchanges are left out there as they are here. It
-prints its jerk in mm/s^3; the size is that of third differences between frames of 30 Hz, as which
-it is taken here (assumed: how it was computed is not said).
+Measured on pig gallbladders, in time on the clock, without tool exchanges (as here). The paper
+prints jerk in mm/s^3; its size is that of third differences between frames at 30 Hz, and it is
+read as such here (assumed: the paper does not say how it was computed).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ CORRECTIONS = (2, 8, 14, 3, 6, 12, 1, 5)
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedTask:
-    """One kind of task by the robot and by one expert surgeon, in that order.
+    """Figures of one kind of task, by the robot and by one expert surgeon, in that order.
 
     Attributes:
         kind, clip: which of `planner.task.TASKS` these are, on either tube.
-        path_m: of the instrument at work.
-        jerk_m: between frames; None where none is given.
+        path_m: path of the instrument at work.
+        jerk_m: third difference between frames; None if the paper gives none.
     """
 
     name: str

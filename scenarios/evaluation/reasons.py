@@ -1,4 +1,4 @@
-"""Why an episode failed, in words: what was first to go wrong."""
+"""Say in words why an episode failed: what went wrong first."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ NOT_HOLDING = "a clip or a stump does not hold in the end"
 
 
 def reason(result: EpisodeResult) -> str | None:
-    """The first injury, else the task that was not done in time; None if it did not fail."""
+    """Return the first injury, else the task not done in time; None if it did not fail."""
     if result.success or result.error is not None:
         return None
     if result.injuries:
@@ -19,13 +19,13 @@ def reason(result: EpisodeResult) -> str | None:
 
 
 def first_not_done(result: EpisodeResult) -> str | None:
-    """The words of the first task, in the procedure's order, that was not done; None if all are."""
+    """Return the words of the first task, in the procedure's order, not done; None if all are."""
     done = {task.index for task in result.tasks if task.success}
     return next((task.text for task in TASKS if task.index not in done), None)
 
 
 def in_detail(result: EpisodeResult) -> str:
-    """The outcome in a line, with numbers."""
+    """Return the outcome in one line, with numbers."""
     if result.error is not None:
         return f"error: {result.error}"
     if result.success:
@@ -42,5 +42,5 @@ def in_detail(result: EpisodeResult) -> str:
 
 
 def _last(result: EpisodeResult) -> TaskResult | None:
-    """The task at which the episode ended for lack of time: no other takes as long."""
+    """Return the task at which the episode ran out of time: the longest one."""
     return max(result.tasks, key=lambda task: task.time_s, default=None)

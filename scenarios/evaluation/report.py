@@ -1,4 +1,4 @@
-"""All that an evaluation found, as numbers; its JSON, its tables and its page say the same."""
+"""The numbers of an evaluation, from which its JSON, tables and page are made."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenarios.evaluation.reasons import in_detail, reason
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
-WORST = 5  # episodes told of for each arm
+WORST = 5  # episodes listed for each arm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +33,11 @@ class Rung:
 
 @dataclass(frozen=True, kw_only=True)
 class Climb:
-    """How far an arm came on a ladder.
+    """How far an arm climbed a ladder.
 
     Attributes:
-        held: the largest magnitude at which at least half passed; None if the first broke it.
-        breaking: the smallest at which fewer did; None if none was found.
+        held: the largest magnitude at which at least half passed; None if the first failed.
+        breaking: the smallest magnitude at which fewer passed; None if none was found.
     """
 
     axis: str
@@ -49,7 +49,7 @@ class Climb:
 
 @dataclass(frozen=True, kw_only=True)
 class ReportedEpisode:
-    """One to look at: where it stands and what it came to."""
+    """An episode to look at: its recording and its outcome."""
 
     suite: str
     condition: str
@@ -63,11 +63,11 @@ class SuiteReport:
     """One arm in one suite.
 
     Attributes:
-        missing: episodes that have not been run, as the evaluation was interrupted.
-        conditions: pass rates by condition, without those of ladders.
-        reasons: of failures, the most frequent first.
-        tasks: the kinds of task for which SRT-H gives figures, by its names.
-        results: each episode, by its condition, in the order of seeds.
+        missing: number of episodes not run because the evaluation was interrupted.
+        conditions: pass rates by condition, without ladders.
+        reasons: reasons of failures, the most frequent first.
+        tasks: figures of the kinds of task that SRT-H reports, by SRT-H's names.
+        results: the episodes by condition, in the order of seeds.
     """
 
     summary: Summary
@@ -86,10 +86,10 @@ class ArmReport:
     """One arm.
 
     Attributes:
-        suites: by name.
-        worst: those that failed, the earliest first; then the slowest that passed.
-        errors: episodes that broke off, which are nobody's failures.
-        detection: over all suites; None where its planner gives no chance of failure.
+        suites: suite reports by name.
+        worst: failed episodes, the earliest first; then the slowest that passed.
+        errors: episodes that broke off, which do not count as failures.
+        detection: over all suites; None if the planner gives no chance of failure.
     """
 
     arm: StudyArm
@@ -104,8 +104,8 @@ class Report:
     """An evaluation.
 
     Attributes:
-        comparisons: of each other arm with the first, but not on ladders: arms climb these as far
-            as each can, so that those which meet on a rung are not all.
+        comparisons: of each other arm with the first, without ladders: each arm climbs as far as
+            it can, so not all arms meet on every rung.
     """
 
     seeds: tuple[int, ...]
@@ -115,7 +115,7 @@ class Report:
 
 
 def report_of(plan: Plan, results: Results, folder: Path) -> Report:
-    """From what there is by now; language is read from the recordings in `folder`."""
+    """Report on the results so far; language is read from the recordings in `folder`."""
     reference, *others = plan.arms
     planned = {case: results[case] for case in plan.known(results)}
     return Report(
@@ -187,7 +187,7 @@ def _climb(
 
 
 def _badness(result: EpisodeResult) -> tuple[bool, int, int, float]:
-    """Failed before passed, few tasks before many, then injuries and time."""
+    """Return a sort key: failed before passed, few tasks before many, then injuries and time."""
     done = sum(task.success for task in result.tasks)
     return not result.success, -done, len(result.injuries), result.procedure_time_s
 
@@ -203,9 +203,9 @@ def _episode(case: Case, result: EpisodeResult) -> ReportedEpisode:
 
 
 def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
-    """The lowest of any arm in any suite, with both names; None without one.
+    """Return the lowest pass rate of any arm in any suite, with both names; None without one.
 
-    Ladders are left out: they are climbed until an arm fails.
+    Ladders are left out, because each arm climbs them until it fails.
     """
     rates = (
         (rate, arm, suite.name)
@@ -217,9 +217,9 @@ def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
 
 
 def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
-    """As results.json holds it: for each arm and suite what `calot run` writes, and more.
+    """Return the content of results.json: for each arm and suite what `calot run` writes, and more.
 
-    The safety filter's ledgers are left to the recordings.
+    The safety filter's ledgers are only in the recordings.
     """
     return {
         "arms": {

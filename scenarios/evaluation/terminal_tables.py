@@ -1,4 +1,4 @@
-"""A report on the terminal."""
+"""A report as tables on the terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Row = Sequence[str]
 
 
 def tables(report: Report) -> Iterator[Table]:
-    """One after the other; without those that have no row."""
+    """Yield the tables that have rows."""
     several = (
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
@@ -94,7 +94,7 @@ def _climb(climb: Climb) -> Row:
 
 
 def _said(report: Report) -> Iterator[Row]:
-    """Summed over the sayings of a kind; the page has each."""
+    """Yield a row for each kind of saying, summed; the page lists each saying."""
     for arm, found in report.arms.items():
         lines = [line for suite in found.suites.values() for line in suite.audit]
         for kind in dict.fromkeys(line.condition for line in lines):

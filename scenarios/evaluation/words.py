@@ -1,4 +1,4 @@
-"""Numbers as a person reads them."""
+"""Numbers as text for people."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ NOTHING = "–"
 
 
 def counts(summary: Summary) -> str:
-    """How many passed of those without error."""
+    """Return how many episodes passed of those without error."""
     return f"{summary.passed} of {summary.episodes - summary.errors}"
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:
-    """With so many decimals; a dash for none."""
+    """Return a number with `digits` decimals; a dash for None."""
     return NOTHING if value is None else f"{scale * value:z.{digits}f}"
 
 
 def rate(value: float | None) -> str:
-    """In per cent."""
+    """Return a rate in per cent."""
     return NOTHING if value is None else f"{100.0 * value:z.0f} %"
 
 
 def signed(value: float | None, digits: int = 3, scale: float = 1.0) -> str:
-    """With its sign."""
+    """Return a number with its sign."""
     return NOTHING if value is None else f"{scale * value:+z.{digits}f}"
 
 
 def interval(ends: tuple[float, float] | None, digits: int, scale: float = 1.0) -> str:
-    """From one end to the other."""
+    """Return both ends of an interval."""
     if ends is None:
         return NOTHING
     low, high = ends

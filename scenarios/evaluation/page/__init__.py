@@ -1,1 +1,1 @@
-"""A report as a page: a section a file."""
+"""A report as a page; each section has its own file."""

@@ -1,4 +1,4 @@
-"""Why episodes failed, and which are worth a look."""
+"""Why episodes failed, and which to look at."""
 
 from __future__ import annotations
 

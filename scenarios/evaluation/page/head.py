@@ -1,4 +1,4 @@
-"""What was compared, and the first answer."""
+"""The page's head: what was compared, and the pass rates."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _card(k: int, found: ArmReport) -> str:
 
 
 def _stack(arm: StudyArm) -> str:
-    """What an arm is made of, in words."""
+    """Return the parts of an arm in words."""
     parts = [f"{arm.planner} planner, {arm.controller} controller"]
     parts += [] if arm.safety_filter else ["no safety filter"]
     parts += [arm.ablation] if arm.ablation else []

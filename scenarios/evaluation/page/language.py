@@ -1,4 +1,4 @@
-"""What people said, and what came of it."""
+"""What people said, and how often it was obeyed or refused rightly."""
 
 from __future__ import annotations
 

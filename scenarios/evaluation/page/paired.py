@@ -1,4 +1,4 @@
-"""Each arm against the first, patient by patient."""
+"""Each arm compared with the first, patient by patient."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MEASURED = {
     "corrections": ("corrections", 1.0, 1),
     "clearance_m": ("clearance (mm)", 1e3, 2),
 }
-"""Heading, scale and decimals of what is compared where both pass."""
+"""Heading, scale and decimals of each measure compared where both pass."""
 
 
 def paired(report: Report) -> str:
@@ -58,7 +58,7 @@ def paired(report: Report) -> str:
 
 
 def _apart(comparison: ArmComparison) -> Iterator[str]:
-    """A cell a measure: the mean difference, and its interval below."""
+    """Yield a cell for each measure: the mean difference, and its interval below."""
     found = {difference.measure: difference for difference in comparison.where_both_pass}
     for measure, (_, scale, digits) in MEASURED.items():
         if (d := found.get(measure)) is None:

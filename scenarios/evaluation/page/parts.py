@@ -1,4 +1,4 @@
-"""What the sections of a report's page are made of."""
+"""Building blocks of the sections of a report's page."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from scenarios.evaluation.report import Report
 
 
 def section(title: str, text: str, body: str) -> str:
-    """Nothing where there is nothing to show."""
+    """Return a section; an empty text if `body` is empty."""
     return f"<section><h2>{title}</h2><p class='soft'>{text}</p>{body}</section>" if body else ""
 
 
 def table(head: Sequence[str], names: int, rows: Iterable[Sequence[str]]) -> str:
-    """Of cells that are HTML; the first `names` columns are words, the others numbers."""
+    """Return a table of HTML cells; the first `names` columns are words, the others numbers."""
     body = "".join(
         "<tr>" + "".join(_cell("td", cell, k >= names) for k, cell in enumerate(row)) + "</tr>"
         for row in rows

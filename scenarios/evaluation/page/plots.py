@@ -13,7 +13,7 @@ ROW, LABEL, PLOT, NOTE = 26, 210, 470, 150  # px of a forest
 
 @dataclass(frozen=True, kw_only=True)
 class PlotMark:
-    """A value in 0 to 1 with its interval; `colour` is the arm's number, `note` stands beside."""
+    """A value from 0 to 1 with its interval; `colour` is the arm's number, `note` a text beside."""
 
     label: str
     colour: int
@@ -23,7 +23,7 @@ class PlotMark:
 
 
 def forest(marks: Sequence[PlotMark]) -> str:
-    """A row a mark: a dot in its interval, on an axis from 0 to 1."""
+    """Draw one row for each mark: a dot in its interval, on an axis from 0 to 1."""
     height = ROW * len(marks) + 30
     ticks = "".join(
         f'<line class="grid" x1="{_at(x):.1f}" x2="{_at(x):.1f}" y1="4" y2="{height - 24}"/>'
@@ -54,14 +54,14 @@ def _at(value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class PlotLine:
-    """What an arm does along an axis: (magnitude, rate, low, high) from rung to rung."""
+    """An arm's pass rate along a ladder: (magnitude, rate, low, high) of each rung."""
 
     colour: int
     points: tuple[tuple[float, float, float, float], ...]
 
 
 def ladder(lines: Sequence[PlotLine], most: float) -> str:
-    """Pass rate over magnitude, up to `most`; the dashed line is the half at which it breaks."""
+    """Draw pass rate over magnitude up to `most`; a dashed line marks the breaking rate, half."""
     width, height, left, low, top = 250, 150, 34, 122, 10
 
     def x(magnitude: float) -> float:
@@ -102,7 +102,7 @@ def _line(colour: int, points: Sequence[tuple[float, float, float, float]]) -> s
 
 
 def strips(groups: Sequence[tuple[str, int, Sequence[float]]], unit: str) -> str:
-    """A row a group (label, colour, values): a dot a value, a bar at their median."""
+    """Draw one row for each group (label, colour, values): dots, and a bar at their median."""
     most = 1.08 * max((value for _, _, values in groups for value in values), default=1.0)
     height = 34 * len(groups) + 30
 
@@ -139,7 +139,7 @@ def _strip(label: str, colour: int, at: Sequence[float], y: float) -> str:
 
 
 def _round_values(most: float) -> list[float]:
-    """Four to eight steps of 1, 2 or 5 of a power of ten, from 0 on."""
+    """Return values from 0 in four to eight steps of 1, 2 or 5 times a power of ten."""
     step = 10.0 ** len(str(int(most)))
     while most / step < 4:
         step = step / 2 if str(step)[0] in "12" else step / 2.5
@@ -147,7 +147,7 @@ def _round_values(most: float) -> list[float]:
 
 
 def roc(curves: Sequence[tuple[int, Sequence[tuple[float, float]]]]) -> str:
-    """Failures caught over false alarms, a curve an arm (colour, points)."""
+    """Draw failures caught over false alarms, one curve (colour, points) for each arm."""
     size, left, low = 260, 44, 226
 
     def points(curve: Sequence[tuple[float, float]]) -> str:

@@ -79,5 +79,5 @@ _ARM = """.arm{k} {{ stroke: var(--arm{k}); }}
 
 
 def sheet() -> str:
-    """The CSS, each arm's colour in it."""
+    """Return the CSS, with each arm's colour."""
     return SHEET.replace("ARMS", "\n".join(_ARM.format(k=k) for k in range(N_COLOURS)))

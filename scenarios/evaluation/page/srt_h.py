@@ -1,4 +1,4 @@
-"""The arms beside SRT-H and the surgeon to whom it was compared."""
+"""The arms compared with SRT-H and with its surgeon."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scenarios.evaluation.words import NOTHING, counts, number
 
 
 def beside_srt_h(report: Report) -> str:
-    """In the first suite, as SRT-H's patients were undisturbed, too."""
+    """Return the comparison in the first suite; SRT-H's patients were undisturbed, too."""
     name = report.suites[0].name
     arms = [found.suites[name] for found in report.arms.values()]
     head = ("", *(escape(arm) for arm in report.arms), "SRT-H", "its surgeon")

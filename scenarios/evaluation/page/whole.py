@@ -1,4 +1,4 @@
-"""A report as one page of HTML that asks nothing of the network: to read, to keep, to send."""
+"""A report as one page of HTML that needs no network."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scenarios.files.strict_json import dumps
 
 
 def page(report: Report, made_with: Mapping[str, Any]) -> str:
-    """The whole page; recordings are linked to by their paths in the report's folder."""
+    """Return the whole page; it links to recordings by their paths in the report's folder."""
     sections = (
         pass_rates(report),
         paired(report),
