@@ -1,6 +1,6 @@
-"""What `calot run` can be asked for, by name; light to import, so that names are checked first.
+"""The names that `calot run` accepts; light to import, so that names are checked first.
 
-A planner or controller stands with the path of its factory, which `scenarios.loop.policies` calls.
+A planner or controller is listed with the path of its factory, for `scenarios.loop.policies`.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from scenarios.perturbation.perturbations import PERTURBATIONS
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """Conditions under which an episode takes place.
+    """The conditions of an episode.
 
     Attributes:
         variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own anatomy.
@@ -57,10 +57,10 @@ PLANNERS: dict[str, str] = {
 }
 
 LEARNED_PLANNERS = ("learned",)
-"""Calot's own that are made from a checkpoint."""
+"""Calot's planners that are made from a checkpoint."""
 
 ENDPOINT_PLANNERS = ("llm",)
-"""Made from an endpoint that the environment names."""
+"""Planners made from an endpoint that the environment names."""
 
 CONTROLLERS: dict[str, str] = {
     "diffusion": "controller.diffusion.controller:make",
@@ -69,12 +69,12 @@ CONTROLLERS: dict[str, str] = {
 }
 
 LEARNED_CONTROLLERS = ("diffusion",)
-"""Calot's own that are made from a checkpoint and a seed."""
+"""Calot's controllers that are made from a checkpoint and a seed."""
 
 WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
-"""The stack that reads the hidden state of the world: it shows what can be done at all."""
+"""The stack that reads the hidden state of the world: it shows what is possible."""
 
 ABLATIONS: dict[str, str] = {
     "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"
 }
-"""What is taken away from a planner, by a factory that takes the planner."""
+"""Ablations of a planner, each by a factory that takes the planner."""

@@ -27,10 +27,10 @@ FAULT = 3
 
 
 class Subcommand(Protocol):
-    """What the words on the command line ask for."""
+    """A parsed command of the command line."""
 
     def execute(self) -> int:
-        """Does it; returns the exit code."""
+        """Run the command; return the exit code."""
         ...
 
 
@@ -47,7 +47,7 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command; returns its exit code, which is 2 for bad input, told in one line."""
+    """Run one command; return its exit code; bad input gives 2 and a message in one line."""
     if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder
         sys.path.append(os.getcwd())
     if (sys.argv[1:] if argv is None else list(argv)) == ["--version"]:
@@ -66,10 +66,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def parse(argv: Sequence[str] | None = None) -> Subcommand:
-    """Returns the command that the words ask for.
+    """Return the command that the words name.
 
     Raises:
-        BadInputError: If they ask for none; in one line, where tyro draws a box.
+        BadInputError: the words name no command; in one line instead of tyro's box.
     """
     complaint = io.StringIO()
     try:
@@ -87,7 +87,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
 
 
 def _one_line(box: str) -> str:
-    """Returns the text in tyro's box, without its frame and its pointers to the help."""
+    """Return the text in tyro's box, without its frame and its pointers to the help."""
     rows = [re.sub(r"^[│|]\s*|\s*[│|]$", "", row) for row in box.splitlines()]
     text = " ".join(row.strip() for row in rows if not row.startswith(("╭", "╰")))
     said, *_ = re.split(r"─{3,} (?:Argument helptext|For full helptext)", text)

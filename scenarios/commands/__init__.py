@@ -1,1 +1,1 @@
-"""What does each command do? One file a command; heavy imports happen only when it runs."""
+"""The commands, each in its own file; heavy imports happen only when a command runs."""

@@ -1,4 +1,4 @@
-"""Argument types that say what they allow."""
+"""Argument types whose help says what they allow."""
 
 import re
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ _FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 
 
 def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
-    """Returns the type of a whole number not below `minimum`, to annotate an int or None with."""
+    """Return the type of a whole number not below `minimum`, to annotate an int or None with."""
 
     def parse(words: list[str]) -> int:
         word = words[0]
@@ -30,7 +30,7 @@ def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
 
 
 def number() -> PrimitiveConstructorSpec[float | None]:
-    """Returns the type of a number that may be left out, to annotate a float | None with."""
+    """Return the type of an optional number, to annotate a float | None with."""
 
     def parse(words: list[str]) -> float:
         try:
@@ -48,7 +48,7 @@ def number() -> PrimitiveConstructorSpec[float | None]:
 
 
 def one_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str | None]:
-    """Returns the type of a name among `names`, to annotate a str or None with."""
+    """Return the type of a name among `names`, to annotate a str or None with."""
     allowed = tuple(names)
 
     def parse(words: list[str]) -> str:
@@ -84,12 +84,12 @@ def policy_of(names: Iterable[str]) -> PrimitiveConstructorSpec[str]:
 
 
 def text_of(path: Path | None) -> str | None:
-    """A path as configurations keep it."""
+    """Return a path as configurations keep it."""
     return None if path is None else str(path)
 
 
 def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...]]:
-    """Returns the type of names among `names` with commas between, each once."""
+    """Return the type of names among `names`, separated by commas, each once."""
     allowed = tuple(names)
 
     def parse(words: list[str]) -> tuple[str, ...]:
@@ -109,7 +109,7 @@ def some_of(names: Iterable[str]) -> PrimitiveConstructorSpec[tuple[str, ...]]:
 
 
 def some_arms() -> PrimitiveConstructorSpec[tuple[StudyArm, ...]]:
-    """Returns the type of one or more arms of an evaluation."""
+    """Return the type of one or more arms of an evaluation."""
 
     def parse(words: list[str]) -> tuple[StudyArm, ...]:
         if not words:

@@ -1,4 +1,4 @@
-"""`--checkpoint`, `--planner-checkpoint`: checked before anything is started."""
+"""`--checkpoint`, `--planner-checkpoint`: checked before anything starts."""
 
 from collections.abc import Sequence
 from importlib import import_module
@@ -9,17 +9,17 @@ from scenarios.files.errors import BadInputError
 
 
 def require_checkpoint(controller: str, checkpoint: Path | None) -> None:
-    """That a learned controller has one that fits, and another is given none.
+    """Check that a learned controller has a fitting checkpoint, and any other has none.
 
     Raises:
-        BadInputError: it is not so.
+        BadInputError: the checkpoint is missing, does not fit, or is not wanted.
     """
     if _is_needed("--checkpoint", "controller", controller, checkpoint, LEARNED_CONTROLLERS):
         _require_fit("--checkpoint", "controller", checkpoint, "controller.diffusion.checkpoint")
 
 
 def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
-    """Likewise of planners."""
+    """Check the checkpoint of a planner in the same way."""
     if _is_needed("--planner-checkpoint", "planner", planner, checkpoint, LEARNED_PLANNERS):
         _require_fit("--planner-checkpoint", "planner", checkpoint, "planner.learned.checkpoint")
 
@@ -33,7 +33,7 @@ def _is_needed(
 
 
 def _require_fit(option: str, role: str, checkpoint: Path | None, module: str) -> None:
-    """`module`: of the learner's checkpoints; heavy to import."""
+    """Check the checkpoint with `module`, the learner's, which is heavy to import."""
     from planner.learning.checkpoint import CheckpointError, chosen
 
     of_learner = import_module(module)

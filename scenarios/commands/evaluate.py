@@ -39,7 +39,7 @@ LEARNED = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluate:
-    """Compare arms on the same patients; go on where an earlier call stopped.
+    """Compare arms on the same patients; continue where an earlier call stopped.
 
     Exit code: 0 done, 1 a pass rate is below --fail-under, 2 bad input or a full disk, 3 some
     episodes ended in error, 130 interrupted.
@@ -53,18 +53,18 @@ class Evaluate:
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first patient; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 20
-    """How many patients each condition is met with."""
+    """Number of patients for each condition."""
     workers: Annotated[int, at_least(1)] = 1
-    """How many episodes run side by side."""
+    """Number of episodes that run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
-    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
+    """Ray cluster that runs them; this machine must be one of its nodes."""
     out: Path = Path("runs/evaluation")
     """Folder of the report and all recordings; what is finished in it is not run again."""
     fail_under: Annotated[float | None, number()] = None
     """Exit with 1 if an arm passes less than this share, 0 to 1, of a suite, ladders left out."""
 
     def execute(self) -> int:
-        """Runs what is not finished, and reports; returns the exit code."""
+        """Run what is not finished, and report; return the exit code."""
         self._require_possible()
         from scenarios.evaluation.folder import finished, open_folder
         from scenarios.evaluation.plan import Plan
@@ -100,7 +100,7 @@ class Evaluate:
         require_cluster(self.cluster, self.out)
 
     def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
-        """In rounds, as a ladder's next rung waits for the one before."""
+        """Run in rounds, because a ladder's next rung waits for the one before."""
         while due := plan.due(results):
             display = ProgressDisplay(len(due), Console(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
@@ -125,7 +125,7 @@ class Evaluate:
                 yield attempt(case, self.out, [display])
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
-        """Writes it and shows it."""
+        """Write the report and show it."""
         from scenarios.evaluation.page.whole import page
         from scenarios.evaluation.report import document, report_of
         from scenarios.evaluation.terminal_tables import tables
@@ -141,7 +141,7 @@ class Evaluate:
         return report
 
     def _made_with(self) -> dict[str, Any]:
-        """How it is made again: the folder, the workers and the limit do not change a result."""
+        """Return the options that determine the results: not the folder, workers or limit."""
         from scenarios.files.versions import source_digest, versions
 
         defaults = replace(

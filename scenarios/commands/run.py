@@ -58,15 +58,15 @@ class Run:
     controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
     """Who moves the arms; expert reads the hidden state."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of a learned controller; left out, the one that comes with Calot."""
+    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of a learned planner; left out, the one that comes with Calot."""
+    """Checkpoint of a learned planner; the default is the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
-    """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     instruct: Annotated[Path | None, arg(metavar="FILE")] = None
-    """What a person says and when, a line each: SECONDS, a tab, the words; of simulated time."""
+    """What a person says and when; each line is SECONDS of simulated time, a tab, the words."""
     save_interventions: Annotated[Path | None, arg(metavar="FOLDER")] = None
     """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
     filter: bool = True
@@ -74,11 +74,11 @@ class Run:
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 1
-    """How many episodes."""
+    """Number of episodes."""
     workers: Annotated[int, at_least(1)] = 1
-    """How many episodes run side by side."""
+    """Number of episodes that run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
-    """Ray cluster that runs them, which this machine is part of; left out, this machine alone."""
+    """Ray cluster that runs them; this machine must be one of its nodes."""
     view: bool = False
     """Whether it is shown in the browser, where people may correct it; one worker only."""
     out: Path = Path("runs/latest")
@@ -87,7 +87,7 @@ class Run:
     """File for the endoscope's view; needs a renderer and a single episode."""
 
     def execute(self) -> int:
-        """Runs, keeps each finished episode in results.json, and reports; returns the exit code."""
+        """Run, keep each finished episode in results.json, and report; return the exit code."""
         self._require_possible()
         say_who_acts(self.planner, self.controller)
         finished: list[EpisodeResult] = []
@@ -207,7 +207,7 @@ class Run:
 def _attempted(
     config: EpisodeConfig, out: Path, observers: Sequence[Observer], desk: SessionState | None
 ) -> EpisodeResult:
-    """One episode, watched at a desk where there is one."""
+    """Run one episode, shown in the viewer if there is one."""
     if desk is None:
         return attempt_episode(config, out, observers)
     desk.begin(config)
@@ -216,7 +216,7 @@ def _attempted(
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:
-    """Returns 3 if any episode ended in error, else 1 if any failed, else 0."""
+    """Return 3 if any episode ended in error, else 1 if any failed, else 0."""
     summary = summarise(episodes)
     if summary.errors:
         return 3

@@ -27,13 +27,13 @@ class View:
     controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
     """Who moves the arms; expert reads the hidden state."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of a learned controller; left out, the one that comes with Calot."""
+    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Of the learned planner; left out, the one that comes with Calot."""
+    """Checkpoint of the learned planner; the default is the one that comes with Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None
-    """How strong the scenario's perturbation is, in its unit; left out, the scenario's own."""
+    """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
     seed: Annotated[int, at_least(0)] = 20_000
@@ -43,14 +43,14 @@ class View:
     host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
     """Address to listen on: everybody who can reach it can correct the robot."""
     port: Annotated[int | None, at_least(1)] = None
-    """Port to listen on; left out, 8080 or the next free one."""
+    """Port to listen on; the default is the first free one from 8080 on."""
     camera: bool = False
     """Whether the endoscope's picture is shown, too; needs a renderer, and slows the loop down."""
     start: bool = False
     """Whether to start at once, and not when somebody presses Start."""
 
     def execute(self) -> int:
-        """Serves the page until Ctrl-C; returns 0."""
+        """Serve the page until Ctrl-C; return 0."""
         config = self._config()
         require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
         require_writable_folder(self.out, "--out")

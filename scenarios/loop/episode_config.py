@@ -1,4 +1,4 @@
-"""What makes one episode."""
+"""The configuration of one episode."""
 
 import math
 from collections.abc import Iterable
@@ -17,26 +17,26 @@ from scenarios.perturbation.perturbation import Perturbation
 
 @dataclass(frozen=True, kw_only=True)
 class EpisodeConfig:
-    """Names one episode whole: run it again and every step is the same.
+    """The complete configuration of one episode: a second run repeats every step.
 
     Attributes:
         scenario: A key of `scenarios.catalogue.SCENARIOS`.
         magnitude: Strength of the scenario's one perturbation, in its unit; None leaves it at the
             scenario's own.
-        seed: Of the anatomy and of everything random; 0 or more.
+        seed: Seed of the anatomy and of everything random; 0 or more.
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
-        task_cap_s: Simulated time after which a task, and the episode with it, has failed; by
-            default that of SRT-H.
+        task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
+            is that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
-        planner_checkpoint: Likewise of a learned planner.
+        planner_checkpoint: File of a learned planner; None likewise.
         safety_filter: Whether commands pass through the safety filter.
-        instruct: File of what a person says and when; None where nobody says anything.
-        ablation: A key of `scenarios.catalogue.ABLATIONS`; None where nothing is taken away.
+        instruct: File of what a person says and when; None if nobody says anything.
+        ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
-            for what takes none, a seed that is not a whole number of at least 0, or
+            for a policy that takes none, a seed that is not a whole number of at least 0, or
             a cap that is not a number above 0.
     """
 
@@ -68,7 +68,7 @@ class EpisodeConfig:
 
     @property
     def perturbations(self) -> tuple[Perturbation, ...]:
-        """Those of the scenario, at the magnitude asked for."""
+        """Return the scenario's perturbations, at the configured magnitude."""
         own = SCENARIOS[self.scenario].perturbations
         if self.magnitude is None:
             return own

@@ -16,11 +16,11 @@ SPEED_M_S = 0.03  # assumed: a surgeon's, with care
 
 @dataclass(frozen=True, kw_only=True)
 class GuidedArm:
-    """Where one arm should be.
+    """A goal to which a person's hand leads one arm.
 
     Attributes:
         arm: `LEFT_ARM` or `RIGHT_ARM`.
-        T_world_goal: (4, 4) of its tool.
+        T_world_goal: (4, 4) pose of its tool.
         jaw_rad: total opening.
     """
 
@@ -29,7 +29,7 @@ class GuidedArm:
     jaw_rad: float
 
     def lead(self, action: ToolAction, world: World) -> ToolAction:
-        """The action with this arm's motion replaced by one towards the goal."""
+        """Return the action with this arm's motion replaced by one towards the goal."""
         goals = [Goal(), Goal()]
         goals[self.arm] = Goal(
             T_world_tool=self.T_world_goal, speed_m_s=SPEED_M_S, jaw_rad=self.jaw_rad

@@ -1,4 +1,4 @@
-"""What people say to a running episode, from any thread; the loop takes it in and never waits."""
+"""What people say to a running episode, from any thread; the loop reads it without waiting."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ LONGEST = 1000  # characters of a text that are kept; far beyond what is read as
 
 @dataclass(frozen=True, kw_only=True)
 class Heard:
-    """What was said to an episode, and what came of it.
+    """What a person said to an episode, and the outcome.
 
     Attributes:
-        time_s: simulated, when it was taken in.
-        instruction: in force because of it; None where it was not understood or was refused, which
-            changes nothing.
+        time_s: simulated time at which the loop read it.
+        instruction: the resulting instruction; None if the text was not understood or was refused,
+            which changes nothing.
         reply: in words, for the person.
     """
 
@@ -40,18 +40,18 @@ class Heard:
 
     @property
     def text(self) -> str:
-        """The words themselves."""
+        """Return the words themselves."""
         return self.reading.text
 
 
 @cache
 def interpreter() -> Interpreter:
-    """The one of this process; have it read a text early where the first must not be slow."""
+    """Return this process's interpreter; its first reading is slow."""
     return Interpreter()
 
 
 def read(text: str) -> Reading:
-    """How a text is taken; of a very long one, its beginning."""
+    """Return how a text is understood; of a very long one, only the beginning counts."""
     return interpreter().read(text[:LONGEST])
 
 
@@ -59,7 +59,7 @@ class Inbox:
     """A queue of readings. Texts are read in the thread that submits them, not in the loop.
 
     Attributes:
-        hand: a person's, while it leads an arm.
+        hand: a person's hand while it leads an arm.
     """
 
     def __init__(self) -> None:
@@ -69,17 +69,17 @@ class Inbox:
         self.hand: GuidedArm | None = None
 
     def say(self, text: str) -> Reading:
-        """Submit free text; returns how it is read, be it understood or asked back."""
+        """Submit free text; return how it is read, whether understood or asked back."""
         reading = read(text)
         self.put(reading)
         return reading
 
     def put(self, reading: Reading) -> None:
-        """Submit what was read already."""
+        """Submit a text that was already read."""
         self._said.put(reading)
 
     def press(self, command: Command) -> None:
-        """Submit a command outright, as a button does."""
+        """Submit a command directly, as a button does."""
         self.put(
             Reading(
                 text=command.text,
@@ -92,20 +92,20 @@ class Inbox:
         )
 
     def disturb(self, perturbation: Perturbation) -> None:
-        """Submit something that is to go wrong."""
+        """Submit a perturbation."""
         self._disturbances.put(perturbation)
 
     def disturbances(self) -> list[Perturbation]:
-        """Those submitted since; each once."""
+        """Return the perturbations submitted since the last call."""
         return _drained(self._disturbances)
 
     def arrange(self, script: Sequence[Timed]) -> None:
-        """Have these come at their times; they replace what was arranged before."""
+        """Schedule texts at their times; they replace an earlier schedule."""
         ordered = sorted(script, key=lambda timed: timed.time_s)
         self._arranged = deque((timed.time_s, read(timed.text)) for timed in ordered)
 
     def take(self, time_s: float) -> list[Reading]:
-        """What is due at a moment of simulated time, then what was said since; each once."""
+        """Return the scheduled readings due at a simulated time, then those said; each once."""
         taken = []
         while self._arranged and self._arranged[0][0] <= time_s + 1e-9:
             taken.append(self._arranged.popleft()[1])
@@ -113,7 +113,7 @@ class Inbox:
 
 
 def _drained(queue: SimpleQueue[T]) -> list[T]:
-    """All that is in it, without waiting."""
+    """Return everything in the queue, without waiting."""
     taken = []
     with suppress(Empty):
         while True:

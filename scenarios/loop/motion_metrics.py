@@ -1,4 +1,4 @@
-"""How the arms moved and what the planner feared in each task; measured in every episode."""
+"""Measure how the arms moved and the planner's chance of failure in each task."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:  # both are heavy to import
 
 
 class MotionMetrics:
-    """Sees an episode's steps; those of tool exchanges, which the nurse commands, do not count."""
+    """Measures an episode's steps, except tool exchanges, which the nurse commands."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._stretches: dict[int, list[list[NDArray]]] = {}
-        self._going_on: int | None = None  # with the task whose stretch is open
+        self._going_on: int | None = None  # the task whose stretch is open
         self._chance: dict[int, float] = {}
         self._alarm_s: dict[int, float] = {}
 
     def on_step(self, step: Step) -> None:
-        """Keeps where the tips are, and the planner's assessment."""
+        """Keep the tips' positions and the planner's assessment."""
         task = step.instruction.task.index
         if step.exchange:
             self._going_on = None
@@ -42,7 +42,7 @@ class MotionMetrics:
                 self._alarm_s.setdefault(task, step.time_s)
 
     def measured(self, tasks: Sequence[TaskResult]) -> tuple[TaskResult, ...]:
-        """The tasks' results, with what was measured in them."""
+        """Return the tasks' results with the measurements."""
         return tuple(self._measured(task) for task in tasks)
 
     def _measured(self, task: TaskResult) -> TaskResult:
@@ -58,14 +58,14 @@ class MotionMetrics:
 
 
 def path_m(tips: NDArray) -> NDArray:
-    """(2,) length of the way of either tip through positions (n, 2, 3)."""
+    """Return (2,) path lengths of both tips through positions (n, 2, 3)."""
     return np.linalg.norm(np.diff(tips, axis=0), axis=-1).sum(axis=0)
 
 
 def mean_jerk_m_s3(stretches: Sequence[NDArray], dt_s: float) -> tuple[float, float] | None:
-    """Mean magnitude of the third difference quotient of positions (n, 2, 3) `dt_s` apart.
+    """Return the mean size of the third difference quotient of positions (n, 2, 3) `dt_s` apart.
 
-    Over all stretches of motion; None where none has the four positions that it takes.
+    The mean is over all stretches of motion; None if no stretch has four positions.
     """
     jerks = [np.linalg.norm(np.diff(tips, n=3, axis=0), axis=-1) for tips in stretches]
     together = np.concatenate([np.empty((0, 2)), *jerks])

@@ -1,4 +1,4 @@
-"""Who watches an episode: recorder, video, progress, viewer."""
+"""The interface of observers of an episode: recorder, video, progress, viewer."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ if TYPE_CHECKING:  # both are heavy to import
 
 
 class Observer(Protocol):
-    """Sees an episode and changes nothing in it.
+    """Observes an episode and changes nothing in it.
 
-    One with a true attribute `needs_images` gets a world that has cameras.
+    An observer whose attribute `needs_images` is true gets a world with cameras.
     """
 
     def on_reset(self, world: World) -> None:
-        """The world is ready and nothing has moved yet."""
+        """Observe the world before anything moves."""
         ...
 
     def on_step(self, step: Step) -> None:
-        """One control step is done."""
+        """Observe one finished control step."""
         ...
 
     def on_end(self, result: EpisodeResult) -> None:
-        """The episode ended by itself; not called when it broke off."""
+        """Observe the result; not called if the episode broke off."""
         ...

@@ -1,4 +1,4 @@
-"""Shows on the terminal how far a run is."""
+"""Show the progress of a run on the terminal."""
 
 from typing import Any, Self
 
@@ -11,7 +11,7 @@ N_TASKS = 17
 
 
 class ProgressDisplay:
-    """A bar over the episodes and, as an observer of one, a bar over its tasks."""
+    """A bar over the episodes and, as an observer of an episode, a bar over its tasks."""
 
     def __init__(self, episodes: int, console: Console) -> None:
         self._progress = Progress(
@@ -34,11 +34,11 @@ class ProgressDisplay:
         self._progress.stop()
 
     def on_reset(self, world: Any) -> None:
-        """Starts the bar over the tasks anew."""
+        """Restart the bar over the tasks."""
         self._progress.reset(self._tasks, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
-        """Shows the task under way, the simulated time, and what was said and replied."""
+        """Show the current task, the simulated time, and what was said and replied."""
         for heard in step.heard:
             line = f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}"
             self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
@@ -51,9 +51,9 @@ class ProgressDisplay:
         )
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Fills the bar with the tasks that were done."""
+        """Fill the bar with the tasks that were done."""
         self._progress.update(self._tasks, completed=sum(task.success for task in result.tasks))
 
     def advance(self) -> None:
-        """Counts one finished episode."""
+        """Count one finished episode."""
         self._progress.advance(self._episodes)

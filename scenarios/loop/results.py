@@ -1,4 +1,4 @@
-"""What an episode came to, and the file results.json."""
+"""The result of an episode, and the file results.json."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -15,15 +15,15 @@ from scenarios.files.wilson import wilson_interval
 
 @dataclass(frozen=True, kw_only=True)
 class TaskResult:
-    """One of the 17 tasks: its index and words, how long it took and what it needed.
+    """The result of one of the 17 tasks.
 
     Attributes:
-        corrections: How many corrective instructions were given during it.
-        path_m: Way of the left and the right tip, as the endoscope sees it; None where an older
-            version wrote the result.
+        corrections: Number of corrective instructions during it.
+        path_m: Path lengths of the left and the right tip, as the endoscope sees them; None if an
+            older version wrote the result.
         jerk_m_s3: Mean magnitude of either tip's jerk, from third differences of its position
-            between control steps; None where there were too few.
-        failure_chance: The highest that the planner saw; None where it gives none.
+            between control steps; None if there were too few.
+        failure_chance: The planner's highest chance of failure; None if it gives none.
         alarm_s: Simulated time of the planner's first alarm in it; None without one.
     """
 
@@ -40,7 +40,7 @@ class TaskResult:
 
 @dataclass(frozen=True, kw_only=True)
 class InjuryResult:
-    """Something that must not happen to a patient; value and limit in the event's own SI unit."""
+    """An injury of the patient; value and limit in the event's own SI unit."""
 
     event: str
     time_s: float
@@ -50,14 +50,14 @@ class InjuryResult:
 
 @dataclass(frozen=True, kw_only=True)
 class SafetyResult:
-    """What the safety filter did.
+    """What the safety filter did in an episode.
 
     Attributes:
-        filter: Whether there was one.
-        interventions: How many commands were altered.
-        min_clearance_m: The smallest distance of an instrument to what it is kept out of; None
-            where nothing was near, or nobody looked.
-        ledger: Every altered command, and why.
+        filter: Whether the episode had a filter.
+        interventions: Number of altered commands.
+        min_clearance_m: Smallest distance of an instrument to a keep-out; None if nothing was
+            near, or the distance was not measured.
+        ledger: Every altered command, and the reason.
     """
 
     filter: bool = True
@@ -68,19 +68,19 @@ class SafetyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class EpisodeResult:
-    """One episode.
+    """The result of one episode.
 
     Attributes:
         success: All tasks done, clips holding, no leak, no injury; False when in error.
         error: Why the episode broke off, which is not a failure of the surgeon; None if it did not.
         procedure_time_s: Simulated time without exchanges.
         exchange_time_s: Simulated time of tool exchanges and clip reloads.
-        wall_s: Time on the clock.
+        wall_s: Wall time.
         corrections: Sum over the tasks.
         dropped_clips: Clips that closed on nothing or fell from the applier; no failure by itself.
-        anatomy_hash: Names the anatomy; None where the episode broke off before there was one.
+        anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
         sense: What planner and controller were told: "exact" is the simulator's own state.
-        privileged: Those of "planner" and "controller" that also read the hidden state.
+        privileged: Which of "planner" and "controller" also read the hidden state.
     """
 
     scenario: str
@@ -104,7 +104,7 @@ class EpisodeResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """Pass rate over the episodes that were not broken off by an error; None if there are none."""
+    """The pass rate over the episodes without error; None if there are none."""
 
     episodes: int
     passed: int
@@ -114,7 +114,7 @@ class Summary:
 
 
 def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
-    """Counts errors apart: they say nothing about the surgeon, so they leave the pass rate."""
+    """Summarise episodes; errors leave the pass rate, as they say nothing about the surgeon."""
     judged = [episode for episode in episodes if episode.error is None]
     passed = sum(episode.success for episode in judged)
     return Summary(
@@ -127,7 +127,7 @@ def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
 
 
 def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping[str, Any]) -> None:
-    """Writes results.json whole; meant to be called after each episode, so that none is lost."""
+    """Write the whole results.json; call it after each episode, so that no result is lost."""
     document = {
         "episodes": episodes,
         "summary": summarise(episodes),
@@ -138,12 +138,12 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
 
 
 def read_results(path: Path) -> tuple[EpisodeResult, ...]:
-    """Reads the episodes of a results.json back."""
+    """Read the episodes of a results.json."""
     return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])
 
 
 def episode_from(entry: dict[str, Any]) -> EpisodeResult:
-    """An episode as it was before it became plain data."""
+    """Return the episode's result from plain data."""
     return replace(
         EpisodeResult(**entry),
         tasks=tuple(map(_task, entry["tasks"])),

@@ -1,4 +1,4 @@
-"""Timed instructions from a file, so that what a person says can be said again."""
+"""Timed instructions from a file, so that what a person says can be repeated."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ ALLOWED = 'SECONDS<tab>TEXT or {"time_s": SECONDS, "text": "TEXT"}, SECONDS at l
 
 @dataclass(frozen=True, kw_only=True)
 class Timed:
-    """Words for a moment of an episode.
+    """Words for one moment of an episode.
 
     Attributes:
-        time_s: of simulated time, at least 0.
-        text: as a person says it; whether it is understood shows when it is said.
+        time_s: simulated time, at least 0.
+        text: the person's words; they are interpreted only when the time comes.
 
     Raises:
-        ValueError: the time is no such number, or there are no words.
+        ValueError: the time is invalid, or there are no words.
     """
 
     time_s: float
@@ -36,10 +36,10 @@ class Timed:
 
 
 def read_script(path: Path) -> tuple[Timed, ...]:
-    """The lines of a file in UTF-8, each with a time and words; empty lines are passed over.
+    """Read the lines of a file in UTF-8, each with a time and words; skip empty lines.
 
     Raises:
-        BadInputError: the file cannot be read, or a line is something else.
+        BadInputError: the file cannot be read, or a line has another form.
     """
     try:
         lines = path.read_text("utf-8").split("\n")

@@ -1,4 +1,4 @@
-"""How long each stage of the loop takes, on the clock."""
+"""Measure the wall time of each stage of the loop."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from time import perf_counter
 
 
 class StageClock:
-    """Adds up the time spent in stages until it is read."""
+    """A clock that adds up the time spent in stages until it is read."""
 
     def __init__(self) -> None:
         self._spent_s: dict[str, float] = {}
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """What happens within belongs to this stage."""
+        """Add the time of the `with` block to this stage."""
         start_s = perf_counter()
         try:
             yield
@@ -23,6 +23,6 @@ class StageClock:
             self._spent_s[name] = self._spent_s.get(name, 0.0) + perf_counter() - start_s
 
     def read(self) -> dict[str, float]:
-        """Seconds by stage since it was read last."""
+        """Return the seconds by stage since the last call."""
         spent_s, self._spent_s = self._spent_s, {}
         return spent_s

@@ -11,10 +11,10 @@ from tissue_sim.world import World
 
 
 class TaskRecord:
-    """Books each step to the task that was instructed, and sees which tasks have succeeded.
+    """Assigns each step to the instructed task, and notes which tasks have succeeded.
 
     Attributes:
-        results: of each task begun so far, by its index.
+        results: result of each task begun so far, by index.
     """
 
     def __init__(self, world: World) -> None:
@@ -24,7 +24,7 @@ class TaskRecord:
         self._correction: tuple[str, Source, float] | None = None  # in force at the last step
 
     def note(self, step: Step, planned: Task) -> None:
-        """Book one step; `planned` is the task that the planner is at.
+        """Record one step; `planned` is the planner's current task.
 
         A task that has succeeded keeps that result unless it is instructed again. A task that was
         left undone or skipped may succeed while another one is instructed.
@@ -43,7 +43,7 @@ class TaskRecord:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all 17 tasks have succeeded, in whatever order."""
+        """Return whether all 17 tasks have succeeded, in any order."""
         return len(self.results) == len(TASKS) and all(t.success for t in self.results.values())
 
     def in_order(self) -> tuple[TaskResult, ...]:

@@ -1,1 +1,1 @@
-"""How is an episode recorded, and replayed identically to the bit?"""
+"""Record an episode, and replay it identically to the bit."""

@@ -1,4 +1,4 @@
-"""One episode, with its record kept whatever happens."""
+"""Run one episode and keep its recording whatever happens."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def attempt_episode(
     observers: Sequence[Observer] = (),
     inbox: Inbox | None = None,
 ) -> EpisodeResult:
-    """Runs one episode; an exception in it becomes the result's error, not a failure.
+    """Run one episode; an exception in it becomes the result's error, not a failure.
 
-    `inbox` is where people speak to it.
+    `inbox` holds what people say to it.
 
     Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
     """
@@ -47,7 +47,7 @@ def attempt_episode(
 
 
 def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> EpisodeResult:
-    """Returns the result of an episode that `error` ended."""
+    """Return the result of an episode that `error` ended."""
     return EpisodeResult(
         scenario=config.scenario,
         seed=config.seed,

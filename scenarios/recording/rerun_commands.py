@@ -1,8 +1,8 @@
-"""A recorded episode again: its commands through the world, which gives the tissue back.
+"""Run a recorded episode's commands through the world again, to recover the tissue.
 
 A recording holds what was commanded and what the arms did, not the tissue. The world is
 deterministic, so the same commands on the same patient, disturbed in the same way, move the same
-tissue; that the arms come out the same, bit for bit, shows that they did.
+tissue. Arms that are the same, bit for bit, show this.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class CommandRerun:
 
     Attributes:
         world: the patient on the table, before the first step.
-        n_steps: how many there are.
+        n_steps: number of steps.
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Puts the patient on the table.
+        """Put the patient on the table.
 
         Raises:
             ValueError: the recording is of another version, which has other options or patients.
@@ -50,12 +50,12 @@ class CommandRerun:
             )
 
     def steps(self) -> Iterator[bool]:
-        """Runs it; after each step, whether the arms are where they were, to the bit."""
+        """Run the steps; after each, yield whether the arms match the recording, to the bit."""
         for k in range(self.n_steps):
             yield np.array_equal(self._step(k), self._recording.arrays["joints"][k])
 
     def _step(self, k: int) -> np.ndarray:
-        """(2, 7) joints after step `k`."""
+        """Return (2, 7) joints after step `k`."""
         arrays, world = self._recording.arrays, self.world
         task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
         if self._nurse_came(k):
@@ -67,13 +67,13 @@ class CommandRerun:
         return world.step(command, intended=structure_of(task, world)).joints
 
     def _nurse_came(self, k: int) -> bool:
-        """A tool was exchanged or a clip loaded before this step; an episode begins with one."""
+        """Return whether a tool was exchanged or a clip loaded before this step."""
         tool, loaded = self._recording.arrays["right_tool"], self._recording.arrays["clip_loaded"]
         tool_before, loaded_before = (tool[k - 1], loaded[k - 1]) if k else (0, 1)
         return bool(tool[k] != tool_before or loaded[k] > loaded_before)
 
     def _by_hand(self, k: int) -> list[tuple[str, float]]:
-        """What a person had go wrong with this step."""
+        """Return the perturbations, with magnitudes, that a person caused at this step."""
         return [
             (p["name"], p["magnitude"])
             for p in self._recording.perturbations
@@ -82,7 +82,7 @@ class CommandRerun:
 
 
 def config_of(recording: Recording) -> EpisodeConfig:
-    """The configuration it was made with.
+    """Return the configuration of a recording.
 
     Raises:
         ValueError: this version does not know it.

@@ -1,4 +1,4 @@
-"""A recorded episode once more, from the start: everything decides anew, people do as they did."""
+"""Run a recorded episode again from the start: policies decide again, people act as recorded."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from tissue_sim.version import WORLD_VERSION
 from tissue_sim.world import World
 
 INTERRUPTIONS = ("KeyboardInterrupt", "Restart")
-"""Errors that come from outside: the episode itself would have gone on."""
+"""Errors from outside, without which the episode would have continued."""
 
 
 class CutOffError(RuntimeError):
-    """The episode goes on where its recording breaks off."""
+    """The error that ends a repeated episode where its recording breaks off."""
 
 
 def repeat(recording: Recording, out: Path) -> Recording:
-    """Runs the episode again and records it in `out`; as far as it was recorded, if cut off.
+    """Run the episode again and record it in `out`; stop where the recording breaks off, if so.
 
     Raises:
-        ValueError: It cannot come out the same here, and why.
+        ValueError: it cannot be repeated here; the message says why.
     """
     config = _repeatable(recording)
     inbox = Inbox()
@@ -49,7 +49,7 @@ def repeat(recording: Recording, out: Path) -> Recording:
 
 
 def _repeatable(recording: Recording) -> EpisodeConfig:
-    """Its configuration; what was said according to a file is in the recording itself."""
+    """Return its configuration; what a file made people say is in the recording itself."""
     if recording.world_version != WORLD_VERSION:
         raise ValueError(
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
@@ -78,7 +78,7 @@ def _require_same_checkpoints(config: EpisodeConfig, recorded: dict[str, str]) -
 
 
 class _People:
-    """Observes a repeated episode, and says and does before each step what was done before it."""
+    """Observes a repeated episode, and repeats before each step what people said and did."""
 
     def __init__(self, recording: Recording, inbox: Inbox) -> None:
         self._recording, self._inbox = recording, inbox
@@ -86,12 +86,12 @@ class _People:
         self._step = 0
 
     def on_reset(self, world: World) -> None:
-        """Before the first step."""
+        """Act before the first step."""
         del world
         self._act()
 
     def on_step(self, step: Any) -> None:
-        """Before the next step; none follows on the last one of a recording that broke off."""
+        """Act before the next step; stop after the last step of a recording that broke off."""
         del step
         if self._recording.result is None and self._step == self._n_steps:
             raise CutOffError("the recording ends here")
@@ -99,7 +99,7 @@ class _People:
         self._act()
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Nothing is left to do."""
+        """Do nothing."""
 
     def _act(self) -> None:
         for heard in self._now(self._recording.heard):
@@ -127,7 +127,7 @@ def _hand(entry: dict[str, Any]) -> GuidedArm:
 
 
 def _broken_off_as(recording: Recording, again: Recording) -> Recording:
-    """Of the repeated episode what was recorded, interrupted likewise."""
+    """Return the repeated episode cut to the recording's length, with the same interruption."""
     n = len(recording.arrays["time_s"])
     interrupted = (recording.error or "").startswith(INTERRUPTIONS)
     return replace(

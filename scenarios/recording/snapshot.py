@@ -1,4 +1,4 @@
-"""A moment of a running episode, to go on from as often as wanted, each time the same."""
+"""A moment of a running episode, from which it can continue repeatedly and identically."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from scenarios.loop.inbox import Inbox
 
 
 class Snapshot:
-    """All that the next steps depend on: world, planner, controller, driver, filter, chance.
+    """Everything the next steps depend on: world, planner, controller, driver, filter, chance.
 
-    One between the steps of `Episode.steps`, while the controller has the arms.
+    Take it between the steps of `Episode.steps`, while the controller has the arms.
     """
 
     def __init__(self, episode: Episode) -> None:
@@ -20,9 +20,9 @@ class Snapshot:
         self._episode = _copied(episode)
 
     def again(self) -> Episode:
-        """An episode that goes on from here, with an inbox of its own.
+        """Return an episode that continues from here, with its own inbox.
 
-        It has the world, and the filter: of several, and the first, only the latest can go on.
+        All of them, and the original, share the world and the filter: only the latest can continue.
         """
         episode = _copied(self._episode)
         episode.world.restore(self._state)

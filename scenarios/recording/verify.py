@@ -1,4 +1,4 @@
-"""Whether a recorded episode comes out the same when it is run again, file by file."""
+"""Check, file by file, whether a recorded episode is the same when it is run again."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ EXIT_CODES: dict[Outcome, int] = {"identical": 0, "differs": 1, "refused": 2, "e
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What verifying one file came to.
+    """The outcome of verifying one file.
 
     Attributes:
-        outcome: It came out the same to the bit, or not; it cannot be run again here; or the
-            process that did it died.
-        remark: How long it is, where it parts and by how much, or why it was refused.
+        outcome: the same to the bit, different, not repeatable here, or its process died.
+        remark: the length, the first difference and its size, or the reason for a refusal.
     """
 
     file: Path
@@ -35,7 +34,7 @@ class Verdict:
 
 
 def verify(file: Path) -> Verdict:
-    """Runs the episode of a recording again and compares."""
+    """Run the episode of a recording again and compare."""
     from scenarios.recording.first_difference import first_difference
     from scenarios.recording.recorder import load
     from scenarios.recording.rerun_decisions import repeat
@@ -57,17 +56,17 @@ def verify(file: Path) -> Verdict:
 
 
 def lost(file: Path, death: WorkerDiedError) -> Verdict:
-    """The verdict on a file whose process died."""
+    """Return the verdict on a file whose process died."""
     return Verdict(file=file, outcome="error", remark=str(death))
 
 
 def recordings_in(path: Path) -> list[Path]:
-    """The recordings of a folder and those below it, or the file itself."""
+    """Return the recordings in a folder and its subfolders, or the file itself."""
     return sorted(path.rglob("*.npz")) if path.is_dir() else [path]
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
-    """Returns one row a file."""
+    """Return a table with one row for each file."""
     table = Table(title="recordings, run again")
     table.add_column("file", overflow="fold")
     for heading in ("outcome", ""):
@@ -82,7 +81,7 @@ def _naming(file: Path, error: ValueError) -> str:
 
 
 def _changes(recorded: dict[str, str]) -> Iterator[str]:
-    """What it was made with that is otherwise here: then no equality is promised."""
+    """Yield the versions that differ here; equality is not promised then."""
     for name, here in versions().items():
         if recorded.get(name) != here:
             yield f"made with {name} {recorded.get(name, 'unknown')}, but here it is {here}"
