@@ -21,7 +21,6 @@ from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held,
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED, SLIPPING = 10_001, 10_003
-FLAGGED_BY = 60  # steps after a slip
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
 
@@ -118,14 +117,10 @@ def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_load
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
-    slips, steps = [], episode.steps()  # whether each came in an exchange, and once a tube was cut
-    for step in steps:
+    slips = []  # whether each came in an exchange, and once a tube was cut
+    for step in episode.steps():
         witness.on_step(step)
         slips += [(step.exchange, bool(episode.world.record.cuts)) for _ in step.applied]
-        if any(cut for _, cut in slips):
-            break
-    for step in islice(steps, FLAGGED_BY):
-        witness.on_step(step)
     flag = witness.columns(SLIPPING, "recovery:grasp-slip")["flag"]
     assert {True, False} == {cut for _, cut in slips}
     assert any(exchange for exchange, cut in slips if not cut)
