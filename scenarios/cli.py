@@ -21,6 +21,7 @@ from scenarios.commands.run import INTERRUPTED, Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
 from scenarios.files.errors import BadInputError
+from scenarios.workers.garbage import search_garbage_rarely
 
 BAD_INPUT = 2
 FAULT = 3
@@ -50,6 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code; bad input gives 2 and a message in one line."""
     if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder
         sys.path.append(os.getcwd())
+    search_garbage_rarely()
     if (sys.argv[1:] if argv is None else list(argv)) == ["--version"]:
         print(f"calot {version('calot')}")
         return 0
@@ -77,7 +79,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
             return subcommand_cli_from_dict(
                 COMMANDS,
                 prog="calot",
-                description="A simulated robot surgeon for gallbladder removal..",
+                description="A simulated robot surgeon for gallbladder removal.",
                 args=argv,
             )
     except SystemExit as stop:

@@ -86,7 +86,7 @@ class Episode:
             asked, action = self._next_action()
             command = self.guarded_driver.command(action, self._instruction, self._time_s)
             step = self._step(
-                command, asked=asked, disturbed=action is not asked, hand=self._guided
+                command, asked=asked, disturbed=action is not asked, guided=self._guided
             )
             self.tasks.note(step, self._override.planned.task)
             yield step
@@ -160,7 +160,7 @@ class Episode:
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""
-        self._guided = guided = self.inbox.hand
+        self._guided = guided = self.inbox.guided
         return action if guided is None else guided.lead(action, self.world)
 
     def _chosen_action(self) -> ToolAction:
@@ -199,7 +199,7 @@ class Episode:
         asked: ToolAction | None = None,
         disturbed: bool = False,
         exchange: bool = False,
-        hand: GuidedArm | None = None,
+        guided: GuidedArm | None = None,
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered = self.guarded_driver.news()
@@ -222,7 +222,7 @@ class Episode:
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
-            hand=hand,
+            guided=guided,
             ahead=tuple(self._chunk),
             spent_s=self._clock.read(),
         )

@@ -14,12 +14,12 @@ from math import sqrt
 import numpy as np
 
 from controller.safety.bounds import N_MOTION, AllBounds, Limit
+from controller.safety.exact_sense import ExactSense
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
 from controller.safety.nearest_motion import NearestMotion
 from controller.safety.situation import Situation
-from controller.safety.watch import Watch
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.tools.psm import JOINT_NAMES
@@ -58,7 +58,7 @@ class SafetyFilter:
         limits: Sequence[Limit] = LIMITS,
         interlocks: Sequence[Limit] = INTERLOCKS,
     ) -> None:
-        self._watch = Watch(world)
+        self._sense = ExactSense(world)
         self._nearest = NearestMotion()
         self._limits, self._interlocks = tuple(limits), tuple(interlocks)
         self._control_step_s = world.config.control_step_s
@@ -82,7 +82,7 @@ class SafetyFilter:
                 time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
             )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
-        situation = self._watch.see(start, self.rate, asked, instruction)
+        situation = self._sense.see(start, self.rate, asked, instruction)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
         aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
         kept, motion = AllBounds(bounds), situation.motion
@@ -90,7 +90,7 @@ class SafetyFilter:
         overridden = AllBounds(aside).broken(motion) if aside else ()
         if broken:
             motion = self._nearest(motion, situation.arms.weight, kept)
-        share = 0.0 if motion is None else self._watch.safe_share(situation, motion)
+        share = 0.0 if motion is None else self._sense.safe_share(situation, motion)
         if share < 1.0 and motion is not None:
             broken["keep-out: on the way"] = 1.0 - share
         moved = np.zeros(N_MOTION) if motion is None else share * motion

@@ -112,7 +112,7 @@ def registered(world: World) -> RigidSurroundings:
 
 
 def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
-    """Return the present surroundings. Privileged: a tracker without error."""
+    """Return the present surroundings. Privileged: the exact state of the simulation."""
     positions, offset = world.tissue.positions(), world.body.offset_m
     common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
     starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], _mean_radius_m(positions, sac)

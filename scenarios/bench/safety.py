@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
+from controller.safety.exact_sense import ExactSense
 from controller.safety.filter import SafetyFilter
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
 from controller.safety.nearest_motion import NearestMotion
-from controller.safety.watch import Watch
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
@@ -163,12 +163,12 @@ def _in_episode(seed: int) -> Laps:
 @contextmanager
 def _watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
     """Yield stopwatches on the filter's stages and on its query of near pairs."""
-    with Stopwatch(Watch, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
-        whole.stage(Watch, "see", "what is seen")
+    with Stopwatch(ExactSense, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
+        whole.stage(ExactSense, "see", "what is seen")
         for rule in (*LIMITS, *INTERLOCKS):
             whole.stage(type(rule), "bounds", "limits and interlocks")
         whole.stage(NearestMotion, "__call__", "quadratic program")
-        whole.stage(Watch, "safe_share", "proof")
+        whole.stage(ExactSense, "safe_share", "proof")
         whole.stage(CollisionModel, "near", QUERIES)
         seeing.stage(CollisionModel, "near", QUERIES)
         yield whole, seeing

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LOCAL = "127.0.0.1"
 
 
-def desk_for(
+def new_session(
     config: EpisodeConfig, out: Path, *, paused: bool, restarts: bool, camera: bool
 ) -> SessionState:
     """Create a viewer session that begins with this episode."""

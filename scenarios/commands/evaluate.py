@@ -108,7 +108,7 @@ class Evaluate:
                     if ended.unwritable is not None:
                         raise BadInputError(
                             f"--out: cannot write {ended.unwritable}; finished episodes are kept:"
-                            " make room and call again"
+                            " free some space and run the command again"
                         )
                     results[ended.case] = ended.result
                     display.advance()
@@ -155,7 +155,7 @@ class Evaluate:
         except OSError as error:
             raise BadInputError(
                 f"--out: cannot write {self.out / name} ({error.strerror}); finished episodes are"
-                " kept: make room and call again"
+                " kept: free some space and run the command again"
             ) from None
 
     def _verdict(self, report: Report) -> int:

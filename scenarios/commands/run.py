@@ -14,7 +14,7 @@ from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, WITNESS
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
-from scenarios.commands.browser import LOCAL, desk_for, page_of
+from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
@@ -149,9 +149,9 @@ class Run:
 
     def _run(self, finished: list[EpisodeResult]) -> None:
         with ExitStack() as stack:
-            desk = self._desk() if self.view else None
-            if desk is not None:
-                stack.enter_context(page_of(desk, LOCAL, None))
+            session = self._session() if self.view else None
+            if session is not None:
+                stack.enter_context(page_of(session, LOCAL, None))
             display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
@@ -163,7 +163,7 @@ class Run:
                 observers.append(
                     Interventions(self.save_interventions, self.scenario, expert=expert)
                 )
-            results = stack.enter_context(closing(self._results(observers, desk)))
+            results = stack.enter_context(closing(self._results(observers, session)))
             for result in results:
                 finished.append(result)
                 finished.sort(key=lambda episode: episode.seed)
@@ -186,11 +186,11 @@ class Run:
             for k in range(self.episodes)
         ]
 
-    def _desk(self) -> SessionState:
-        return desk_for(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
+    def _session(self) -> SessionState:
+        return new_session(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
 
     def _results(
-        self, observers: Sequence[Observer], desk: SessionState | None
+        self, observers: Sequence[Observer], session: SessionState | None
     ) -> Generator[EpisodeResult, None, None]:
         configs = self._configs()
         if self.workers > 1 or self.cluster is not None:
@@ -198,21 +198,21 @@ class Run:
             yield from run_side_by_side(attempt, configs, self.workers, broken_off, self.cluster)
         else:
             for config in configs:
-                yield _attempted(config, self.out, observers, desk)
+                yield _attempted(config, self.out, observers, session)
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
         write_results(self.out / "results.json", finished, config=plain(self))
 
 
 def _attempted(
-    config: EpisodeConfig, out: Path, observers: Sequence[Observer], desk: SessionState | None
+    config: EpisodeConfig, out: Path, observers: Sequence[Observer], session: SessionState | None
 ) -> EpisodeResult:
     """Run one episode, shown in the viewer if there is one."""
-    if desk is None:
+    if session is None:
         return attempt_episode(config, out, observers)
-    desk.begin(config)
-    watching = (*observers, desk.interventions, desk.watcher)
-    return attempt_episode(config, out, watching, desk.inbox)
+    session.begin(config)
+    watching = (*observers, session.interventions, session.watcher)
+    return attempt_episode(config, out, watching, session.inbox)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

@@ -11,7 +11,7 @@ from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
-from scenarios.commands.browser import LOCAL, desk_for, page_of
+from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.policy_option import require_policies, say_who_acts
 from scenarios.files.errors import BadInputError
@@ -58,10 +58,12 @@ class View:
             _require_renderer()
         from scenarios.viewer.session import watch_episodes
 
-        desk = desk_for(config, self.out, paused=not self.start, restarts=True, camera=self.camera)
-        with page_of(desk, self.host, self.port), suppress(KeyboardInterrupt):
+        session = new_session(
+            config, self.out, paused=not self.start, restarts=True, camera=self.camera
+        )
+        with page_of(session, self.host, self.port), suppress(KeyboardInterrupt):
             say_who_acts(self.planner, self.controller)
-            watch_episodes(desk)
+            watch_episodes(session)
         return 0
 
     def _config(self) -> EpisodeConfig:

@@ -79,7 +79,7 @@ class DemonstrationRecorder:
         }
 
     def _frame(self, step: Step) -> dict[str, Any]:
-        correction, guided = step.instruction.correction, step.hand is not None
+        correction, guided = step.instruction.correction, step.guided is not None
         if step.disturbed and step.asked is not None and not guided:
             action = step.asked
         else:

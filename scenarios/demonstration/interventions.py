@@ -47,7 +47,7 @@ class Interventions:
         """Add one step."""
         said = step.instruction
         obeyed = said.source == "human" and not said.hold
-        self.intervened |= (obeyed or step.hand is not None) and not step.exchange
+        self.intervened |= (obeyed or step.guided is not None) and not step.exchange
         self._recorder.on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:

@@ -59,14 +59,14 @@ class Inbox:
     """A queue of readings. Texts are read in the thread that submits them, not in the loop.
 
     Attributes:
-        hand: a person's hand while it leads an arm.
+        guided: the arm that a person leads now, and its goal.
     """
 
     def __init__(self) -> None:
         self._said: SimpleQueue[Reading] = SimpleQueue()
         self._arranged: deque[tuple[float, Reading]] = deque()
         self._disturbances: SimpleQueue[Perturbation] = SimpleQueue()
-        self.hand: GuidedArm | None = None
+        self.guided: GuidedArm | None = None
 
     def say(self, text: str) -> Reading:
         """Submit free text; return how it is read, whether understood or asked back."""

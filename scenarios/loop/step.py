@@ -36,7 +36,7 @@ class Step:
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
-        hand: The person's hand that led an arm.
+        guided: the arm that a person led, and its goal.
         ahead: What is left of the controller's chunk.
         spent_s: Time on the clock by stage, since the step before.
     """
@@ -52,6 +52,6 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     heard: tuple[Heard, ...] = ()
-    hand: GuidedArm | None = None
+    guided: GuidedArm | None = None
     ahead: Chunk = ()
     spent_s: Mapping[str, float] = field(default_factory=dict)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import time
 import traceback
@@ -34,7 +33,6 @@ def attempt_episode(
     Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
     """
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
-    gc.set_threshold(100_000)  # imports leave no garbage: to search them takes half a second
     from scenarios.run_episode import run_episode
 
     start_s = time.perf_counter()

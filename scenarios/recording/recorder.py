@@ -141,8 +141,8 @@ class Recorder:
             self._ledger.append({"step": number, **plain(entry)})
         for heard in step.heard:
             self._heard.append({"step": number, **_in_words(heard)})
-        if step.hand is not None:
-            self._hands.append({"step": number, **plain(step.hand)})
+        if step.guided is not None:
+            self._hands.append({"step": number, **plain(step.guided)})
 
     def on_end(self, result: EpisodeResult) -> None:
         """Record the result."""

@@ -16,8 +16,8 @@ from planner.criteria import structure_of
 from planner.instruction import TASKS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.perturbation.by_hand import BY_HAND
 from scenarios.perturbation.effects import Effects
+from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import RIGHT_TOOLS, Recording
 from scenarios.run_episode import anatomy_of
 from tissue_sim.tools.arms import JointCommand
@@ -60,8 +60,8 @@ class CommandRerun:
         task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
         if self._nurse_came(k):
             world.equip(RIGHT_TOOLS[arrays["right_tool"][k]])
-        for name, magnitude in self._by_hand(k):
-            self._effects.add(replace(BY_HAND[name], magnitude=magnitude))
+        for name, magnitude in self._manual(k):
+            self._effects.add(replace(MANUAL[name], magnitude=magnitude))
         self._effects.before_step(world, task)
         command = JointCommand(joints=arrays["commands"][k])
         return world.step(command, intended=structure_of(task, world)).joints
@@ -72,12 +72,12 @@ class CommandRerun:
         tool_before, loaded_before = (tool[k - 1], loaded[k - 1]) if k else (0, 1)
         return bool(tool[k] != tool_before or loaded[k] > loaded_before)
 
-    def _by_hand(self, k: int) -> list[tuple[str, float]]:
+    def _manual(self, k: int) -> list[tuple[str, float]]:
         """Return the perturbations, with magnitudes, that a person caused at this step."""
         return [
             (p["name"], p["magnitude"])
             for p in self._recording.perturbations
-            if p["step"] == k and p["name"] in BY_HAND
+            if p["step"] == k and p["name"] in MANUAL
         ]
 
 

@@ -18,7 +18,7 @@ from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.loop.policies import require_factory
 from scenarios.loop.results import EpisodeResult
-from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import NOTES, Recording, load
@@ -108,17 +108,17 @@ class _People:
             else:
                 self._inbox.say(heard["text"])
         for applied in self._now(self._recording.perturbations):
-            if applied["name"] in BY_HAND:
+            if applied["name"] in MANUAL:
                 self._inbox.disturb(
-                    replace(BY_HAND[applied["name"]], magnitude=applied["magnitude"])
+                    replace(MANUAL[applied["name"]], magnitude=applied["magnitude"])
                 )
-        self._inbox.hand = next(map(_hand, self._now(self._recording.hands)), None)
+        self._inbox.guided = next(map(_guided_arm, self._now(self._recording.hands)), None)
 
     def _now(self, entries: tuple[dict[str, Any], ...]) -> Iterator[dict[str, Any]]:
         return (entry for entry in entries if entry["step"] == self._step)
 
 
-def _hand(entry: dict[str, Any]) -> GuidedArm:
+def _guided_arm(entry: dict[str, Any]) -> GuidedArm:
     return GuidedArm(
         arm=entry["arm"],
         T_world_goal=np.array(entry["T_world_goal"]),

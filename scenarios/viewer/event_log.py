@@ -85,7 +85,7 @@ class EventLog:
         self._said(step)
         if _is_new(step.instruction, before.instruction):
             self._add(step.time_s, *_line_of(step.instruction))
-        arm = None if step.hand is None else step.hand.arm
+        arm = None if step.guided is None else step.guided.arm
         if arm is not None and arm != before.guided_arm:
             side = "left" if arm == LEFT_ARM else "right"
             self._add(step.time_s, "human", f"guides the {side} arm")

@@ -16,7 +16,7 @@ from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
-from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.manual import MANUAL
 from scenarios.viewer.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.interventions_on_request import InterventionsOnRequest
@@ -85,7 +85,7 @@ class SessionState:
         )
         self.inbox.take(float("inf"))
         self.inbox.disturbances()
-        self.inbox.hand = None
+        self.inbox.guided = None
 
     def frame(self) -> Frame | None:
         """Return the newest frame, and ask the loop for a newer one."""
@@ -105,7 +105,7 @@ class SessionState:
             restarts=self.restarts,
             paused=self.pace.paused,
             speed=self.pace.speed,
-            guided=self.inbox.hand is not None,
+            guided=self.inbox.guided is not None,
             intervened=self.interventions.intervened,
             anatomy=None if self.watcher.patient is None else self.watcher.patient.anatomy,
             camera=self.watcher.needs_images,
@@ -126,15 +126,15 @@ class SessionState:
 
     def guide(self, arm: GuidedArm | None) -> None:
         """Let a person guide an arm; None gives it back to the controller."""
-        self.inbox.hand = arm
+        self.inbox.guided = arm
 
     def disturb(self, name: str) -> None:
-        """Apply a disturbance of `BY_HAND`.
+        """Apply a disturbance of `MANUAL`.
 
         Raises:
             KeyError: there is no such disturbance.
         """
-        self.inbox.disturb(BY_HAND[name])
+        self.inbox.disturb(MANUAL[name])
 
     def go_on(self) -> None:
         """Run the loop."""

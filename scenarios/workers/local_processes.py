@@ -11,6 +11,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Generic, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.garbage import search_garbage_rarely
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
@@ -100,6 +101,7 @@ def _spawned(attempt: Callable[[Any], Any]) -> _Worker:
 def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C reaches only the parent, which passes it on once
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
+    search_garbage_rarely()
     with suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
             connection.send(attempt(connection.recv()))

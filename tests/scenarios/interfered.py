@@ -5,7 +5,7 @@ import numpy as np
 from planner.command import COMMANDS
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
-from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import Recorder, load
 from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM
@@ -24,7 +24,7 @@ def record(path, config):
             recorder.on_step(step)
             _interfere(k, inbox, episode.world)
             if exchanged and not step.exchange:
-                inbox.disturb(BY_HAND["drop the clip"])
+                inbox.disturb(MANUAL["drop the clip"])
                 stop = min(stop, k + 20)
             exchanged = step.exchange
             if k == stop:
@@ -39,9 +39,9 @@ def _interfere(k, inbox, world):
         inbox.say("the weather is nice")
         inbox.say("please lower the right arm a little")
     if k == 90:
-        inbox.disturb(BY_HAND["shift the camera"])
+        inbox.disturb(MANUAL["shift the camera"])
     if k == 100:
-        inbox.disturb(BY_HAND["nudge the tissue"])
+        inbox.disturb(MANUAL["nudge the tissue"])
     if k == 110:
         inbox.press(COMMANDS["pause"])
     if k == 120:
@@ -49,6 +49,6 @@ def _interfere(k, inbox, world):
     if 130 <= k < 140:
         goal = world.arms.T_world_tool()[LEFT_ARM]
         goal[:3, 3] += world.T_world_endoscope[:3, :3] @ np.array([0.0, 2e-3, 0.0])
-        inbox.hand = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.3)
+        inbox.guided = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.3)
     if k == 140:
-        inbox.hand = None
+        inbox.guided = None

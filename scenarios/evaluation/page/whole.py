@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from scenarios.evaluation.page.arm_comparison import paired
 from scenarios.evaluation.page.conditions import conditions
 from scenarios.evaluation.page.failures import failures
 from scenarios.evaluation.page.foresight import foresight
 from scenarios.evaluation.page.head import head
 from scenarios.evaluation.page.ladders import ladders
 from scenarios.evaluation.page.language import language
-from scenarios.evaluation.page.paired import paired
 from scenarios.evaluation.page.parts import section
 from scenarios.evaluation.page.pass_rates import pass_rates
 from scenarios.evaluation.page.sheet import sheet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.manual import MANUAL
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 
@@ -13,7 +13,7 @@ class DisturbPanel:
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         with gui.add_folder("Make something go wrong", expand_by_default=False):
-            for name in BY_HAND:
+            for name in MANUAL:
                 self._add(gui, ask, name)
 
     def _add(self, gui: viser.GuiApi, ask: Asks, name: str) -> None:

@@ -162,7 +162,7 @@ def test_a_full_disk_is_one_line_and_what_is_finished_is_kept(
     words = ["--arms", "a=scripted+breaks", "--seed", "10004", "--out", str(out)]
     line = complaint(capfd, *words, begun=True)
     assert "File too large" in line
-    assert "make room and call again" in line
+    assert "free some space and run the command again" in line
     assert {path: path.read_bytes() for path in recordings(out)} == before
 
 

@@ -21,7 +21,7 @@ def led(arm, config=None, n=90):
     )
     goal = episode.world.arms.T_world_tool()[arm]
     goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.008, 0.0, -0.006]
-    inbox.hand = GuidedArm(arm=arm, T_world_goal=goal, jaw_rad=0.6)
+    inbox.guided = GuidedArm(arm=arm, T_world_goal=goal, jaw_rad=0.6)
     return list(islice(episode.steps(), n)), episode, goal
 
 
@@ -43,18 +43,18 @@ def test_the_other_arms_action_passes_unchanged():
         turn_tool=rng.normal(size=(2, 6)),
         jaw_rad=rng.normal(size=2),
     )
-    hand = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.1)
-    changed = hand.lead(action, episode.world).vector().reshape(2, 10)
+    guided = GuidedArm(arm=LEFT_ARM, T_world_goal=goal, jaw_rad=0.1)
+    changed = guided.lead(action, episode.world).vector().reshape(2, 10)
     np.testing.assert_array_equal(changed[RIGHT_ARM], action.vector().reshape(2, 10)[RIGHT_ARM])
     assert not np.array_equal(changed[LEFT_ARM], action.vector().reshape(2, 10)[LEFT_ARM])
 
 
 def test_each_step_says_who_led():
     steps, episode, _ = led(RIGHT_ARM, n=5)
-    assert all(step.hand is episode.inbox.hand for step in steps)
+    assert all(step.guided is episode.inbox.guided for step in steps)
     assert all(step.disturbed for step in steps)
-    episode.inbox.hand = None
-    assert all(step.hand is None for step in islice(episode.steps(), 5))
+    episode.inbox.guided = None
+    assert all(step.guided is None for step in islice(episode.steps(), 5))
 
 
 def test_a_goal_in_the_liver_is_not_reached():
@@ -63,7 +63,7 @@ def test_a_goal_in_the_liver_is_not_reached():
     goal = episode.world.arms.T_world_tool()[RIGHT_ARM]
     bed = episode.world.organ.bed
     goal[:3, 3] = bed.point_m - 0.01 * bed.normal + 0.05 * bed.along
-    inbox.hand = GuidedArm(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=0.0)
+    inbox.guided = GuidedArm(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=0.0)
     steps = list(islice(episode.steps(), 300))
     assert np.linalg.norm(episode.world.arms.T_world_tool()[RIGHT_ARM, :3, 3] - goal[:3, 3]) > 2e-3
     assert any("liver" in limit for step in steps for e in step.altered for limit in e.limits)

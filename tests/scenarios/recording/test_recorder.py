@@ -67,7 +67,7 @@ class Step:
     applied: tuple[Event, ...] = ()
     altered: tuple[Entry, ...] = ()
     heard: tuple[Heard, ...] = ()
-    hand: GuidedArm | None = None
+    guided: GuidedArm | None = None
 
 
 def random_step(rng, number, instruction=None, events=(), **kept):

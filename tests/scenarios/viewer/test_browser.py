@@ -12,6 +12,7 @@ from scenarios.viewer.chromium import browser, button, enter, missing, open_tab,
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import RIGHT_ARM
 
 pytestmark = [
@@ -20,7 +21,6 @@ pytestmark = [
 ]
 
 HOST = "127.0.0.1"
-STEP_S = 1 / 30
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def recorded(session):
 def tip_moved_m(recording, heard, after_s):
     """Return the (3,) motion of the right tip after an instruction, in the endoscope frame."""
     tips = recording.arrays["tips_endoscope"][:, RIGHT_ARM, :3, 3]
-    last = min(heard["step"] + round(after_s / STEP_S), len(tips) - 1)
+    last = min(heard["step"] + round(after_s / CONTROL_PERIOD_S), len(tips) - 1)
     return tips[last] - tips[heard["step"]]
 
 
@@ -140,9 +140,9 @@ def test_pause_step_and_go_on_do_what_they_say(tab, session):
     tab.wait_for_timeout(1000)
     assert session.watcher.status().time_s == held_s
     press(tab, "Step")
-    run_to(session, held_s + 0.5 * STEP_S)
+    run_to(session, held_s + 0.5 * CONTROL_PERIOD_S)
     tab.wait_for_timeout(300)
-    assert session.watcher.status().time_s == pytest.approx(held_s + STEP_S)
+    assert session.watcher.status().time_s == pytest.approx(held_s + CONTROL_PERIOD_S)
     press(tab, "Go on")
     run_to(session, held_s + 1.0)
 

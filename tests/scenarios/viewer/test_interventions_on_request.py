@@ -34,7 +34,7 @@ def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, exp
             with pytest.raises(ValueError, match="nobody has corrected"):
                 seen.save_so_far()
             T = episode.world.arms.T_world_tool()[RIGHT_ARM]
-            inbox.hand = GuidedArm(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
+            inbox.guided = GuidedArm(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
     assert seen.intervened
     columns = read_part(seen.save_so_far()).columns
     guided = np.arange(50) >= 30

@@ -11,8 +11,8 @@ from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
+from tissue_sim.periods import CONTROL_PERIOD_S
 
-STEP_S = 1 / 30
 CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
 
 
@@ -32,7 +32,7 @@ class Loop:
     def _run(self):
         try:
             for self.steps in count():
-                self._pace.wait(STEP_S, nothing)
+                self._pace.wait(CONTROL_PERIOD_S, nothing)
         except Restart as restart:
             self.wanted = restart.config
 
@@ -76,30 +76,30 @@ def test_a_paused_loop_goes_on_and_pauses_again():
 def test_a_step_takes_its_simulated_time_divided_by_the_speed(speed):
     pace, steps = Pace(speed=speed), round(10 * speed)
     took_s = [_took_s(pace, steps) for _ in range(5)]  # a busy machine may wake it late
-    assert min(took_s) == pytest.approx(steps * STEP_S / speed, abs=0.05)
+    assert min(took_s) == pytest.approx(steps * CONTROL_PERIOD_S / speed, abs=0.05)
 
 
 def _took_s(pace, steps):
-    pace.wait(STEP_S, nothing)
+    pace.wait(CONTROL_PERIOD_S, nothing)
     start_s = time.monotonic()
     for _ in range(steps):
-        pace.wait(STEP_S, nothing)
+        pace.wait(CONTROL_PERIOD_S, nothing)
     return time.monotonic() - start_s
 
 
 def test_a_loop_that_was_late_does_not_rush_to_catch_up():
     pace = Pace()
-    pace.wait(STEP_S, nothing)
+    pace.wait(CONTROL_PERIOD_S, nothing)
     time.sleep(1.0)
     start_s = time.monotonic()
     for _ in range(6):
-        pace.wait(STEP_S, nothing)
-    assert time.monotonic() - start_s > 4 * STEP_S
+        pace.wait(CONTROL_PERIOD_S, nothing)
+    assert time.monotonic() - start_s > 4 * CONTROL_PERIOD_S
 
 
 def test_a_waiting_loop_serves_others_when_woken():
     pace, seen = Pace(paused=True), []
-    thread = Thread(target=lambda: pace.wait(STEP_S, lambda: seen.append(1)), daemon=True)
+    thread = Thread(target=lambda: pace.wait(CONTROL_PERIOD_S, lambda: seen.append(1)), daemon=True)
     thread.start()
     wait_until(lambda: seen)
     time.sleep(0.1)

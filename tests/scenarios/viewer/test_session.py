@@ -11,7 +11,7 @@ from controller.dataset.part import read_part
 from controller.dataset.reader import read_episodes
 from planner.instruction import CORRECTIONS
 from scenarios.loop.inbox import LONGEST
-from scenarios.perturbation.by_hand import BY_HAND
+from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import load
 from scenarios.viewer.event_log import KEPT
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
@@ -75,12 +75,12 @@ def test_events_are_logged_and_the_log_is_bounded(session):
     session.pace.go_on()
     for _ in range(KEPT + 50):
         session.press("move right arm higher")
-    for name in BY_HAND:
+    for name in MANUAL:
         session.disturb(name)
     run_to(session, 0.5)
     status = session.watcher.status()
     assert len(status.lines) == KEPT
-    assert {line.text for line in status.lines if line.kind == "disturbance"} == set(BY_HAND)
+    assert {line.text for line in status.lines if line.kind == "disturbance"} == set(MANUAL)
     assert status.instruction.source == "human"
     assert {"world", "safety filter", "controller"} <= status.spent_s.keys()
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from tests.tissue_sim.patients import HALF_SECOND, clip_at, cut_at, run, settled
 from tissue_sim.frames import Array, axis_angle, inverse_pose, pose, rigid_fit, transform
 from tissue_sim.patient.organ import REGIONS, RING_SPACING_M, TUBES
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import (
     CLIP_WIDTH_M,
@@ -25,7 +26,6 @@ from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 
 SEED = 10_000
 BURST_PA = 26_000.0  # 195 mmHg, the highest pressure that a closed cystic duct must hold
-STEP_S = 1.0 / 30.0
 rotations = st.builds(
     lambda axis, angle: axis_angle(np.add(axis, (0.0, 0.0, 2.0)), angle),
     st.tuples(*3 * [st.floats(-1, 1)]),
@@ -71,7 +71,9 @@ def test_a_good_clip_holds_the_test_pull_along_and_across(tube: str) -> None:
     tubes, clip = clipped_and_cut(tube, CUFF_MIN_M + 1e-4)
     assert holds(tubes, clip).min() > 1.5 * TEST_PULL_N
     for along, across in ((TEST_PULL_N, 0.0), (-TEST_PULL_N, 0.0), (0.0, TEST_PULL_N)):
-        assert apply_pull(tubes, clip, pull_of(tubes, clip, along, across), STEP_S) is clip
+        assert (
+            apply_pull(tubes, clip, pull_of(tubes, clip, along, across), CONTROL_PERIOD_S) is clip
+        )
 
 
 def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
@@ -142,7 +144,7 @@ def test_a_clip_around_part_of_a_tube_detaches_at_any_pull(tube: str) -> None:
     tubes, clip = clipped(tube, beyond_m=0.0)
     assert clip.complete == (False,)
     assert holds(tubes, clip).tolist() == [0.0, 0.0]
-    assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.01), STEP_S).detached
+    assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.01), CONTROL_PERIOD_S).detached
 
 
 def test_pulls_along_and_across_add_up(tube: str) -> None:
@@ -150,13 +152,15 @@ def test_pulls_along_and_across_add_up(tube: str) -> None:
     along, across = holds(tubes, clip)
     for share, moves in ((0.69, False), (0.73, True)):
         pull = pull_of(tubes, clip, share * along, share * across)
-        assert (apply_pull(tubes, clip, pull, STEP_S) is not clip) == moves
+        assert (apply_pull(tubes, clip, pull, CONTROL_PERIOD_S) is not clip) == moves
 
 
 def test_a_pull_across_beyond_the_hold_detaches_the_clip(tube: str) -> None:
     tubes, clip = clipped(tube)
     across = holds(tubes, clip)[1]
-    assert apply_pull(tubes, clip, pull_of(tubes, clip, 0.0, 1.01 * across), STEP_S).detached
+    assert apply_pull(
+        tubes, clip, pull_of(tubes, clip, 0.0, 1.01 * across), CONTROL_PERIOD_S
+    ).detached
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -173,14 +177,16 @@ def test_a_pull_along_beyond_the_hold_slides_the_clip_with_its_squeeze(
     steps = 6
     for k in range(steps):
         before = T_world_clip(tubes, clip)
-        clip = apply_pull(tubes, clip, pull, STEP_S)
+        clip = apply_pull(tubes, clip, pull, CONTROL_PERIOD_S)
         moved = np.linalg.norm(T_world_clip(tubes, clip)[:3, 3] - before[:3, 3])
         # it slides smoothly, also to the next ring, without a jump of a whole ring
-        assert 0.99 < moved / (SLIP_SPEED_M_S * STEP_S) < 2.2
-        assert clip.slid_m == pytest.approx((k + 1) * SLIP_SPEED_M_S * STEP_S)
+        assert 0.99 < moved / (SLIP_SPEED_M_S * CONTROL_PERIOD_S) < 2.2
+        assert clip.slid_m == pytest.approx((k + 1) * SLIP_SPEED_M_S * CONTROL_PERIOD_S)
     run(tubes, 2 * HALF_SECOND)
     now = clip.crossings[0]
-    assert now.station_m == pytest.approx(station + sign * steps * SLIP_SPEED_M_S * STEP_S)
+    assert now.station_m == pytest.approx(
+        station + sign * steps * SLIP_SPEED_M_S * CONTROL_PERIOD_S
+    )
     assert abs(now.ring - start) >= 2
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
     assert (
@@ -201,10 +207,10 @@ def test_a_pull_of_twice_the_hold_draws_a_clip_over_the_end(tube: str, above: bo
     pull = pull_of(tubes, clip, -side * 2.0 * holds(tubes, clip)[0])
     path_m, steps = abs(end - clip.crossings[0].station_m), 0
     while not clip.lost:
-        clip = apply_pull(tubes, clip, pull, STEP_S)
+        clip = apply_pull(tubes, clip, pull, CONTROL_PERIOD_S)
         run(tubes, 2)
         steps += 1
-    assert steps == int(np.ceil(path_m / (SLIP_SPEED_M_S * STEP_S) - 1e-6))
+    assert steps == int(np.ceil(path_m / (SLIP_SPEED_M_S * CONTROL_PERIOD_S) - 1e-6))
     assert clip.detached
     assert not tubes.tissue.host("covered").any()
     assert np.isfinite(tubes.tissue.positions()).all()

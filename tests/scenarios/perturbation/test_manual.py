@@ -8,7 +8,7 @@ import pytest
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
-from scenarios.perturbation.by_hand import BY_HAND, NUDGE_S
+from scenarios.perturbation.manual import MANUAL, NUDGE_S
 from scenarios.run_episode import begin
 
 STEP_S = 1 / 30
@@ -21,7 +21,7 @@ def disturbed(name, n=70):
     running = episode.steps()
     steps = list(islice(running, 10))
     before = episode.world.T_world_endoscope.copy(), episode.world.record.clip_loaded
-    inbox.disturb(BY_HAND[name])
+    inbox.disturb(MANUAL[name])
     offsets_m = []
     for step in islice(running, n):
         steps.append(step)
@@ -29,7 +29,7 @@ def disturbed(name, n=70):
     return steps, episode.world, before, np.array(offsets_m)
 
 
-@pytest.mark.parametrize("name", BY_HAND)
+@pytest.mark.parametrize("name", MANUAL)
 def test_it_sets_in_at_once_once_and_is_told(name):
     steps, *_ = disturbed(name, n=20)
     told = [(k, a.name) for k, step in enumerate(steps) for a in step.applied]
@@ -38,7 +38,7 @@ def test_it_sets_in_at_once_once_and_is_told(name):
 
 def test_a_nudge_pushes_the_body_as_far_as_it_says_and_lets_it_come_back():
     *_, offsets_m = disturbed("nudge the tissue")
-    assert offsets_m.max() == pytest.approx(BY_HAND["nudge the tissue"].magnitude, rel=0.02)
+    assert offsets_m.max() == pytest.approx(MANUAL["nudge the tissue"].magnitude, rel=0.02)
     assert offsets_m[round(NUDGE_S / STEP_S) + 2 :].max() < 1e-9
 
 
@@ -52,4 +52,4 @@ def test_the_clip_falls():
 def test_the_camera_is_shifted_by_as_much_as_it_says():
     _, world, (T_before, _), _ = disturbed("shift the camera", n=1)
     shift_m = np.linalg.norm(world.T_world_endoscope[:3, 3] - T_before[:3, 3])
-    assert shift_m == pytest.approx(BY_HAND["shift the camera"].magnitude)
+    assert shift_m == pytest.approx(MANUAL["shift the camera"].magnitude)

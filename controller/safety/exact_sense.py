@@ -1,4 +1,4 @@
-"""What the filter sees: the commanded arms, and the world through a tracker without error."""
+"""What the safety filter is told: the commanded arms, and the exact state of the simulation."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from tissue_sim.world import World
 ARMS = (LEFT_ARM, RIGHT_ARM)
 
 
-class Watch:
-    """The filter's view of one patient. Privileged; what it sees does not reach the policy."""
+class ExactSense:
+    """Tells the filter the exact state of one patient. Privileged; policies do not receive it."""
 
     def __init__(self, world: World) -> None:
         self._world = world

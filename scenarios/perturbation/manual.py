@@ -14,13 +14,13 @@ from tissue_sim.world import World
 NUDGE_S = 1.5
 
 _EFFECTS = "scenarios.perturbation"
-BY_HAND: dict[str, Perturbation] = {
+MANUAL: dict[str, Perturbation] = {
     p.name: p
     for p in (
         Perturbation(
             name="nudge the tissue",
             description="the body is pushed aside and swings back",
-            effect=f"{_EFFECTS}.by_hand:Nudge",
+            effect=f"{_EFFECTS}.manual:Nudge",
             magnitude=0.006,
             most=0.02,
             unit="m",
@@ -29,7 +29,7 @@ BY_HAND: dict[str, Perturbation] = {
         Perturbation(
             name="drop the clip",
             description="the applier loses its clip",
-            effect=f"{_EFFECTS}.by_hand:Drop",
+            effect=f"{_EFFECTS}.manual:Drop",
             magnitude=1.0,
             most=1.0,
             unit="clips",
