@@ -1,8 +1,8 @@
-"""The notebooks that run whole procedures are slow: `make test-all` runs them."""
+"""All notebooks but one are slow: `make test-all` runs them."""
 
 import pytest
 
-SLOW = ("04_train", "05_results")
+SLOW = ("01_field_and_physics", "02_plan_and_act", "04_train", "05_results")
 
 
 @pytest.hookimpl(tryfirst=True)

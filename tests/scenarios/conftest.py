@@ -6,12 +6,18 @@ import pytest
 
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from tests.scenarios.procedures import Procedure, run_once
+from tests.scenarios.procedures import Procedure, run_by_command, run_once
 
 
 @pytest.fixture(scope="session")
 def procedure(made_once) -> Procedure:
     return run_once(EpisodeConfig(**WITNESS, seed=10_004), "procedure", made_once)
+
+
+@pytest.fixture(scope="session")
+def ran_by_command(made_once):
+    """A whole procedure run by `calot run` in a process of its own: its folder, its output."""
+    return made_once("ran_by_command", run_by_command)
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,7 @@
 """Runs an episode and keeps everything that can be seen of it."""
 
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +13,9 @@ from scenarios.recording.recorder import Recording, load
 from tests.made_once import MadeOnce
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.world import World
+
+ROOT = Path(__file__).parents[2]
+SEED_BY_COMMAND = 10_003
 
 
 @dataclass(kw_only=True)
@@ -50,6 +55,17 @@ def run(config: EpisodeConfig, out: Path) -> Procedure:
         file=file,
         recording=load(file),
         world=witness.world,
+    )
+
+
+def run_by_command(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    """Call `calot run` in a process of its own; return its folder and what it printed."""
+    words = ["--planner", "scripted", "--controller", "expert", "--seed", str(SEED_BY_COMMAND)]
+    return out, subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", "run", *words, "--out", str(out)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
     )
 
 

@@ -2,20 +2,16 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from planner.instruction import TASKS
 from scenarios.loop.results import read_results
 from scenarios.recording.recorder import load
+from tests.scenarios.procedures import SEED_BY_COMMAND
 from tissue_sim.patient.anatomy import anatomy_from_seed
-
-ROOT = Path(__file__).parents[2]
-SEED = 10_004
 
 CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
     "document": {"episodes", "summary", "config", "versions"},
@@ -35,27 +31,14 @@ CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
 }
 
 
-def run(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    witness = ["--planner", "scripted", "--controller", "expert"]
-    words = ["run", *witness, "--seed", str(SEED), "--out", str(out)]
-    return out, subprocess.run(
-        [sys.executable, "-m", "scenarios.cli", *words], cwd=ROOT, capture_output=True, text=True
-    )
+@pytest.fixture(scope="module")
+def out(ran_by_command) -> Path:
+    return ran_by_command[0]
 
 
 @pytest.fixture(scope="module")
-def ran(made_once) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    return made_once("run", run)
-
-
-@pytest.fixture(scope="module")
-def out(ran) -> Path:
-    return ran[0]
-
-
-@pytest.fixture(scope="module")
-def finished(ran) -> subprocess.CompletedProcess[str]:
-    return ran[1]
+def finished(ran_by_command) -> subprocess.CompletedProcess[str]:
+    return ran_by_command[1]
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +73,9 @@ def test_results_json_keeps_the_contract(document):
         "summary": document["summary"],
     }
     assert {name: set(entry) for name, entry in found.items()} == CONTRACT
-    assert episode["seed"] == document["config"]["seed"] == SEED
+    assert episode["seed"] == document["config"]["seed"] == SEED_BY_COMMAND
     assert (episode["success"], episode["error"], episode["injuries"]) == (True, None, [])
-    assert episode["anatomy_hash"] == anatomy_from_seed(SEED).hash
+    assert episode["anatomy_hash"] == anatomy_from_seed(SEED_BY_COMMAND).hash
     summary = document["summary"]
     assert (summary["episodes"], summary["passed"], summary["errors"]) == (1, 1, 0)
     assert summary["wilson_95"][0] < summary["pass_rate"] == 1.0
@@ -100,16 +83,9 @@ def test_results_json_keeps_the_contract(document):
 
 def test_the_result_is_read_back_and_recorded_beside_the_steps(out, document):
     (result,) = read_results(out / "results.json")
-    recording = load(out / "episodes" / f"{SEED}.npz")
+    recording = load(out / "episodes" / f"{SEED_BY_COMMAND}.npz")
     assert recording.result == document["episodes"][0]
     assert len(recording.instructions) == len(TASKS)
     assert result.procedure_time_s + result.exchange_time_s == pytest.approx(
         recording.arrays["time_s"][-1]
     )
-
-
-def test_another_process_gives_the_same_procedure_bit_for_bit(out, finished, procedure):
-    arrays = load(out / "episodes" / f"{SEED}.npz").arrays
-    assert arrays.keys() == procedure.recording.arrays.keys()
-    for name, array in arrays.items():
-        np.testing.assert_array_equal(array, procedure.recording.arrays[name])

@@ -59,9 +59,13 @@ def test_the_expert_does_what_it_is_told(expert):
     assert len({response.text for response in expert.responses}) >= 13
 
 
-@pytest.mark.parametrize("moments", [1, pytest.param(4, marks=pytest.mark.slow)])
-def test_who_does_nothing_does_not_do_what_it_is_told(moments, monkeypatch):
+@pytest.mark.parametrize(
+    ("moments", "said"),
+    [(1, CORRECTIONS[:3]), pytest.param(4, CORRECTIONS, marks=pytest.mark.slow)],
+)
+def test_who_does_nothing_does_not_do_what_it_is_told(moments, said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "MOMENTS", moments)
+    monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
     trial = examined("idle")
     assert trial.responses
     assert not any(response.obeyed or response.withheld for response in trial.responses)

@@ -31,13 +31,20 @@ ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
 @pytest.fixture(scope="module")
-def scene(request):
-    """An episode before the grasp, or with the applier's open jaws astride a tube; its state."""
-    episode, task = begin(CONFIG), request.param
+def scenes(made_once):
+    """A world, and its state before the grasp and with the applier's open jaws astride a tube."""
+    world = begin(CONFIG).world
+    return world, made_once("scenes", lambda _: {task: state_in(task) for task in HARMFUL})
+
+
+def state_in(task):
+    """Return the state of the world in the middle of a task."""
+    episode = begin(CONFIG)
     for step in episode.steps():
         far = step.time_s > 1.5 if task == TASKS[0] else is_astride(episode.world)
         if step.instruction.task == task and far:
-            return episode.world, episode.world.state(), task
+            return episode.world.state()
+    raise AssertionError(f"the episode never came to {task.text}")
 
 
 def is_astride(world):
@@ -46,9 +53,9 @@ def is_astride(world):
     return np.linalg.norm(centres - tip, axis=1).min() < ASTRIDE_M
 
 
-def begun_again(scene, correction):
-    world, state, task = scene
-    world.restore(state)
+def begun_again(scenes, task, correction):
+    world, states = scenes
+    world.restore(states[task])
     episode = Episode(
         config=CONFIG,
         world=world,
@@ -60,21 +67,20 @@ def begun_again(scene, correction):
     return episode
 
 
-@pytest.mark.parametrize("scene", HARMFUL, ids=NAMES.get, indirect=True)
-def test_what_would_do_harm_is_not_demonstrated(scene):
-    world, state, task = scene
-    world.restore(state)
+@pytest.mark.parametrize("task", HARMFUL, ids=NAMES.get)
+def test_what_would_do_harm_is_not_demonstrated(scenes, task):
+    world, states = scenes
+    world.restore(states[task])
     assert [c for c in CORRECTIONS if not is_harmless(c, world)] == list(HARMFUL[task])
 
 
 @pytest.mark.parametrize(
-    ("scene", "correction"),
-    HARMLESS,
-    ids=[f"{NAMES[task]}: {c.text}" for task, c in HARMLESS],
-    indirect=["scene"],
+    ("task", "correction"), HARMLESS, ids=[f"{NAMES[task]}: {c.text}" for task, c in HARMLESS]
 )
-def test_the_named_arm_moves_as_named_within_two_seconds_and_the_other_stays(scene, correction):
-    episode = begun_again(scene, correction)
+def test_the_named_arm_moves_as_named_within_two_seconds_and_the_other_stays(
+    scenes, task, correction
+):
+    episode = begun_again(scenes, task, correction)
     start, rows = episode.observation, ROWS[correction.arm]
     for step in islice(episode.steps(), WITHIN_STEPS):
         moved_m = (step.observation.tips_endoscope - start.tips_endoscope)[:, :3, 3]

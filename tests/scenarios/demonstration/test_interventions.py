@@ -33,6 +33,7 @@ def spoken(tmp_path_factory):
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
 
 
+@pytest.mark.slow
 def test_a_procedure_is_passed_though_somebody_skips_a_task_and_makes_it_wait(spoken):
     result, recording, _ = spoken
     assert result.success, [task for task in result.tasks if not task.success]
@@ -43,6 +44,7 @@ def test_a_procedure_is_passed_though_somebody_skips_a_task_and_makes_it_wait(sp
     assert recording.heard[-1]["instruction"] is None
 
 
+@pytest.mark.slow
 def test_it_loads_as_an_episode_with_the_correction_flagged_where_it_was_in_force(spoken):
     result, recording, episode = spoken
     assert (episode.header.kind, episode.header.seed) == ("intervention", SEED)
@@ -57,6 +59,7 @@ def test_it_loads_as_an_episode_with_the_correction_flagged_where_it_was_in_forc
     assert len(episode) == len(texts) - texts.count("hold") - exchanging
 
 
+@pytest.mark.slow
 def test_nothing_to_imitate_lies_across_a_hold(spoken):
     _, _, episode = spoken
     moved = np.diff(episode.columns["segment"])

@@ -34,14 +34,29 @@ LOOKING = {
 }
 
 
-@pytest.fixture
-def served(tmp_path):
-    """Yield a session and the page's port."""
+@contextmanager
+def serving(out):
+    """Yield a new session and its page's port."""
     with (
-        running_session(tmp_path) as session,
+        running_session(out) as session,
         PageProcess(session, host=HOST, port=choose_port(HOST)) as page,
     ):
         yield session, page.port
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    with serving(tmp_path_factory.mktemp("shared")) as session_and_port:
+        yield session_and_port
+
+
+@pytest.fixture
+def served(shared):
+    """Yield a paused session and its page's port; other tests may have run the episode before."""
+    yield shared
+    session, _ = shared
+    session.pace.pause()
+    session.pace.speed = 1.0
 
 
 @contextmanager
@@ -52,6 +67,11 @@ def tab(port):
     ) as socket:
         socket.send(msgspec.msgpack.encode(LOOKING))
         yield socket
+
+
+def run_for(session, for_s):
+    """Wait until the episode has run for this simulated time."""
+    run_to(session, session.watcher.status().time_s + for_s)
 
 
 def drain(socket, for_s):
@@ -129,12 +149,11 @@ def test_tabs_that_close_do_not_disturb_the_episode(served):
         with tab(port) as one, tab(port) as other:
             drain(one, 0.1)
             drain(other, 0.1)
-    run_to(session, session.watcher.status().time_s + 0.5)
+    run_for(session, 0.5)
 
 
-def test_geometry_is_sent_10_to_20_times_a_second_and_only_while_it_moves(served):
-    session, port = served
-    with tab(port) as socket:
+def test_geometry_is_sent_10_to_20_times_a_second_and_only_while_it_moves(tmp_path):
+    with serving(tmp_path) as (session, port), tab(port) as socket:
         whole_scene(socket)
         session.pace.go_on()
         first_geometry(socket)
@@ -169,7 +188,7 @@ def test_with_no_tab_open_nothing_is_copied(served):
 def is_not_copied(session, for_s):
     """Return whether the world is not copied while the episode runs for a simulated time."""
     last = session.watcher.frame
-    run_to(session, session.watcher.status().time_s + for_s)
+    run_for(session, for_s)
     return session.watcher.frame is last
 
 
@@ -181,7 +200,7 @@ def test_invalid_data_from_a_tab_ends_only_that_tab(served):
             drain(bad, 5.0)
         session.pace.go_on()
         assert first_geometry(good)
-    run_to(session, 0.5)
+    run_for(session, 0.5)
 
 
 def test_no_two_keys_are_the_same():
