@@ -1,4 +1,4 @@
-"""Laws of an action: what is no motion of two tools is refused, and holding moves nothing."""
+"""Tests of an action: wrong shapes and wrong numbers are refused, and a hold moves nothing."""
 
 import numpy as np
 import pytest

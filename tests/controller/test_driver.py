@@ -1,4 +1,4 @@
-"""Laws of the driver: poses add up in the hybrid frames, and what is out of reach is held."""
+"""Tests of the driver: poses add up in the hybrid frames, and unreachable poses are held."""
 
 import numpy as np
 import pytest
@@ -36,14 +36,14 @@ def driver_at(joints, T_world_endoscope=ASKEW, right="clip_applier"):
 
 
 def home(rng):
-    """Both tools in the field, turned at random."""
+    """Return joints (2, 7) that put both tools in the field, turned at random."""
     joints = np.tile(HOME_JOINTS, (2, 1))
     spread = [0.15, 0.15, 0.02, 1.0, 0.6, 0.6, 0.2]
     return joints + rng.uniform(-1, 1, (2, 7)) * spread
 
 
 def tools(driver, right="clip_applier"):
-    """(2, 4, 4) `T_world_tool` of the joints commanded last."""
+    """Return `T_world_tool` (2, 4, 4) of the last commanded joints."""
     instruments = (INSTRUMENTS["grasper"], INSTRUMENTS[right])
     T_rcm_tool = [
         forward_kinematics(q[:6], i) for q, i in zip(driver.joints, instruments, strict=True)
@@ -52,7 +52,7 @@ def tools(driver, right="clip_applier"):
 
 
 def action(move=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0), jaw=0.3):
-    """The same motion of both tools; `turn` is a rotation vector in the tool's frame."""
+    """Return the same motion for both tools; `turn` is a rotation vector in the tool's frame."""
     return ToolAction(
         move_endoscope_m=np.tile(np.asarray(move, float), (2, 1)),
         turn_tool=np.tile(rotation_to_6d(exponential(np.asarray(turn, float))), (2, 1)),
@@ -108,7 +108,7 @@ def test_the_words_for_directions_are_the_surgeons(word):
     before = tools(driver)[:, :3, 3]
     driver.drive(action(move=0.005 * np.array(DIRECTION_ENDOSCOPE[word])))
     moved = tools(driver)[:, :3, 3] - before
-    # the endoscope looks down by 35 degrees, so up and away are within that of the world's own
+    # the endoscope looks down by 35 degrees, so its up and away differ from the world's by that
     assert (moved @ IN_WORLD[word] >= 0.005 * np.cos(NOMINAL_PITCH_RAD) - ROUNDING).all()
 
 

@@ -1,4 +1,4 @@
-"""Whatever the grasper does in a fold of the gallbladder, the expert takes it out gently."""
+"""Tests of the expert: it takes the grasper gently out of a fold of the gallbladder."""
 
 from itertools import islice
 
@@ -15,7 +15,7 @@ from tissue_sim.tools.arms import LEFT_ARM
 
 SEED = 10_003
 GRAB = TASKS[0]
-MAX_N = 1.5  # with jaws opened wide in there it was 3.9, and they stayed in
+MAX_N = 1.5  # when the jaws opened wide inside the fold, it was 3.9 N and they stayed inside
 WORDS_LAST, ACTS_BY, OUT_BY = 60, 30, 240  # steps
 
 

@@ -1,4 +1,4 @@
-"""An applier without a clip is drawn back for a new one; it does not close on the tube."""
+"""Tests of a lost clip: the expert draws the empty applier back to get a new clip."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ CLIP = TASKS[1]
 
 
 def advance_m(expert, world):
-    """How far the next chunk takes the applier along its own axis, forward."""
+    """Return how far (m) the next chunk moves the applier forward along its own axis."""
     chunk = expert.act(world.observe(), Instruction(task=CLIP))
     moved = sum(action.move_endoscope_m[RIGHT_ARM] for action in chunk)
     forward = world.arms.T_world_tool()[RIGHT_ARM, :3, 2]

@@ -1,4 +1,4 @@
-"""Laws of the expert's motion: within its speeds, straight, and in the end there."""
+"""Tests of the expert's motion: it keeps the speed limits, is straight and reaches the goal."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def random_pose(rng):
 
 
 def moved(T, jaw, action):
-    """Where an action leads from poses (2, 4, 4), by the definition of the hybrid frame."""
+    """Return the poses (2, 4, 4) and jaws after an action, as the hybrid frame defines them."""
     T = T.copy()
     T[:, :3, 3] += action.move_endoscope_m @ R_WORLD_ENDOSCOPE.T
     T[:, :3, :3] = T[:, :3, :3] @ np.stack([rotation_from_6d(six) for six in action.turn_tool])
@@ -38,7 +38,7 @@ def moved(T, jaw, action):
 
 
 def travel(goals, T, jaw, steps):
-    """Poses (n, 2, 4, 4) and jaws (n, 2) on the way, a new chunk from wherever one ended."""
+    """Return poses (n, 2, 4, 4) and jaws (n, 2) on the way; each chunk starts where one ended."""
     poses, jaws = [T], [jaw]
     while len(poses) <= steps:
         for action in chunk_towards(goals, poses[-1], jaws[-1], R_WORLD_ENDOSCOPE):
@@ -72,13 +72,13 @@ def test_the_goal_is_reached_in_a_straight_line(rng):
     goals = (Goal(), Goal(T_world_tool=goal, jaw_rad=0.7, speed_m_s=SPEED_M_S))
     far_m, far_rad = distance(start[RIGHT_ARM], goal)
     at_speed = max(far_m / SPEED_M_S, far_rad / TURN_SPEED_RAD_S, 0.7 / JAW_SPEED_RAD_S)
-    gently = 60  # each of the last steps leaves 65 %: 0.65^60 of a step is nothing
+    gently = 60  # each of the last steps leaves 65 % of the way: 0.65^60 is negligible
     poses, jaws = travel(
         goals, start, np.zeros(2), steps=int(at_speed / CONTROL_PERIOD_S) + 1 + gently
     )
     off_m, off_rad = distance(poses[-1, RIGHT_ARM], goal)
     assert off_m < 1e-9
-    assert off_rad < 1e-7  # the last 1e-9 rad are not made up; float64 at half a turn
+    assert off_rad < 1e-7  # the last 1e-9 rad are not corrected; float64 near half a turn
     assert jaws[-1, RIGHT_ARM] == pytest.approx(0.7)
     way = goal[:3, 3] - start[RIGHT_ARM, :3, 3]
     aside = np.cross(poses[:, RIGHT_ARM, :3, 3] - start[RIGHT_ARM, :3, 3], way)

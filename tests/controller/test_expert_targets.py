@@ -1,4 +1,4 @@
-"""Laws of the expert's approach: the usual one where it is clear, and never two things in one."""
+"""Tests of the expert's approach: usual where it is clear; the jaws close on one tube only."""
 
 from dataclasses import replace
 from functools import partial
@@ -48,7 +48,7 @@ def world() -> World:
 
 
 def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
-    """Move a tube so that its middle ring lies in another's at a station."""
+    """Move a tube so that its middle ring is centred on the tube `over`, at a station (m)."""
     x, rings = world.tissue.positions(), world.organ.rings[tube]
     there, _ = world.tubes.point(over, station_m)
     x[rings] += there - x[rings[len(rings) // 2, 0]]
@@ -65,7 +65,7 @@ def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) ->
 
 
 def test_what_is_out_of_reach_is_not_tried(world: World) -> None:
-    """Nor what is in reach while the place in front of it is not."""
+    """Use a pose that is in reach itself, while the place in front of it is not."""
 
     def pose(world: World, approach: Approach) -> np.ndarray:
         T = clip_pose(world, "duct", 2, approach)
@@ -126,7 +126,7 @@ def test_the_jaws_keep_beside_a_tube_that_lies_close_to_the_gallbladder(
     assert sac_room_m(world, pose(world, approach=chosen), APPLIER, opening_rad) > SAC_ROOM_M
 
 
-def test_where_the_gallbladder_is_in_the_way_of_all_each_attempt_comes_from_another_side(
+def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
     world: World,
 ) -> None:
     def pose(world: World, approach: Approach) -> np.ndarray:

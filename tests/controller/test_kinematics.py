@@ -1,4 +1,4 @@
-"""The closed-form inverse undoes the forward kinematics, or says what is in the way."""
+"""Tests of the closed-form inverse: it undoes the forward kinematics, or names the obstacle."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,10 @@ INSERTION, ROLL = 2, 3
 
 
 def lever_m(joints, instrument):
-    """Distance of the remote centre from the yaw axis: at zero the pitch axis is undefined."""
+    """Return the distance (m) of the remote centre from the yaw axis.
+
+    At 0 the pitch axis is undefined.
+    """
     yaw = joint_frames(joints, instrument)[-1]
     return np.linalg.norm(np.cross(yaw[:3, 3], yaw[:3, 2]))
 
@@ -93,7 +96,7 @@ def test_a_wrist_in_the_remote_centre_is_unreachable(fraction, instrument):
 
 
 def test_a_shaft_along_the_first_axis_breaks_the_pitch_limit():
-    """No yaw can be read off it: at 90 deg of outer pitch the yaw turns the shaft about itself."""
+    """Use a pose without a defined yaw: at 90 deg of outer pitch, yaw only rolls the shaft."""
     instrument, T = INSTRUMENTS["scissors"], np.eye(4)
     reach = instrument.pitch_to_yaw_m + instrument.yaw_to_tip_m
     T[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # z_tool along y

@@ -1,8 +1,8 @@
-"""CasADi's kinematics, from the DH table, and the simulator's, from the URDF, say the same.
+"""Tests of the kinematics: CasADi's, from the DH table, equals the simulator's, from the URDF.
 
-The simulator keeps joint origins, joint values and link poses in float32: eight unit quaternions,
-composed, are up to 1e-6 rad off. What is read here are positions and quaternions as it keeps
-them, as its rotation matrices are rounded once more.
+The simulator stores joint origins, joint values and link poses in float32. A product of eight
+unit quaternions is then up to 1e-6 rad off. The tests read positions and quaternions as the
+simulator stores them, because its rotation matrices are rounded once more.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ PALM = MOVING_LINKS.index("palm")
 
 
 class Engine:
-    """Link poses after a teleport: those that the world's physics sees."""
+    """Gives link poses after a teleport, as the physics of the world sees them."""
 
     def __init__(self, articulation):
         self.articulation = articulation
@@ -33,7 +33,7 @@ class Engine:
 
 
 class Model:
-    """Forward kinematics in float64 (Pinocchio), from the engine's joint origins in float32."""
+    """Computes link poses in float64 (Pinocchio) from the engine's joint origins in float32."""
 
     def __init__(self, articulation):
         self.model = articulation.create_pinocchio_model()
@@ -57,7 +57,7 @@ def arm(request):
 
 
 def drawn_qpos(instrument, n):
-    """(n, 8) joints in the simulator's float32, so that both sides get the same numbers."""
+    """Return joints (n, 8) in the simulator's float32, so that both sides get the same numbers."""
     rng = np.random.default_rng(0)
     joints = within_limits(rng.uniform(size=(n, 6)), instrument)
     finger = rng.uniform(0.0, instrument.jaw_range_rad[1] / 2, (n, 1))
@@ -70,7 +70,7 @@ def rigid(simulator_pose):
 
 
 def off(T, other):
-    """Distances (m) and angles (rad) between poses (..., 4, 4), worst of all."""
+    """Return the largest distance (m) and the largest angle (rad) between poses (..., 4, 4)."""
     turn = T[..., :3, :3] @ np.swapaxes(other[..., :3, :3], -1, -2)
     angle = Rotation.from_matrix(turn.reshape(-1, 3, 3)).magnitude()
     return np.linalg.norm(T[..., :3, 3] - other[..., :3, 3], axis=-1).max(), angle.max()
@@ -83,7 +83,7 @@ def test_a_thousand_poses_agree_to_a_micrometre_and_a_microradian(arm, reading):
     links, tools = [], []
     for qpos in drawn_qpos(instrument, 1000):
         joints = np.array([*qpos[:6], qpos[6] + qpos[7]], float)
-        T = np.array([rigid(link) for link in simulator.link_poses(qpos)])[1:]  # less the base
+        T = np.array([rigid(link) for link in simulator.link_poses(qpos)])[1:]  # without the base
         links.append((T, link_poses(joints, instrument)))
         tool = tool_pose(instrument)(joints[:6]).reshape(4, 4).T
         tools.append((T[PALM] @ T_palm_tool, tool))

@@ -1,4 +1,4 @@
-"""The CasADi functions are those of the DH table, and their derivatives are derivatives."""
+"""Tests of the CasADi functions: they match the DH table, and their derivatives are right."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -81,13 +81,13 @@ def test_tool_jacobian_is_made_of_joint_axes_and_their_levers(fraction, instrume
 
 
 def rates(joints, tools, T_world_rcm):
-    """Of arms at joints (n, 7), remote centres at (n, 4, 4)."""
+    """Return the rates of arms at joints (n, 7), with remote centres at (n, 4, 4)."""
     twists = symbolic.rates(tools)(joints.ravel(), T_world_rcm.ravel())
     return Rates(twists=twists.reshape(-1, 12, 6))
 
 
 def point_jacobians(joints, instrument, links, points):
-    """(n, 3, 7) of points (n, 3) on one arm's links (n,), in its RCM frame."""
+    """Return the Jacobians (n, 3, 7) of points (n, 3) on one arm's links (n,), in its RCM frame."""
     moving = rates(joints[None], (instrument,), np.eye(4)[None])
     arms = np.zeros(len(points), int)
     along = [np.tile(axis, (len(points), 1)) for axis in np.eye(3)]
@@ -96,7 +96,7 @@ def point_jacobians(joints, instrument, links, points):
 
 
 def placed(joints, instrument, points):
-    """One point (3,) on each of the patches' links, in the RCM frame (4, 3)."""
+    """Return one point (3,) on each link of the patches, in the RCM frame (4, 3)."""
     T = link_poses(joints, instrument)[PATCH_ROWS]
     return np.einsum("nij,nj->ni", T[:, :3, :3], points) + T[:, :3, 3]
 

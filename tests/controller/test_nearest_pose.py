@@ -1,4 +1,4 @@
-"""The general inverse agrees with the closed form in reach and comes nearest beyond it."""
+"""Tests of the general inverse: it equals the closed form in reach and comes nearest beyond it."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -27,7 +27,7 @@ directions = st.tuples(*[st.floats(-1, 1)] * 6).map(np.array)
 
 
 def errors(joints, T, instrument):
-    """Distance (m) and angle (rad) between the pose of the joints and another."""
+    """Return distance (m) and angle (rad) between the pose of the joints and another pose."""
     reached = forward_kinematics(joints, instrument)
     turn = rotation_vector(reached[:3, :3] @ T[:3, :3].T)
     return np.linalg.norm(reached[:3, 3] - T[:3, 3]), np.linalg.norm(turn)
@@ -110,7 +110,7 @@ def wrist_in_the_remote_centre(instrument):
 
 
 def yaw_axis_through_the_remote_centre(instrument):
-    """The wrist drawn back behind the remote centre, the clevis bent until both are square."""
+    """Return joints with the wrist behind the remote centre and the yaw axis through it."""
     return np.array([0.2, -0.3, 0.0, 0.4, np.arccos(instrument.pitch_to_yaw_m / 0.0156), -0.3])
 
 

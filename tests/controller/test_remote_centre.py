@@ -1,4 +1,4 @@
-"""Any joints keep the shaft's line through the remote centre; a bent shaft shows by how much."""
+"""Tests of the remote centre: the shaft passes through it; a shifted shaft shows the offset."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Episodes of random numbers, with columns as the schema has them."""
+"""Made-up episodes for tests: random numbers in the columns of the schema."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What is wrong with a dataset is said in one line, before any of it is used."""
+"""Tests of bad datasets: an error names the fault in one line, before any data is used."""
 
 import json
 import re
@@ -45,17 +45,17 @@ def replaced(name, array):
     return change
 
 
-def test_there_is_none(tmp_path):
+def test_a_missing_dataset_is_refused(tmp_path):
     assert "there is no dataset" in refusal(tmp_path)
 
 
-def test_it_is_empty(root):
+def test_an_empty_dataset_is_refused(root):
     rewrite_info(root, total_episodes=0)
     assert "empty" in refusal(root)
 
 
 @pytest.mark.parametrize("version", ["schema_version", "world_version"])
-def test_it_is_of_another_version(root, version):
+def test_another_version_is_refused(root, version):
     known = json.loads((root / layout.INFO_PATH).read_text())["calot"]
     rewrite_info(root, calot=known | {version: 0})
     assert "collect it again" in refusal(root)
@@ -124,7 +124,7 @@ def test_a_part_cut_short_is_refused(tmp_path):
         read_part(path)
 
 
-def test_what_may_not_be_read_is_not_written():
+def test_invalid_columns_are_not_written():
     action = random_episode(0).columns["action"]
     with pytest.raises(ValueError, match="not finite, in frame 0"):
         part_bytes(random_episode(0, action=action * np.inf))
@@ -134,6 +134,6 @@ def test_what_may_not_be_read_is_not_written():
         part_bytes(random_episode(0, frames=0))
 
 
-def test_no_part_is_no_dataset(tmp_path):
+def test_a_dataset_of_no_parts_is_refused(tmp_path):
     with pytest.raises(ValueError, match="no episode"):
         merge([], tmp_path)

@@ -1,4 +1,4 @@
-"""Laws of the dataset: what is written is read back, bit for bit, wherever it came to lie."""
+"""Tests of the dataset: all that is written is read back bit for bit, from any file of it."""
 
 import json
 
@@ -24,7 +24,7 @@ def assert_same_bits(a, b):
 
 
 def contents(root):
-    """Every file of the dataset, by its path in it."""
+    """Return the bytes of every file of the dataset, by its path in the dataset."""
     files = [path for part in ("data", "meta") for path in (root / part).rglob("*.*")]
     return {str(path.relative_to(root)): path.read_bytes() for path in files}
 
@@ -53,7 +53,7 @@ def test_a_dataset_is_its_episodes_in_order_however_many_files_it_has(tmp_path, 
 
 @pytest.mark.parametrize("file_most_mb", [1e-6, 100.0])
 def test_each_episodes_row_says_which_frames_are_its_own_and_in_which_file(tmp_path, file_most_mb):
-    """The first one, and the one after the last; what LeRobot goes by."""
+    """Check the index of the first frame and the index after the last: LeRobot reads these."""
     merge(write_parts(tmp_path / "parts", SEEDS), tmp_path, file_most_mb)
     rows = pq.read_table(tmp_path / layout.EPISODES_PATH).to_pylist()
     for row, episode in zip(rows, read_episodes(tmp_path), strict=True):
@@ -109,7 +109,7 @@ def test_only_the_columns_asked_for_are_read(tmp_path):
     assert set(episode.columns) == {"action", "expert"}
 
 
-def test_stretches_are_the_expert_s_frames_unbroken():
+def test_stretches_are_unbroken_frames_of_the_expert():
     for seed in range(20):
         episode = random_episode(seed, frames=40)
         expert, segment = episode.columns["expert"], episode.columns["segment"]

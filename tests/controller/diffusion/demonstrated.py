@@ -1,4 +1,4 @@
-"""Motions made up for tests: tools wander, turn and open; some frames are not to imitate."""
+"""Made-up motions for tests: tools wander, turn and open; some frames must not be imitated."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
 def motions(n: int, seed: int = 0) -> np.ndarray:
-    """(n, 20) random motions of a plausible size."""
+    """Return random motions (n, 20) of a plausible size."""
     chance = np.random.default_rng(seed)
     return np.stack(
         [
@@ -26,7 +26,7 @@ def motions(n: int, seed: int = 0) -> np.ndarray:
 
 
 def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
-    """The right tip is led to the first point of the tube that the words name."""
+    """Return a demonstration: the right tip moves to the first point of the named tube."""
     chance = np.random.default_rng(seed)
     states, actions = np.zeros((n, VECTOR_SIZE), np.float32), motions(n, seed).astype(np.float32)
     seen = fields(states)

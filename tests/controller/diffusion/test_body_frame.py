@@ -1,4 +1,4 @@
-"""Laws of the body's frame: tools go along with a body that breathes, and stay where none does."""
+"""Tests of the body's frame: tools follow a body that breathes, and stay if it is at rest."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ UP = np.array([0.0, 1.0, 0.0])
 
 
 def errors_m(frame: BodyFrame, places_m: np.ndarray) -> np.ndarray:
-    """How far a tool that is to hold still on the body is off it, at each step."""
+    """Return how far (m) a tool that should hold still on the body is off, at each step."""
     still, tool_m, off = hold(np.zeros(2)).vector(), np.zeros(3), []
     for body_m in places_m:
         off.append(np.linalg.norm(tool_m - body_m))
@@ -29,7 +29,7 @@ def errors_m(frame: BodyFrame, places_m: np.ndarray) -> np.ndarray:
 def test_tools_that_hold_still_on_a_body_that_breathes_are_half_a_percent_off(amplitude_m):
     phase = 2.0 * np.pi * np.arange(STEPS) / 120
     off_m = errors_m(BodyFrame(), amplitude_m * np.sin(phase)[:, None] * UP)
-    assert off_m.max() < 0.06 * amplitude_m  # as it sets in
+    assert off_m.max() < 0.06 * amplitude_m  # while the breathing starts
     assert off_m[10:].max() < 0.006 * amplitude_m
 
 
@@ -56,7 +56,7 @@ def tips_moved(seen: Observation, by_m: np.ndarray) -> Observation:
 
 
 def after_a_gap(seen: Observation) -> np.ndarray:
-    """How far a tool goes that is to hold still, where this is seen after a gap."""
+    """Return how far (3,) a tool that should hold still moves, if it sees `seen` after a gap."""
     still, frame, gone = hold(np.zeros(2)).vector(), BodyFrame(), np.zeros(3)
     _ = frame.see(SEEN.vector())
     frame.reset()
@@ -67,7 +67,7 @@ def after_a_gap(seen: Observation) -> np.ndarray:
 
 
 def test_after_a_gap_no_tool_goes_on_as_the_body_went_before():
-    """Nobody knows how it moves now until it has been seen to move."""
+    """Check that the old velocity is dropped: the new one is unknown until it has been seen."""
     still, frame, speed_m = hold(np.zeros(2)).vector(), BodyFrame(), 0.001 * UP
     for k in range(5):
         place = shifted(SEEN, k * speed_m).vector()

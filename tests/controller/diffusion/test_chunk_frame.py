@@ -1,4 +1,4 @@
-"""Laws of the chunk's frame: it is the motions summed up, and nothing is lost on the way."""
+"""Tests of the chunk's frame: a chunk is the sum of its motions and is converted back exactly."""
 
 import numpy as np
 import torch
@@ -49,7 +49,7 @@ def test_a_chunk_does_not_depend_on_where_it_begins():
 
 
 def test_past_and_chunk_are_one_run_of_poses():
-    """Seen from the chunk's start, the first row of the past is where the whole run began."""
+    """Check that the past's first row is where the run began, relative to the chunk's start."""
     given = motions(N)
     past, chunk = past_of(given[:5], np.array([0.2, 0.3])), chunk_of(given[5:])
     np.testing.assert_array_equal(past[0, JAWS], [0.2, 0.3])

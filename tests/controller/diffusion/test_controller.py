@@ -1,4 +1,4 @@
-"""Laws of the controller: chunks take over where promised, and new words are obeyed at once."""
+"""Tests of the controller: chunks take over where promised, and new words act at once."""
 
 from collections import deque
 from dataclasses import replace
@@ -85,7 +85,7 @@ def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
 
 
 def test_a_new_chunk_takes_over_step_by_step_from_what_was_still_to_play():
-    """Chunks of ones, then of twos: the jaws' first number tells which is played."""
+    """Play chunks of ones, then of twos: the first jaw angle tells which chunk is played."""
     chunks = iter([np.full((CONFIG.horizon, 20), 1.0), np.full((CONFIG.horizon, 20), 2.0)])
     rows = played(controller(lambda inputs: next(chunks)), CONFIG.play + FADE + 2)
     jaws = rows[:, JAWS][:, 0]
@@ -118,8 +118,8 @@ def test_the_same_seed_moves_the_same_and_another_otherwise(sampler):
     assert not np.allclose(first, other)
 
 
-def test_of_a_robot_that_moves_late_it_sees_the_tools_where_a_prompt_one_has_them():
-    """Once it has seen it move, that is; its chunks are given here."""
+def test_with_a_late_robot_it_sees_the_tools_where_a_prompt_robot_has_them():
+    """Check this after the controller has seen the robot move; the chunks are made up."""
     chunks = 2e-3 * np.sin(np.arange(8 * CONFIG.horizon * 20.0) ** 2).reshape(8, -1, 20)
 
     def tips_given(late: int) -> list[np.ndarray]:
@@ -134,7 +134,7 @@ def test_of_a_robot_that_moves_late_it_sees_the_tools_where_a_prompt_one_has_the
         return [fields(history)["tips_endoscope"][..., 3] for history in given]
 
     prompt, late = tips_given(0), tips_given(7)
-    assert not np.allclose(late[1], prompt[1], atol=1e-5)  # it has not seen it move
+    assert not np.allclose(late[1], prompt[1], atol=1e-5)  # it has not seen the robot move
     np.testing.assert_allclose(late[-3:], prompt[-3:], atol=1e-6)
 
 

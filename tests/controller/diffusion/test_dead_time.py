@@ -1,4 +1,4 @@
-"""Laws of the dead time: told from motions alone, and foreseen tools are where they come to."""
+"""Tests of the dead time: motions alone give the estimate, and the tools' prediction is right."""
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from controller.diffusion.chunk_frame import JAWS, trajectory
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
-STEP_M = 5e-4  # of a tip in a control step
+STEP_M = 5e-4  # how far a tip moves in a control step
 
 
 def wander(seed: int, n: int) -> np.ndarray:
-    """Motions (n, 20) that change direction smoothly, as a controller's do."""
+    """Return motions (n, 20) that change direction smoothly, as a controller's motions do."""
     rng = np.random.default_rng(seed)
     rows = np.tile(hold(np.full(2, 0.5)).vector(), (n, 1))
     ways = np.cumsum(rng.standard_normal((n, 2, 3)), axis=0)
@@ -27,7 +27,7 @@ def wander(seed: int, n: int) -> np.ndarray:
 
 
 def told(rows: np.ndarray, late: int, obeyed=lambda k, move_m: move_m) -> DeadTime:
-    """After a robot has done the motions so late, each as far as it `obeyed`."""
+    """Return the dead time after a robot did the motions `late` steps late, as it `obeyed`."""
     subject, tips_m = DeadTime(), np.zeros((2, 3))
     for k, row in enumerate(rows):
         subject.see(tips_m)
@@ -38,14 +38,14 @@ def told(rows: np.ndarray, late: int, obeyed=lambda k, move_m: move_m) -> DeadTi
 
 
 @pytest.mark.parametrize("late", [0, 1, 4, 8, 15, 30, MAX_STEPS])
-def test_the_delay_is_told_from_the_motions_to_the_step(late):
+def test_the_delay_is_estimated_from_motions_to_the_step(late):
     assert told(wander(0, late + 60), late).steps == late
 
 
 @settings(deadline=None)
 @given(st.integers(0, 1000), st.sampled_from([0, 2, 4, 8, 12]))
-def test_it_is_told_though_of_one_arms_motions_a_part_is_withheld(seed, late):
-    """As the filter does."""
+def test_the_delay_is_estimated_though_part_of_one_arms_motions_is_withheld(seed, late):
+    """Withhold part of each motion, as the safety filter does."""
     held = np.array([[0.8], [1.0]])
     subject = told(wander(seed, late + 90), late, lambda k, move_m: held * move_m)
     assert subject.steps == late
@@ -56,13 +56,13 @@ def at_rest(n: int) -> np.ndarray:
 
 
 def test_arms_at_rest_do_not_change_the_delay():
-    """Not even after a rest, from which a long delay would explain stillness."""
+    """Ask for motion without effect after a rest: a long delay would explain the stillness too."""
     rows = np.concatenate([wander(1, 60), at_rest(300), wander(2, MAX_STEPS)])
     assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
 
 
 def test_arms_that_are_held_back_for_a_moment_are_not_taken_for_late():
-    """As the filter holds scissors back before a cut; then they do what was asked for before."""
+    """Hold the arms back, as the safety filter does before a cut; then do the earlier motions."""
     rows = np.concatenate([wander(3, 100), at_rest(100), wander(9, 50)])
 
     def obeyed(k: int, move_m: np.ndarray) -> np.ndarray:

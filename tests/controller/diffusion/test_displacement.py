@@ -1,4 +1,4 @@
-"""Laws of displaced tools: what a tool holds stays with it; chunks lead back to where they led."""
+"""Tests of displaced tools: only free tools are displaced; chunks lead to the same places."""
 
 import pytest
 import torch
@@ -27,7 +27,7 @@ LEFT, RIGHT = 0, 1
 
 @pytest.fixture(scope="module")
 def seen() -> Batch:
-    """The right tool is at tissue, open and free; the left one is closed or feels something."""
+    """Return a batch: the right tool is at tissue, open and free; the left is closed or loaded."""
     windows = Windows([demonstration()], PolicyConfig(horizon=HORIZON))
     batch = windows.batch(torch.arange(len(windows)), torch.zeros(len(windows), dtype=torch.long))
     jaw, forces_n = (fields(batch.history)[name] for name in ("joints", "forces_n"))
@@ -69,7 +69,7 @@ def test_no_tool_far_from_tissue_stands_off(seen):
     assert torch.equal(far.chunk, seen.chunk)
 
 
-def test_chunks_lead_to_where_they_led_without(seen, moved):
+def test_chunks_lead_to_the_same_places_as_without(seen, moved):
     off_m = (tips_m(moved) - tips_m(seen))[:, 0]
     left_over_m = off_m[:, None] + moves_m(moved) - moves_m(seen)
     for steps in (1, 4, HORIZON):
@@ -97,7 +97,7 @@ SLOW_RAD = CONTROL_PERIOD_S * JAW_SPEED_RAD_S
 
 @pytest.fixture(scope="module")
 def clear(seen: Batch) -> Batch:
-    """Both tools stand wide open; the left one alone is clear of tissue."""
+    """Return a batch in which both tools are wide open and only the left is clear of tissue."""
     history, chunk, past = seen.history.clone(), seen.chunk.clone(), seen.past.clone()
     parts = fields(history)
     parts["joints"][..., 6], parts["forces_n"][:] = WIDE_RAD, 0.0

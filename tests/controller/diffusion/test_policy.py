@@ -1,4 +1,4 @@
-"""Laws of the policy: what is committed stays, and the graph is the network."""
+"""Tests of the policy: which inputs have an effect, and the graph equals the network."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_the_exported_graph_is_the_network(policy, inputs):
 
 
 def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs):
-    noise, level = inputs["noise"][:, None], torch.ones(1, 1)  # noise alone: nothing shows through
+    noise, level = inputs["noise"][:, None], torch.ones(1, 1)  # noise alone, no chunk
     first = torch.arange(CONFIG.horizon)[None] < 8
     losses = []
     for valid in (first, torch.ones_like(first)):

@@ -1,4 +1,4 @@
-"""Laws of the controller's training: what it leaves can be read, and bfloat16 is no other loss."""
+"""Tests of the controller's training: checkpoints are read back; bfloat16 keeps the loss."""
 
 from dataclasses import replace
 

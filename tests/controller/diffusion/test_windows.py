@@ -1,4 +1,4 @@
-"""Laws of the windows: what is learnt is the expert's, of the same words, from the past seen."""
+"""Tests of the windows: they hold the expert's motions under the same words, and the past."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def batch_of(windows: Windows, *numbers: int, delay: int = 0) -> Batch:
 
 
 def starts() -> list[tuple[int, int]]:
-    """DemonstrationArrays and step of each window."""
+    """Return the number of the demonstration and the step at which each window starts."""
     return [(k, t) for k in (0, 1) for t in range(N) if t % 40 != 39]
 
 
@@ -73,7 +73,7 @@ def test_the_past_is_of_the_motions_that_lead_up_as_far_as_the_expert_made_them(
             np.testing.assert_allclose(batch.past[number, CONFIG.past - n :], led, atol=1e-6)
 
 
-def test_what_is_seen_late_is_of_the_same_words_and_the_chunk_stays(windows, given):
+def test_late_observations_are_of_the_same_words_and_the_chunk_stays(windows, given):
     numbers = range(len(windows))
     prompt, late = (batch_of(windows, *numbers, delay=delay) for delay in (0, 3))
     for name in ("chunk", "valid", "past", "n_past", "jaw_rad", "text"):

@@ -1,4 +1,4 @@
-"""A small field to hit: a flat liver far below, a wall, and one tube; no simulator."""
+"""A small field of obstacles: a flat liver far below, a wall and one tube; no simulator."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ EYE = np.eye(3)
 
 
 def plane(point, normal, half_size=0.2, cells=8):
-    """A square surface about a point, free on the side of its normal."""
+    """Return a square surface about a point, free on the side of its normal."""
     normal = normal / np.linalg.norm(normal)
     across = np.cross(normal, EYE[np.argmin(np.abs(normal))])
     across /= np.linalg.norm(across)
@@ -44,7 +44,7 @@ def model(liver=None):
 
 
 class Chain(NamedTuple):
-    """Of capsules: (n, 3), (n, 3), (n,)."""
+    """Holds n capsules: their starts (n, 3), ends (n, 3) and radii (n,)."""
 
     start_m: np.ndarray
     end_m: np.ndarray
@@ -52,7 +52,7 @@ class Chain(NamedTuple):
 
 
 def chain(points, radius_m):
-    """Capsules through points (n, 3)."""
+    """Return the capsules through points (n, 3)."""
     points = np.asarray(points, float)
     return Chain(points[:-1], points[1:], np.broadcast_to(radius_m, len(points) - 1))
 
@@ -66,7 +66,7 @@ def surroundings(moved_m=(0.0, 0.0, 0.0), **chains):
 
 
 def to_points_m(links, points_m):
-    """(8, n) distances of the links' surfaces to points (n, 3), world frame; below 0 inside."""
+    """Return distances (8, n) of the links' surfaces to points (n, 3), world frame; < 0 inside."""
     local = (points_m - links.centre_m[:, None]) @ links.R_world_core
     reach = links.half_size_m[:, None]
     away = local - np.clip(local, -reach, reach)

@@ -1,4 +1,4 @@
-"""Situations to bound, put together by hand; no simulator."""
+"""Situations for the safety filter's limits, put together by hand; no simulator."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ GRAB = Instruction(task=TASKS[0])
 
 
 def pairs(*rows):
-    """Near pairs, each as (distance_m, arm, link, obstacle)."""
+    """Return near pairs; each row is (distance_m, arm, link, obstacle)."""
     distance, arm, link, obstacle = zip(*rows, strict=True) if rows else ((), (), (), ())
     n = len(rows)
     return NearPairs(
@@ -38,11 +38,11 @@ def pairs(*rows):
 
 
 NOTHING: WorkedOn = (frozenset(), frozenset())
-DUCT: WorkedOn = (frozenset(), frozenset({"duct"}))  # by the right jaws
+DUCT: WorkedOn = (frozenset(), frozenset({"duct"}))  # the right jaws work on it
 
 
 def situation(asked=HOME, start=HOME, near=(), **changes):
-    """At rest at home, nothing near, nothing felt, unless it is said otherwise."""
+    """Return a situation at rest at home, nothing near, no force, except for the `changes`."""
     near = pairs(*near)
     usual = {
         "step_s": CONTROL_PERIOD_S,
@@ -51,7 +51,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "rate": np.zeros((2, 7)),
         "asked": asked,
         "near": near,
-        "parting": np.eye(N_MOTION)[: len(near.arm)],  # each moves with a joint of its own
+        "parting": np.eye(N_MOTION)[: len(near.arm)],  # each pair has its own joint
         "tool_force_n": np.zeros((2, 3)),
         "pinch_n": 0.0,
         "shaft_offset_m": np.zeros(2),
@@ -67,5 +67,5 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
 
 
 def keeps(bounds, motion):
-    """Whether a motion (14,) breaks no row."""
+    """Return whether a motion (14,) breaks no row."""
     return (bounds.excess(motion) <= 1e-12).all()

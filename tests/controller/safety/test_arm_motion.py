@@ -1,4 +1,4 @@
-"""What is worked out in one call, against plain geometry."""
+"""Tests of the arms' motion: what one call computes agrees with plain geometry."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -22,13 +22,13 @@ def at(joints, motion=None):
 
 
 def outer_shaft(arm, joints):
-    """A shaft's port and its outer end (3,), world frame."""
+    """Return a shaft's port (3,) and its outer end (3,), in the world frame."""
     T = T_WORLD_RCM[arm] @ link_poses(joints[arm], TOOLS[arm])[MOVING_LINKS.index("shaft")]
     return T_WORLD_RCM[arm, :3, 3], T[:3, 3] - SHAFT_LENGTH_M * T[:3, 2]
 
 
 def jacobian(arm, joints):
-    """(6, 6) of a tip, world frame."""
+    """Return the Jacobian (6, 6) of a tip, in the world frame."""
     J = tool_jacobian(joints[arm, :6], TOOLS[arm])
     return np.concatenate([T_WORLD_RCM[arm, :3, :3] @ half for half in (J[:3], J[3:])])
 
@@ -49,7 +49,7 @@ def test_tips_move_along_the_motion_and_not_aside(rng):
         np.testing.assert_allclose(np.abs(moved[arm]), [length, 0.0, 0.0], atol=1e-14)
 
 
-def test_where_no_motion_is_asked_for_the_directions_are_square_still():
+def test_without_an_asked_motion_the_directions_are_still_square():
     J = at(HOME).tip_jacobian[0]
     frame = at(HOME).tip_rows[:3, :6] @ np.linalg.pinv(J[:, :6])
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Laws of the whole filter, on one patient whose tissue lies still."""
+"""Tests of the whole safety filter, on one patient whose tissue lies still."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -64,7 +64,7 @@ def field(world):
 
 
 class Field:
-    """How near a patient's keep-outs the arms are."""
+    """Measures how near the arms are to a patient's keep-outs."""
 
     def __init__(self, world):
         self.world, rigid = world, registered(world)
@@ -72,7 +72,7 @@ class Field:
         self.model = CollisionModel(rigid, world.arms.T_world_rcm)
 
     def distance_m(self, joints, obstacle):
-        """Of the right arm; 0.05 when it is farther."""
+        """Return the right arm's distance (m) to an obstacle, at most 0.05."""
         near = self.model.near(joints, self.world.arms.mounted, self.around, within_m=0.05)
         chosen = (near.obstacle == obstacle) & (near.arm == RIGHT_ARM)
         return near.distance_m[chosen].min(initial=0.05)
@@ -83,7 +83,7 @@ class Field:
 
 
 def right_tool_at(world, tip_m, start=HOME):
-    """`start`, the right arm's tip put to a place, turned as it is at home."""
+    """Return `start` with the right arm's tip at a place, oriented as it is at home."""
     T = forward_kinematics(HOME_JOINTS[:6], world.arms.mounted[RIGHT_ARM])
     T[:3, 3] = (inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ np.append(tip_m, 1.0))[:3]
     joints = start.copy()
@@ -94,7 +94,7 @@ def right_tool_at(world, tip_m, start=HOME):
 
 
 def middle_of(world, tube):
-    """The middle of a tube's free part, and which way it runs."""
+    """Return the middle of a tube's free part and the tube's direction there."""
     line = world.tubes.centres(tube)[: world.organ.neck_ring[tube]]
     k = len(line) // 2
     return line[k], unit(line[k + 1] - line[k - 1])
@@ -143,7 +143,7 @@ class HoldsAtFirst:
 
 
 def test_speed_that_was_not_allowed_is_not_gained(world):
-    """An arm that another limit held starts from rest, however fast it was asked to go."""
+    """Check that an arm that another limit held starts from rest, at any speed asked for."""
     safety = SafetyFilter(world, limits=(*LIMITS, HoldsAtFirst()))
     asked = HOME + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     moved = [safety.allow(HOME, asked, GRAB, 0.0).joints[0, 3] - HOME[0, 3] for _ in range(2)]
@@ -152,7 +152,7 @@ def test_speed_that_was_not_allowed_is_not_gained(world):
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf, 2 * FAR, 1e300])
-def test_what_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, number):
+def test_a_number_that_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, number):
     asked = HOME.copy()
     asked[0, 3] = number
     allowed = SafetyFilter(world).allow(HOME, asked, GRAB, 1.5)
@@ -195,7 +195,7 @@ def test_a_jump_across_the_artery_stops_before_it_also_without_limits(world, fie
     assert allowed.entry is not None
     assert allowed.entry.limits == ("keep-out: on the way",)
     assert field.on_the_way_m(start, allowed.joints, "artery") > 0.0
-    assert np.abs(allowed.joints - start).max() > 0.01  # up to the artery it may go
+    assert np.abs(allowed.joints - start).max() > 0.01  # it may move up to the artery
 
 
 def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(world):
@@ -209,7 +209,7 @@ def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(wo
 
 @pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])
 def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
-    """Where a tube has come to rest against it, within the margin or deeper."""
+    """Start where a tube rests against the finger, within the margin or deeper."""
     start, _ = inside(world, field, "artery", -distance_m)
     world.arms.set_joints(start)
     back = right_tool_at(
@@ -258,7 +258,7 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
 
 @pytest.mark.parametrize("depth_m", [0.001, 0.0, -0.00009, -0.000105, -0.0002])
 def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field, depth_m):
-    """Nor in, wherever it stopped before it."""
+    """Check also that a tool that stopped just outside does not go in."""
     start, into = inside(world, field, "liver", depth_m)
     world.arms.set_joints(start)
     safety = SafetyFilter(world, limits=(), interlocks=())
@@ -271,7 +271,7 @@ def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field, 
 
 
 def inside(world, field, obstacle, depth_m=0.001):
-    """Joints that have the right tool this deep in something, and the way further in."""
+    """Return joints with the right tool `depth_m` deep in an obstacle, and the way further in."""
     chains = field.around.capsules
     points = {
         "liver": registered(world).liver.points_m,
@@ -297,7 +297,7 @@ def tip_m(world, joints):
 
 @pytest.fixture
 def blades_round_the_duct(world):
-    """Joints with the open scissors about the bare duct, and the task to cut it."""
+    """Return joints with open scissors about the bare duct, joints that close them, the task."""
     world.equip("scissors")
     middle, _ = middle_of(world, "duct")
     start = right_tool_at(world, middle + 0.004 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2])
@@ -318,7 +318,7 @@ def test_scissors_do_not_close_on_a_bare_duct(world, blades_round_the_duct):
     assert allowed.joints[RIGHT_ARM, 6] >= start[RIGHT_ARM, 6] - ROUNDING
 
 
-def test_a_person_may_have_them_close_and_it_is_in_the_ledger(world, blades_round_the_duct):
+def test_a_person_may_have_the_scissors_close_and_the_ledger_says_so(world, blades_round_the_duct):
     start, asked, task = blades_round_the_duct
     lock = "three clips before a cut"
     person = Instruction(task=task, source="human", overrides=frozenset({lock}))
@@ -342,7 +342,7 @@ def test_filters_in_threads_do_not_disturb_each_other():
 
 
 def wander(world):
-    """(40, 2, 7) joints allowed where haste is asked for."""
+    """Return the joints (40, 2, 7) that are allowed when fast motions are asked for."""
     safety, joints, path = SafetyFilter(world), HOME, []
     rng = np.random.default_rng(SEED)
     for _ in range(40):

@@ -1,4 +1,4 @@
-"""A fast motion jumps over nothing, and a free one is found free."""
+"""Tests of free motion: a fast motion skips no obstacle, and a free motion is found free."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ small = st.floats(-0.5, 0.5)
 
 
 def sideways(by_m):
-    """Joints of a motion of the right tool, as it stands, to its own side; the jaw closed."""
+    """Return start and end of a sideways motion of the closed right tool, its middle and axes."""
     start = HOME.copy()
     start[RIGHT_ARM, 6] = 0.0
     T = forward_kinematics(start[RIGHT_ARM, :6], TOOLS[RIGHT_ARM])
@@ -35,7 +35,7 @@ def sideways(by_m):
 
 
 def distances_m(joints, around):
-    """The smallest of each pair that touches."""
+    """Return the smallest distance (m) of each pair that touches."""
     near = MODEL.near(joints, TOOLS, around, within_m=0.0)
     rows = sorted(range(len(near.distance_m)), key=lambda k: -near.distance_m[k])
     return {near.pair(row): near.distance_m[row] for row in rows}
@@ -117,7 +117,7 @@ def test_a_small_free_motion_is_proven_from_what_is_near_already(monkeypatch):
     around = surroundings(artery=chain([aside, aside + 0.02 * axes[:, 0]], ARTERY_RADIUS_M))
     near = MODEL.near(start, TOOLS, around, within_m=0.05)
     end = start + 1e-3
-    monkeypatch.delattr(CollisionModel, "near")  # no other look can be taken
+    monkeypatch.delattr(CollisionModel, "near")  # no second query is possible
     assert free_share(MODEL, start, end, TOOLS, around, near=near) == 1.0
 
 
@@ -135,7 +135,7 @@ def test_what_is_near_already_changes_no_share(within_m):
 
 @pytest.mark.parametrize(("by_m", "apart_m"), [(0.002, 2e-5), (0.006, 2e-4)])
 def test_a_finger_slides_along_what_it_almost_touches(by_m, apart_m):
-    """In few looks: by distances alone it would creep."""
+    """Check that few looks are enough: steps by the distance alone would be tiny."""
     start, end, tip, axes = sideways(by_m)
     finger = TOOLS[RIGHT_ARM]
     ahead = tip + (ARTERY_RADIUS_M + finger.finger_half_thickness_m + apart_m) * axes[:, 2]

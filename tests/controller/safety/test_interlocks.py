@@ -1,4 +1,4 @@
-"""The interlocks, as rules that can be read."""
+"""Tests of the interlocks, one plain rule in each test."""
 
 import numpy as np
 import pytest

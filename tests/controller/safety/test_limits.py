@@ -1,4 +1,4 @@
-"""Laws of each limit: what it lets pass, what not, and that the step's length does not matter."""
+"""Tests of each limit: what it allows, what it stops, and that the step's length has no effect."""
 
 import numpy as np
 import pytest
@@ -37,12 +37,12 @@ seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
 def joint(row, change):
-    """A motion of one joint."""
+    """Return a motion (14,) of one joint."""
     return change * np.eye(N_MOTION)[row]
 
 
 def within(rng, bounds):
-    """A motion (14,) that keeps bounds on joints."""
+    """Return a random motion (14,) that keeps bounds on joints."""
     return rng.uniform(bounds.lower, bounds.upper)
 
 
@@ -131,7 +131,7 @@ def test_the_wrist_stays_inside_the_body_and_may_come_in():
 
 @given(st.floats(1e-5, 0.009), st.sampled_from([1, 2, 4]))
 def test_the_way_to_the_margin_shrinks_with_time_and_not_with_steps(room_m, parts):
-    """However often it is asked: exp(-t / tau)."""
+    """Check that the way shrinks as exp(-t / tau) for any number of steps."""
     left_m = room_m
     for _ in range(30 * parts):
         near = [(MARGIN_M + left_m, RIGHT_ARM, "wrist", "liver")]

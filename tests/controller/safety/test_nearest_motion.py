@@ -1,4 +1,4 @@
-"""The program's answer keeps every bound, and nothing that does is nearer."""
+"""Tests of the nearest motion: it keeps every bound, and no other such motion is nearer."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -13,7 +13,7 @@ from controller.safety.nearest_motion import CAPACITIES, NearestMotion
 from tests.controller.safety.situations import situation
 
 WEIGHT = situation().arms.weight
-SIZE = np.tile([0.05, 0.05, 0.005, 0.1, 0.1, 0.1, 0.1], 2)  # of a step
+SIZE = np.tile([0.05, 0.05, 0.005, 0.1, 0.1, 0.1, 0.1], 2)  # typical motion of a step
 SOLVER = NearestMotion()
 CLOSE = 1e-7  # rad or m
 seeds = st.integers(0, 2**32 - 1)
@@ -25,7 +25,7 @@ def nearest(asked, weight, bounds, solver=SOLVER):
 
 
 def random_bounds(rng, rows):
-    """Rows (rows, 14) that standing still keeps, some of them just."""
+    """Return bounds (rows, 14) that a zero motion keeps, some of them without room."""
     room = rng.uniform(0.0, 0.02, (2, rows)) * (rng.random((2, rows)) < 0.8)
     return between(rng.normal(size=(rows, N_MOTION)) / SIZE * 0.05, -room[0], room[1], [""] * rows)
 
@@ -35,7 +35,7 @@ def cost(motion, asked):
 
 
 def most_of(direction, bounds):
-    """As much of a direction as the bounds allow."""
+    """Return the largest multiple of a direction that the bounds allow."""
     along = bounds.rows @ direction
     room = np.where(along > 0, bounds.upper, -bounds.lower)
     return direction * (room / np.abs(along)).min()
@@ -52,7 +52,7 @@ def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
     least = cost(found, asked)
     for _ in range(20):
         other = most_of(SIZE * rng.normal(size=N_MOTION), bounds)
-        for share in (1.0, 0.1, 0.001):  # straight there, from the answer
+        for share in (1.0, 0.1, 0.001):  # on the line from the answer
             assert cost(found + share * (other - found), asked) >= least - 1e-6 * (1.0 + least)
 
 

@@ -1,4 +1,4 @@
-"""What is registered and tracked is what the world has."""
+"""Tests of the obstacles: those registered and tracked are those of the world."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The nearest pairs are the nearest, their normals lead out, and nothing is built twice."""
+"""Tests of collisions: near pairs are the nearest, normals lead out, nothing is built twice."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def rows(near, arm, link, obstacle):
 
 
 def bent_tube(seed):
-    """About the field's centre, 30 capsules."""
+    """Return a bent tube of 30 capsules that starts near the field's centre."""
     rng = np.random.default_rng(seed)
     return chain(np.cumsum(rng.normal(scale=0.003, size=(31, 3)), axis=0), 0.0008)
 
@@ -149,7 +149,7 @@ def test_arms_that_cross_are_one_pair_of_links_each():
 @settings(max_examples=60)
 @given(st.floats(-1.5, 1.5), st.floats(-0.9, 0.9), st.floats(0.04, 0.2))
 def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch, insertion):
-    """Why no shaft is checked against the wall: its wrist stands for it."""
+    """Show why no shaft is checked against the wall: if its shaft is outside, so is its wrist."""
     joints = CLOSED.copy()
     joints[RIGHT_ARM, :3] = yaw, pitch, insertion
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.3)
@@ -157,7 +157,7 @@ def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch
     (wrist,) = near.distance_m[rows(near, RIGHT_ARM, "wrist", "port wall")]
     shaft = link_cores(joints, TOOLS, T_WORLD_RCM).core(N_LINK).corners_mm / MM
     ports = T_WORLD_RCM[:, :3, 3]
-    outward = unit(ports.mean(axis=0))  # of a wall through both ports, square to it
+    outward = unit(ports.mean(axis=0))  # normal of the wall through both ports
     above = (shaft - ports[RIGHT_ARM]) @ outward
     assert above[1] < 1e-9 or wrist < 0.0
 
@@ -171,7 +171,7 @@ def test_a_tool_in_its_own_port_is_clear_of_the_wall(insertion):
 
 
 def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
-    """Turned to the other port's side, it pierces the wall; turned to the field, it does not."""
+    """Check that a tool turned to the side pierces the wall, and one turned to the field not."""
     least = {}
     for yaw in (-1.4, 0.0, 1.4):
         joints = CLOSED.copy()
@@ -206,7 +206,7 @@ def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
     surface.move(0.1 * moved)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)
     distance = np.array([surface.gap(links.core(k)).distance_mm / MM for k in range(2 * N_LINK)])
-    outside = distance > 0.0  # far behind and beside it, a core is not near it
+    outside = distance > 0.0  # a core far behind or beside the surface is not near
     directions = np.stack([*half_a_sphere(32), surface.outward])
     there = surface.slabs(directions).moved(0.1 * directions @ moved)
     assert len(there.low_m) > 1
@@ -216,7 +216,7 @@ def test_a_surface_s_bound_is_never_more_than_the_distance(joints, moved):
 
 @settings(max_examples=40)
 @given(both_arms, st.integers(0, 5))
-def test_of_a_chain_every_near_capsule_is_given_once_and_the_foremost_said(joints, seed):
+def test_every_near_capsule_of_a_chain_is_given_once_and_the_foremost_marked(joints, seed):
     tube = bent_tube(seed)
     near = MODEL.near(joints, TOOLS, surroundings(artery=tube), within_m=0.03)
     links = link_cores(joints, TOOLS, T_WORLD_RCM)

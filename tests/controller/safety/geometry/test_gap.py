@@ -1,4 +1,4 @@
-"""Gaps between cores are those of a bounded least-squares problem; out of an overlap is out."""
+"""Tests of gaps between cores: they equal least squares, and overlaps have a shortest way out."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ sizes = st.floats(0.5, 10.0)
 
 
 def core(centre, R, x, z):
-    """With half sizes along the first and third column of R."""
+    """Return a core with half sizes x and z (mm) along the first and third column of R."""
     across, along = x * R[:, 0], z * R[:, 2]
     if x == 0.0:
         return Core(np.stack([centre - along, centre + along]))
@@ -28,7 +28,7 @@ def core(centre, R, x, z):
 
 @st.composite
 def cores(draw, spread_mm):
-    """Anywhere within a spread, also square or parallel to each other."""
+    """Draw a core anywhere within a spread; two cores may be square or parallel to each other."""
     kind = draw(st.sampled_from(KINDS))
     x = draw(sizes) if kind == "plate" else 0.0
     z = draw(sizes) if kind != "point" else 0.0
@@ -47,7 +47,7 @@ def moved(core, by_mm):
 
 
 def outside_mm(core, point_mm):
-    """How far a point is from lying on a core."""
+    """Return how far (mm) a point is from a core."""
     return least_squares_mm(core, Core(np.stack([point_mm, point_mm])))
 
 
@@ -56,7 +56,7 @@ def test_gap_is_the_least_distance_and_its_points_lie_on_the_cores(a, b):
     least = least_squares_mm(a, b)
     assume(least > 1e-3)
     found = gap(a, b)
-    assert found.distance_mm == pytest.approx(least, abs=1e-6)  # rounding, far off
+    assert found.distance_mm == pytest.approx(least, abs=1e-6)  # rounding at a large distance
     assert np.linalg.norm(found.a_mm - found.b_mm) == pytest.approx(least, abs=1e-6)
     assert outside_mm(a, found.a_mm) < 1e-6
     assert outside_mm(b, found.b_mm) < 1e-6

@@ -1,4 +1,4 @@
-"""Cores are the simulator's touching surfaces, made whole; no point outruns the bound."""
+"""Tests of the links' cores: they match the simulator's surfaces and keep the motion's bound."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def within_limits(share, tools=TOOLS):
 
 
 def corners_m(links):
-    """(8, 4, 3), world frame."""
+    """Return the corners (8, 4, 3) of all cores, in the world frame."""
     signs = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
     reach = signs[:, None] * links.half_size_m[:, ::2]  # (4, 8, 2)
     axes = links.R_world_core[..., ::2]  # (8, 3, xz)
@@ -45,7 +45,7 @@ def test_cores_lie_where_the_simulator_has_its_touching_surfaces(arms, tool):
         arms.set_joints(joints)
         shapes, links = arms.contact_shapes(), link_cores(joints, arms.mounted, arms.T_world_rcm)
         far_end = links.centre_m + links.half_size_m[:, 2:] * links.R_world_core[..., 2]
-        np.testing.assert_allclose(far_end, shapes.b_world_m, atol=1e-6)  # its joints are float32
+        np.testing.assert_allclose(far_end, shapes.b_world_m, atol=1e-6)  # float32 joints
         across = links.half_size_m[:, :1] * links.R_world_core[..., 0]
         np.testing.assert_allclose(np.abs(across), np.abs(shapes.w_world_m), atol=1e-6)
         np.testing.assert_array_equal(links.radius_m, shapes.radius_m)
@@ -53,7 +53,7 @@ def test_cores_lie_where_the_simulator_has_its_touching_surfaces(arms, tool):
 
 
 def assert_holds_all_of(links, shapes):
-    """The touching surfaces are part of the cores; the shaft's as far as it is in the body."""
+    """Check that the touching surfaces are in the cores; the shaft's, as far as it is inside."""
     points = np.concatenate([shapes.a_world_m + shapes.w_world_m, shapes.b_world_m])
     apart = to_points_m(links, points) + links.radius_m[:, None]
     for link in range(2 * N_LINK):

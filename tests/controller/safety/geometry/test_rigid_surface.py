@@ -1,4 +1,4 @@
-"""Signed distances to a surface: outside, behind, pierced, beside an open edge, moved."""
+"""Tests of signed distances to a surface: outside, behind, pierced, beside an edge, moved."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ RADIUS_M = 0.05
 
 
 def ball(n=16):
-    """A closed ball of 50 mm about the origin."""
+    """Return a closed ball of radius 50 mm about the origin."""
     polar, turn = np.meshgrid(np.linspace(0, np.pi, n + 1), np.arange(2 * n) * np.pi / n)
     points = RADIUS_M * np.stack(
         [np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1
@@ -29,7 +29,7 @@ def ball(n=16):
 
 
 def to_triangles_m(point, surface):
-    """Least distance of a point to all triangles: inside one, or to one of its sides."""
+    """Return the least distance (m) of a point to any triangle: to its inside or to a side."""
     corners = surface.points_m[surface.triangles]
     a, sides = corners, np.roll(corners, -1, axis=1) - corners
     along = ((point - a) * sides).sum(-1) / (sides * sides).sum(-1)
