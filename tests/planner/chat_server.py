@@ -1,4 +1,4 @@
-"""A local server that speaks the chat-completions protocol, well or badly as it is told."""
+"""A local server of the chat-completions protocol that answers well or badly, as it is set."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Answer = Callable[[BaseHTTPRequestHandler], None]
 
 
 class ChatServer(ThreadingHTTPServer):
-    """Gives its answers one after another, the last one from then on.
+    """Gives its answers one after another, and then repeats the last one.
 
     Attributes:
         asked: bodies of the requests so far, parsed, with their headers under "headers".
-        closing: set when the server goes away, so that nothing hangs longer.
+        closing: set when the server closes, so that no handler hangs longer.
     """
 
     daemon_threads = True
@@ -52,7 +52,7 @@ class _Handler(BaseHTTPRequestHandler):
         answers = self.server.answers
         (answers.pop(0) if len(answers) > 1 else answers[0])(self)
 
-    do_GET = do_POST  # a redirection may make one of the other
+    do_GET = do_POST  # a redirection may turn a POST into a GET
 
     def log_message(self, *_: object) -> None:
         pass
@@ -61,7 +61,7 @@ class _Handler(BaseHTTPRequestHandler):
 def sends(
     content: bytes, status: int = 200, kind: str = "application/json", **headers: str
 ) -> Answer:
-    """This, whatever was asked."""
+    """Return an answer that sends this content to any request."""
 
     def answer(handler: BaseHTTPRequestHandler) -> None:
         handler.send_response(status)
@@ -76,23 +76,23 @@ def sends(
 
 
 def completes(text: object) -> Answer:
-    """A chat completion with this text."""
+    """Return an answer that is a chat completion with this text."""
     return sends(json.dumps({"choices": [{"message": {"content": text}}]}).encode())
 
 
 def says(task: object, correction: object = "none", **other: object) -> Answer:
-    """A completion of the planner's schema."""
+    """Return an answer that is a completion of the planner's schema."""
     answer = {"reason": "as seen", "task": task, "correction": correction, "confidence": 0.9}
     return completes(json.dumps({**answer, **other}))
 
 
 def hangs(handler: BaseHTTPRequestHandler) -> None:
-    """Takes the question and never answers."""
+    """Take the request and never answer."""
     handler.server.closing.wait(30)
 
 
 def drips(handler: BaseHTTPRequestHandler) -> None:
-    """Begins an answer and never ends it, a byte now and then."""
+    """Begin an answer and never end it: send a byte now and then."""
     handler.send_response(200)
     handler.send_header("Content-Type", "application/json")
     handler.end_headers()
@@ -101,5 +101,5 @@ def drips(handler: BaseHTTPRequestHandler) -> None:
 
 
 def hangs_up(handler: BaseHTTPRequestHandler) -> None:
-    """Closes the connection without a word."""
+    """Close the connection without an answer."""
     handler.close_connection = True

@@ -1,4 +1,4 @@
-"""Observations made up: two straight tubes side by side, as many clips on each as wanted."""
+"""Made-up observations: two straight tubes side by side, with any number of clips on each."""
 
 from dataclasses import replace
 
@@ -10,7 +10,10 @@ from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, O
 def clipped(
     left: int = 0, right: int = 0, time_s: float = 0.0, apart_m: float = 0.016
 ) -> Observation:
-    """Tubes of 28 mm side by side; the clips between tracked points, 1 mm off the middle line."""
+    """Return an observation of two parallel tubes of 28 mm with clips on them.
+
+    The clips are between tracked points, 1 mm off the middle line.
+    """
     tubes_m = {
         side: np.column_stack(
             [
@@ -43,7 +46,7 @@ def clipped(
 
 
 def shifted(seen: Observation, by_m: np.ndarray) -> Observation:
-    """Seen from elsewhere: every place of it `by_m` (3,) farther."""
+    """Return the observation with every place shifted by `by_m` (3,)."""
     tips = seen.tips_endoscope.copy()
     tips[:, :3, 3] += by_m
     places = ("left_tube_m", "right_tube_m", "sac_m", "clips_m")

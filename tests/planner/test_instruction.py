@@ -1,4 +1,4 @@
-"""Laws of the language: 17 tasks in order, 18 corrections, every text found again."""
+"""Tests of the language: 17 tasks in order, 18 corrections, every text is found again."""
 
 import itertools
 

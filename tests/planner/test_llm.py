@@ -1,4 +1,4 @@
-"""Laws of the planner that asks a language model, against a local server of its protocol."""
+"""Tests of the planner that asks a language model, with a local server of its protocol."""
 
 import json
 import time
@@ -49,7 +49,7 @@ BAD = {
 
 
 class Waits(list):
-    """Keeps how long it was waited, and does not wait."""
+    """Records the requested waiting times (s) and does not wait."""
 
     def __call__(self, seconds):
         self.append(seconds)
@@ -69,7 +69,7 @@ def test_a_good_answer_is_the_instruction(correction):
     )
 
 
-def test_it_is_asked_for_the_closed_set_and_told_what_is_seen():
+def test_the_request_has_the_closed_set_and_the_scene():
     with serving(GOOD) as server:
         planner = planner_at(server, key="secret")
         for time_s in (0.0, 1.0, 2.0):

@@ -1,4 +1,4 @@
-"""Laws of what is due on a tube: counted from what is seen, on each tube by itself."""
+"""Tests of the next task on a tube: it follows from the observed clips on that tube."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def test_the_clips_follow_one_another_and_then_the_cut(tube):
     ("deed", "n", "why"),
     [("clip", 3, "has its 3 clips"), ("cut", 2, "has 2 of the 3 clips"), ("cut", 0, "has 0 of")],
 )
-def test_a_deed_that_is_not_possible_is_refused(deed, n, why):
+def test_an_action_that_is_not_possible_is_refused(deed, n, why):
     with pytest.raises(NotNowError, match=f"the left tube {why}"):
         next_task(deed, "left", clipped(left=n, right=3))
 

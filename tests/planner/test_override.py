@@ -1,4 +1,4 @@
-"""Laws of the override: a person comes first, for a time; the planner is as if nothing was said."""
+"""Tests of the override: a person comes first for a time; the planner goes on unaffected."""
 
 import pytest
 from hypothesis import given
@@ -16,7 +16,7 @@ LEFT = COMMANDS["move right arm to the left"]
 
 
 class PlannerCounting:
-    """The next task each time it is asked, from the first on; the last stays."""
+    """Answers with the next task each time it is called, from the first on; the last one stays."""
 
     def __init__(self):
         self.asked_s = []
@@ -131,7 +131,7 @@ def test_undo_reverses_a_correction_and_a_second_undo_restores_it(planner, corre
     assert opposite(correction).arm == correction.arm
 
 
-def test_undoing_a_task_is_the_task_before_and_next_step_the_one_after(planner):
+def test_undo_gives_the_task_before_and_next_step_the_task_after(planner):
     say(planner, TASKS[4].text)
     assert say(planner, "undo").instruction.task == TASKS[3]
     assert say(planner, "next step").instruction.task == TASKS[4]
@@ -148,7 +148,7 @@ def test_there_is_nothing_beyond_the_ends(planner, at, word, why):
     assert planner.in_force(0.0) == before
 
 
-def test_repeat_is_what_was_said_last_for_another_5_seconds(planner):
+def test_repeat_gives_the_last_instruction_for_another_5_seconds(planner):
     say(planner, HIGHER.text, 0.0)
     say(planner, "stop", 2.0)
     assert say(planner, "repeat", 20.0).instruction.correction == HIGHER.correction
@@ -163,7 +163,7 @@ def test_repeat_after_a_new_task_of_the_planner_repeats_that_task(planner):
 
 
 @pytest.mark.parametrize("duct", ["left", "right"])
-def test_a_structure_is_the_tube_that_the_person_knows_it_to_be(duct):
+def test_a_structure_means_the_tube_that_it_is_in_this_patient(duct):
     artery = "right" if duct == "left" else "left"
     planner = PlannerOverridden(PlannerCounting(), duct=duct)
     planner.plan(clipped())

@@ -1,4 +1,4 @@
-"""Laws of the scene in words: what is seen is said, in the directions that corrections use."""
+"""Tests of the scene in words: it names what is seen, in the directions of corrections."""
 
 from dataclasses import replace
 
@@ -14,12 +14,12 @@ WORDS = {"away": "further away", "towards": "nearer"}
 
 
 @pytest.mark.parametrize("direction", DIRECTION_ENDOSCOPE)
-def test_a_way_is_told_in_the_words_of_corrections(direction):
+def test_a_way_is_described_in_the_words_of_corrections(direction):
     way_m = 0.007 * np.array(DIRECTION_ENDOSCOPE[direction])
     assert way_in_words(way_m) == f"7 mm {WORDS.get(direction, direction)}"
 
 
-def test_no_way_is_right_there():
+def test_a_way_of_no_length_is_right_there():
     assert way_in_words(np.full(3, 0.0004)) == "right there"
 
 
@@ -33,7 +33,7 @@ def test_following_the_words_leads_to_the_tube():
     assert "(21 mm to its axis)" in scene_in_words(seen)
 
 
-def test_clips_cuts_and_tools_are_told():
+def test_clips_cuts_and_tools_are_named():
     seen = replace(clipped(left=3, right=1), severed=np.array([True, False]), clip_loaded=False)
     words = scene_in_words(seen)
     assert "Left tube: 3 clips, in two parts, 100 % straight." in words

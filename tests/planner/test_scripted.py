@@ -1,4 +1,4 @@
-"""Laws of the scripted planner, on a real patient: in order, patient, and none left out."""
+"""Tests of the scripted planner on a real patient: tasks in order, tried again, none left out."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ OUT_INSERTION_M = 0.05
 
 @pytest.fixture(scope="module")
 def approach():
-    """A world at two moments: before anything, and grasped with the right arm at the tubes."""
+    """Return a world and two states: at the start, and grasped with the right arm at the tubes."""
     episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
     begun = episode.world.state()
     for step in episode.steps():
@@ -48,7 +48,7 @@ def at_the_tubes(approach):
 
 
 def ask(planner, world, after_s=0.0):
-    """What it says now, or what it would say if the world stayed so for a time."""
+    """Return the task that the planner gives now, or `after_s` later in an unchanged world."""
     seen = world.observe()
     return planner.plan(replace(seen, time_s=seen.time_s + after_s)).task
 
@@ -108,7 +108,7 @@ def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
     assert ask(planner, at_the_tubes) == GRAB
 
 
-def test_after_a_slip_nothing_is_said_that_is_done_still():
+def test_after_a_slip_no_task_is_given_that_is_still_done():
     (slip,) = SCENARIOS["grasp-slip"].perturbations
     effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
     episode = begin(EpisodeConfig(**WITNESS, seed=10_004), effects=effects)

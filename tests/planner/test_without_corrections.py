@@ -1,4 +1,4 @@
-"""A planner whose corrections are kept back says its tasks and nothing more."""
+"""Tests of a planner whose corrections are withheld: it gives its tasks and nothing more."""
 
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -12,7 +12,7 @@ from scenarios.run_episode import begin
 
 @dataclass
 class Correcting:
-    """Another planner, with a correction at all times."""
+    """Adds a correction to each instruction of another planner."""
 
     planner: object
 

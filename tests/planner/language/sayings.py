@@ -1,4 +1,4 @@
-"""Sentences built from parts, for laws of free text, and sets of sentences in files."""
+"""Sentences built from parts, for the tests of free text, and sets of sentences in files."""
 
 from pathlib import Path
 
@@ -28,6 +28,6 @@ orders = moves | jaws | deeds | tasks
 
 
 def mirrored(text: str) -> str:
-    """With left for right and right for left."""
+    """Return the text with left and right exchanged."""
     swap = {"left": "right", "right": "left"}
     return " ".join(swap.get(word, word) for word in text.split())

@@ -1,4 +1,4 @@
-"""Laws of free text: what is plain is understood, what is not moves nothing, whatever is said."""
+"""Tests of free text: clear sentences are understood, and unclear ones move nothing."""
 
 from time import thread_time
 
@@ -55,7 +55,7 @@ def test_how_it_is_said_does_not_matter(sentence, frame):
 
 @given(orders, st.sampled_from(["go on and {}", "carry on and {}", "again, {}", "{} again"]))
 def test_an_order_that_is_said_again_or_to_go_on_with_is_that_order(sentence, frame):
-    """It is neither to resume nor to repeat what was said last."""
+    """Check that it means neither "resume" nor "repeat the last instruction"."""
     assert command_text(frame.format(sentence)) == command_text(sentence)
 
 
@@ -135,7 +135,7 @@ def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
         ("you could have cut the artery", None),
     ],
 )
-def test_what_is_wished_is_an_order_and_what_is_told_is_none(sentence, text):
+def test_a_wish_is_an_order_and_a_report_is_not(sentence, text):
     assert command_text(sentence) == text
 
 
@@ -169,7 +169,7 @@ def test_up_and_in_are_directions_of_motions_only(sentence, text):
     ["put a fourth clip on the left tube", "clip the third tube on the left", "cut the middle tube",
      "clip the duct twice", "move the third arm higher"],
 )  # fmt: skip
-def test_what_there_is_not_is_not_taken_for_what_there_is(sentence):
+def test_an_unknown_thing_is_not_taken_for_a_known_one(sentence):
     assert command_text(sentence) is None
 
 
@@ -180,7 +180,7 @@ def test_two_orders_that_differ_are_asked_back(one, other):
         assert command_text(f"{one} and {other}") is None
 
 
-def test_what_is_open_is_asked_back_with_what_may_be_meant():
+def test_an_unclear_sentence_is_asked_back_with_the_possible_meanings():
     reading = INTERPRETER.read("move to the left")
     assert reading.command is None
     assert {guess.text for guess in reading.guesses} == {

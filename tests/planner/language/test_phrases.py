@@ -1,4 +1,4 @@
-"""Laws of the lexicon and of spelling."""
+"""Tests of the lexicon and of the correction of spelling."""
 
 import tomllib
 from collections import Counter
@@ -47,5 +47,5 @@ def test_one_typing_mistake_is_corrected(typed, meant):
 
 
 @pytest.mark.parametrize("text", ["raise the left arm", "clip the duct", "go back"])
-def test_what_is_plain_stays_as_it_is_but_for_articles(text):
+def test_correct_text_stays_as_it_is_except_for_articles(text):
     assert normalised(text) == without_articles(text)

@@ -1,4 +1,4 @@
-"""Laws of the sentence encoder: it is the model it claims to be, and tells words apart."""
+"""Tests of the sentence encoder: it is the published model and tells instructions apart."""
 
 import numpy as np
 import pytest

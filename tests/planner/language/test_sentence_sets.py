@@ -1,4 +1,4 @@
-"""Figures on sets of sentences: the development set, and one that was kept apart if it is there."""
+"""Tests of scores on sets of sentences: the development set, and the held-out set if present."""
 
 from pathlib import Path
 

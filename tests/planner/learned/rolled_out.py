@@ -1,4 +1,4 @@
-"""A made-up rollout: what is seen tells which task is due."""
+"""A made-up rollout: the observation tells which task is due."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ TASK_STEPS = 2 * CONTROL_HZ
 
 
 def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
-    """Each task takes two seconds; in every third one a correction is wanted at first.
+    """Return a rollout in which each task takes two seconds and the body is at rest.
 
-    The body is at rest.
+    At the start of every third task, a correction is wanted.
     """
     rng = np.random.default_rng(seed)
     task = np.repeat(np.arange(tasks), TASK_STEPS)

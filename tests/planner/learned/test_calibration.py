@@ -1,4 +1,4 @@
-"""Laws of calibration: chances come true as often as they say, and alarms are seldom false."""
+"""Tests of calibration: probabilities match frequencies, and false alarms are rare."""
 
 import numpy as np
 import torch

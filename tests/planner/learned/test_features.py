@@ -1,4 +1,4 @@
-"""Laws of what a planner is told besides points: it says how far a task's criterion is from met."""
+"""Tests of a planner's features besides points: how far a task's criterion is from being met."""
 
 import pytest
 import torch
@@ -13,7 +13,7 @@ ALONG = torch.linspace(0.0, 1.0, POINTS)
 
 
 def bent(sag, length_m=0.02):
-    """(1, 8, 3) a tube that sags by a share of its chord."""
+    """Return the points (1, 8, 3) of a tube that sags by a share of its chord."""
     across = 4.0 * sag * ALONG * (1.0 - ALONG)
     return length_m * torch.stack([ALONG, across, torch.zeros(POINTS)], dim=1)[None]
 

@@ -1,4 +1,4 @@
-"""Laws of what a planner is trained by."""
+"""Tests of a planner's training loss: weights, and results that are unknown."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Laws of the learned planner: what it goes by is what it was trained on, and nothing else."""
+"""Tests of the learned planner: it uses the inputs of its training and nothing else."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
 
 
 class Seen:
-    """An observation, as far as a planner may look."""
+    """Holds the part of an observation that a planner may read."""
 
     def __init__(self, vector: np.ndarray, time_s: float) -> None:
         self._vector, self.time_s = vector, time_s
@@ -46,7 +46,7 @@ def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 1e4])
-def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(network, sharpness):
+def test_it_follows_its_network_once_sure_or_when_the_network_repeats(network, sharpness):
     network = sharpened(network, sharpness)
     states = rollout(1).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
@@ -80,7 +80,7 @@ def test_it_goes_by_what_its_training_gives_once_it_is_sure_or_asked_again(netwo
 
 
 def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
-    """A network that prefers the same tasks, the more surely."""
+    """Return a network that prefers the same tasks with more certainty."""
     other = PlannerNetwork(CONFIG).eval()
     other.load_state_dict(network.state_dict())
     for parameter in other.leave[1].parameters():
@@ -93,7 +93,7 @@ def test_going_back_without_success_is_left_later_if_the_network_is_surer(networ
     due_s = PATIENCE_S + STALE_S * (max(math.log2(chance / (1.0 - chance)), 1.0) - 1.0)
     said = said_for(due_s + 8.0, torn(network, GOING_BACK, CUT, chance))
     left_s = said.index(CUT)
-    assert due_s < left_s <= due_s + 3.0  # it means it when it is asked again
+    assert due_s < left_s <= due_s + 3.0  # the second time in a row it switches
     assert set(said[:left_s]) == {GOING_BACK}
     assert said[-1] == GOING_BACK
 
@@ -123,7 +123,7 @@ def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
 
 
 def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> PlannerNetwork:
-    """A network that gives one task this chance whatever it sees, and another the rest."""
+    """Return a network that gives `one` this chance and `other` the rest, for any observation."""
     made = PlannerNetwork(CONFIG).eval()
     made.load_state_dict(network.state_dict())
     made.leave[1].weight.data[: len(TASKS)] = 0.0
@@ -133,7 +133,7 @@ def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> Plan
     return made.requires_grad_(False)
 
 
-def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
+def test_it_forgets_the_episode_before_and_absolute_time_has_no_effect(network):
     planner = PlannerLearned(network)
     states = rollout(2).states
     first = said_to(planner, states)
@@ -143,7 +143,7 @@ def test_it_forgets_the_episode_before_and_time_as_such_does_not_count(network):
 
 
 def carried(states: np.ndarray) -> np.ndarray:
-    """The same, of a body that moves."""
+    """Return the same observations for a body that moves."""
     moved = states.copy()
     ways = 0.02 * np.random.default_rng(3).standard_normal((len(states), 1, 3)).astype(np.float32)
     ways[0] = 0.0
@@ -154,13 +154,13 @@ def carried(states: np.ndarray) -> np.ndarray:
     return moved
 
 
-def test_a_body_that_moves_is_to_its_training_as_one_at_rest():
+def test_a_moving_body_gives_the_same_training_data_as_one_at_rest():
     still, moving = rollout(3), replace(rollout(3), states=carried(rollout(3).states))
     learnt = [Rollouts([r], CONFIG.history).steps.states for r in (still, moving)]
     np.testing.assert_allclose(learnt[1], learnt[0], atol=1e-6)
 
 
-def test_a_body_that_moves_is_to_it_as_one_at_rest(network):
+def test_a_moving_body_gives_the_same_instructions_as_one_at_rest(network):
     states = rollout(3).states
     still, moving = (said_to(PlannerLearned(network), s) for s in (states, carried(states)))
     assert [s.text for s in moving] == [s.text for s in still]

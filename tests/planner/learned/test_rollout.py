@@ -1,4 +1,4 @@
-"""Laws of what a planner learns from: no future in it, and labels say what came of it."""
+"""Tests of a planner's training data: it has no future frames, and labels tell the result."""
 
 from dataclasses import replace
 
@@ -48,7 +48,7 @@ def test_a_task_has_been_under_way_since_it_was_said():
 
 
 def with_tasks(task: list[int], *, success: bool = True) -> Rollout:
-    """Each for four seconds."""
+    """Return a rollout in which each of these tasks lasts four seconds."""
     column = np.repeat(task, 4 * CONTROL_HZ)
     made = replace(rollout(tasks=len(column) // TASK_STEPS), success=success)
     return replace(made, task=column, said=column)

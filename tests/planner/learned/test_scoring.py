@@ -1,4 +1,4 @@
-"""Laws of the planner's figures, by networks whose opinions are known."""
+"""Tests of the planner's scores, with networks whose answers are known."""
 
 import math
 
@@ -57,7 +57,7 @@ def test_a_perfect_network_has_a_perfect_score():
 def test_missed_and_false_flags_count():
     given = rollout()
     every_other = given.correction.copy()
-    every_other[::60] = NOT_SAID  # of the moments looked at, all that are flagged
+    every_other[::60] = NOT_SAID  # all flagged moments among those that are scored
     result = score(Knowing(), [Rollout(**(vars(given) | {"correction": every_other}))])
     assert result.flag_precision == 0.0
     assert math.isnan(result.flag_recall)

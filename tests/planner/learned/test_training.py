@@ -1,4 +1,4 @@
-"""A planner's training goes on from what was learnt."""
+"""Tests of a planner's training: fine-tuning starts from what was learnt before."""
 
 from dataclasses import replace
 
