@@ -1,4 +1,4 @@
-"""A controller that fails as a program, not as a surgeon."""
+"""A controller that raises an exception during an episode."""
 
 from controller.idle import ControllerIdle
 
@@ -6,7 +6,7 @@ BREAKS_AT_S = 0.2
 
 
 class ControllerBreaks(ControllerIdle):
-    """Breaks off the episodes of even seeds after a while; holds still in the others."""
+    """Raises an exception after a while in episodes of even seeds; holds still in the others."""
 
     def __init__(self, setup):
         super().__init__(setup)

@@ -22,7 +22,7 @@ def ran_by_command(made_once):
 
 @pytest.fixture(scope="session")
 def two_nodes():
-    """A Ray cluster of two nodes of one core each, both on this machine."""
+    """Yield a Ray cluster of two nodes with one core each, both on this machine."""
     ray = pytest.importorskip("ray", reason="Ray is not installed")
     from ray.cluster_utils import Cluster
 
@@ -36,7 +36,7 @@ def two_nodes():
 
 @pytest.fixture
 def full_disk():
-    """No file may grow beyond 2 kB, from when it is asked for."""
+    """Allow no file to grow beyond 2 kB while a test uses this fixture."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, hard))
     yield

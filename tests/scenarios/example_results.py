@@ -1,4 +1,4 @@
-"""An episode that passed, one that failed, one that ended in error."""
+"""Results of three episodes: one passed, one failed, and one ended in an error."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The start of an episode with all that people can do to it: said, pressed, disturbed, led."""
+"""The start of an episode in which people speak, press buttons, disturb and guide an arm."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ STEPS = 900
 
 
 def record(path, config):
-    """An episode cut off after its first exchange; its recording and the world as it was left."""
+    """Stop an episode after its first exchange; return its recording and the world at the end."""
     inbox = Inbox()
     episode = begin(config, inbox=inbox)
     exchanged, stop = False, STEPS

@@ -1,4 +1,4 @@
-"""Runs an episode and keeps everything that can be seen of it."""
+"""Runs an episode and keeps everything that can be observed of it."""
 
 import subprocess
 import sys
@@ -20,7 +20,7 @@ SEED_BY_COMMAND = 10_003
 
 @dataclass(kw_only=True)
 class Witness:
-    """Remembers every step."""
+    """Keeps every step of an episode."""
 
     world: World | None = None
     steps: list[Step] = field(default_factory=list)
@@ -59,7 +59,7 @@ def run(config: EpisodeConfig, out: Path) -> Procedure:
 
 
 def run_by_command(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    """Call `calot run` in a process of its own; return its folder and what it printed."""
+    """Call `calot run` in a process of its own; return its folder and its output."""
     words = ["--planner", "scripted", "--controller", "expert", "--seed", str(SEED_BY_COMMAND)]
     return out, subprocess.run(
         [sys.executable, "-m", "scenarios.cli", "run", *words, "--out", str(out)],
@@ -70,7 +70,7 @@ def run_by_command(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
 
 
 def run_once(config: EpisodeConfig, name: str, made_once: MadeOnce) -> Procedure:
-    """Run an episode in one worker; the others take up its steps, its end and its record."""
+    """Run an episode in one worker; other workers read its steps, its end and its recording."""
 
     def make(out):
         ran = run(config, out)

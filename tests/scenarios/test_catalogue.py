@@ -1,4 +1,4 @@
-"""Laws of the scenarios' names: each variant is one, and each is another patient of the seed."""
+"""Tests of the scenarios: each variant is one, and one seed gives each another patient."""
 
 from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig

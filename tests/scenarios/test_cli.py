@@ -1,4 +1,4 @@
-"""Bad input is one line that names what is allowed, exit code 2, and leaves nothing behind."""
+"""Tests of bad input: one line names what is allowed, exit code 2, and no files are left."""
 
 import subprocess
 import sys
@@ -89,7 +89,7 @@ def test_a_file_in_place_of_the_folder_is_bad_input_and_stays(capfd, tmp_path):
     assert (tmp_path / "file").read_text() == "kept"
 
 
-def test_finding_out_whether_a_folder_can_be_written_to_leaves_none_behind(tmp_path):
+def test_checking_whether_a_folder_can_be_written_to_leaves_none_behind(tmp_path):
     require_writable_folder(tmp_path / "new" / "folder", "--out")
     assert list(tmp_path.iterdir()) == []
 

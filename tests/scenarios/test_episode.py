@@ -1,4 +1,4 @@
-"""Laws of the loop, on real patients: who passes, what is counted, what an instruction stops."""
+"""Tests of the loop on real patients: who passes, what is counted, what an instruction stops."""
 
 import json
 import signal
@@ -82,7 +82,7 @@ def test_observers_see_every_control_step_once(procedure):
     np.testing.assert_array_equal(procedure.recording.arrays["time_s"], time_s)
 
 
-def test_a_new_planner_goes_over_a_finished_patient_task_by_task(procedure):
+def test_a_new_planner_goes_through_a_finished_patient_task_by_task(procedure):
     planner, observation = PlannerScripted(procedure.world), procedure.steps[-1].observation
     said = [planner.plan(observation).task for _ in range(len(TASKS) + 2)]
     assert said == [*TASKS[1:], TASKS[-1], TASKS[-1], TASKS[-1]]
@@ -108,7 +108,7 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
 
 
 @pytest.mark.parametrize("said", [True, False])
-def test_what_is_done_counts_whether_it_was_said_or_not(procedure, said):
+def test_a_done_task_counts_whether_it_was_asked_for_or_not(procedure, said):
     tasks = {task.index: task for task in procedure.result.tasks if said or task.index != 16}
     episode = saying_the_last(procedure.world, tasks)
     before = procedure.world.state()
@@ -234,7 +234,7 @@ def _finished_seeds(out):
 
 
 class PlannerSays:
-    """Says these, one a call; the last one stays."""
+    """Answers with one of these instructions for each call; the last one stays."""
 
     def __init__(self, *instructions):
         self._instructions = list(instructions)
@@ -251,11 +251,11 @@ class PlannerSays:
 
 
 class ControllerCounts:
-    """Gives long chunks of holding still; the jaws asked for tell which chunk."""
+    """Gives long chunks that hold still; the jaw angle tells which chunk is played."""
 
     def __init__(self, length=LONG_CHUNK):
         self.length = length
-        self.heard = []  # an instruction a chunk
+        self.heard = []  # one instruction for each chunk
         self.resets = 0
 
     def reset(self):
@@ -271,7 +271,7 @@ def jaw_of(chunk):
 
 
 def chunks(steps):
-    """How many steps in a row were of which chunk; 0 is the nurse's."""
+    """Return the number of each chunk with how many steps it was played; 0 is the nurse's."""
     jaws = [0 if s.exchange else round((s.command.joints[0, 6] - 0.3) / 0.01) for s in steps]
     return [(chunk, len(list(group))) for chunk, group in groupby(jaws)]
 
@@ -307,7 +307,7 @@ def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked
 
 
 @pytest.mark.parametrize(("first", "then"), [(2, 4), (4, 2)], ids=["a later", "an earlier"])
-def test_what_is_left_undone_counts_when_it_comes_to_be_done_under_another_word(first, then):
+def test_an_undone_task_counts_when_it_is_done_under_another_instruction(first, then):
     clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, first, then))
     planner = PlannerSays(*3 * [clip], back, back_again)
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
@@ -342,7 +342,7 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     episode = episode_of(PlannerSays(Instruction(task=TASKS[1])), controller)
     steps = episode.steps()
     before = list(islice(steps, 10))
-    episode.world.record = replace(episode.world.record, clip_loaded=False)  # it fell out
+    episode.world.record = replace(episode.world.record, clip_loaded=False)  # the clip fell out
     exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     after = list(islice(steps, exchange + 5))
     assert chunks([*before, *after]) == [(1, 10), (0, exchange), (2, 5)]

@@ -1,6 +1,6 @@
-"""Laws of every scenario, one battery for all: what is seen, seeds, states, who can and who cannot.
+"""Tests of every scenario: observations, seeds, saved states, the expert and the idle controller.
 
-The whole procedures are slow, but for the one of `nominal`, and so are scenarios like another one.
+Marked `slow`: the whole procedures except that of `nominal`, and scenarios like another one.
 """
 
 from itertools import islice
@@ -16,13 +16,13 @@ from tests.scenarios.procedures import run
 from tissue_sim.sensing.observation import MAX_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE, fields
 
 SEED, OTHER_SEED = 10_001, 10_002
-BEFORE, AFTER = 15, 45  # steps: arms on their way; a perturbation may lead one in the second
+BEFORE, AFTER = 15, 45  # steps: the arms move; in the second part a perturbation may lead one
 IDLE_CAP_S = 20.0  # longer than any task takes the expert
 ONE_OF_A_KIND = (  # the others differ from one of these in a number, an arm or a tube
     *("nominal", "grasp-missed-above", "wrong-tube", "clip-dropped", "grasp-slip", "breathing"),
     *("camera-turn", "latency", "stiff-tissue", "dye", "artery-in-front", "two-arteries", "fat"),
 )
-LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}  # not yet
+LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}  # change later
 
 
 def config(scenario, **changes):
@@ -30,7 +30,7 @@ def config(scenario, **changes):
 
 
 def seen(steps, n):
-    """(n, `VECTOR_SIZE`) and the commands that led there."""
+    """Return the next n observations (n, `VECTOR_SIZE`) and the commands (n, 2, 7) before them."""
     taken = list(islice(steps, n))
     return (
         np.stack([step.observation.vector() for step in taken]),
@@ -44,7 +44,7 @@ def by_default(name):
 
 @pytest.fixture(scope="module", params=[by_default(name) for name in SCENARIOS])
 def started(request):
-    """A scenario, what is seen of it at first and later, and the moment between."""
+    """Return a scenario, its first and its later steps, and the snapshot between them."""
     episode = begin(config(request.param))
     running = episode.steps()
     first = seen(running, BEFORE)
@@ -67,14 +67,14 @@ def test_what_can_change_while_arms_move_does(started):
     assert still <= LATER
 
 
-def test_its_state_is_taken_up_again_bit_for_bit(started):
+def test_its_state_is_restored_bit_for_bit(started):
     _, _, (vectors, commands), moment = started
     again, commanded = seen(moment.again().steps(), AFTER)
     np.testing.assert_array_equal(again, vectors)
     np.testing.assert_array_equal(commanded, commands)
 
 
-def test_the_seed_is_the_episode_and_another_is_another(started):
+def test_the_same_seed_gives_the_same_episode_and_another_seed_another(started):
     name, (first, _), (second, _), _ = started
     np.testing.assert_array_equal(
         seen(begin(config(name)).steps(), BEFORE + AFTER)[0], np.concatenate([first, second])
@@ -82,7 +82,7 @@ def test_the_seed_is_the_episode_and_another_is_another(started):
     assert anatomy_of(config(name, seed=OTHER_SEED)) != anatomy_of(config(name))
 
 
-def test_nothing_that_is_seen_is_the_same_all_through_a_procedure(procedure):
+def test_every_number_of_the_observation_changes_in_a_procedure(procedure):
     never_still(procedure)
 
 
@@ -96,16 +96,16 @@ def test_the_expert_succeeds_and_sees_everything_change(name, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_who_does_nothing_fails(name):
+def test_the_idle_controller_fails(name):
     result = run_episode(config(name, controller="idle", task_cap_s=IDLE_CAP_S))
     assert result.error is None
     assert not result.success
 
 
 def never_still(procedure):
-    """Every number of what is seen changes.
+    """Check that every number of the observation changes.
 
-    But where clips would be that were not needed, and where the body holds the tubes.
+    Two kinds of numbers may stay: places of clips that were not needed, and the tubes' fixed ends.
     """
     vectors = np.stack([step.observation.vector() for step in procedure.steps])
     n_clips = procedure.steps[-1].observation.n_clips

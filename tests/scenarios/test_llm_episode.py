@@ -1,4 +1,4 @@
-"""Laws of an episode that a language model plans: it goes on whatever comes back."""
+"""Tests of an episode that a language model plans: it continues after any answer."""
 
 from itertools import groupby, islice
 
@@ -23,7 +23,7 @@ def steps_of(answers, monkeypatch, n):
         return list(islice(episode.steps(), n))
 
 
-def test_what_it_says_is_done_as_if_the_oracle_had_said_it(monkeypatch):
+def test_its_tasks_are_done_as_if_the_oracle_had_given_them(monkeypatch):
     spoken = steps_of([says(TASKS[0].text)], monkeypatch, n=70)
     oracle = list(islice(begin(EpisodeConfig(**WITNESS, seed=SEED)).steps(), 70))
     for mine, its in zip(spoken, oracle, strict=True):

@@ -1,4 +1,4 @@
-"""Laws of printed reports: a file has no width that a table would have to fit into."""
+"""Tests of printed reports: tables in a file keep their whole width."""
 
 from rich.table import Table
 

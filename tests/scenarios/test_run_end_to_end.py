@@ -1,4 +1,4 @@
-"""`calot run` as a person calls it: one whole procedure, its results, its record, its report."""
+"""Tests of `calot run`, run from the shell: results, recording and report of a procedure."""
 
 import json
 import subprocess

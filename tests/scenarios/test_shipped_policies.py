@@ -1,4 +1,4 @@
-"""The controller and the planner that come with Calot are found by default, and treat patients."""
+"""Tests of the shipped controller and planner: found by default, and able to treat patients."""
 
 import pytest
 
@@ -12,12 +12,12 @@ from scenarios.loop.results import read_results
     ("shipped", "most_bytes"),
     [(of_controller.SHIPPED, 20_000_000), (of_planner.SHIPPED, 10_000_000)],
 )
-def test_they_are_small_enough_to_come_along(shipped, most_bytes):
+def test_their_files_are_small_enough_to_be_shipped(shipped, most_bytes):
     assert shipped.stat().st_size <= most_bytes
 
 
 def treated(out, *words):
-    """What became of patients whom the controller treats."""
+    """Return whether each patient is treated with success by the shipped controller."""
     assert main(["run", "--controller", "diffusion", *words, "--out", str(out)]) in (0, 1)
     episodes = read_results(out / "results.json")
     assert all(episode.error is None for episode in episodes)

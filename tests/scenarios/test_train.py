@@ -1,4 +1,4 @@
-"""From a dataset to a moving robot; what cannot be learnt from or run is refused in one line."""
+"""Tests of training: from a dataset to a moving robot; bad data are refused in one line."""
 
 from itertools import islice
 
@@ -41,20 +41,20 @@ def checkpoint(data, tmp_path_factory):
 
 
 def commands(checkpoint):
-    """Joints (n, 2, 7) commanded in an episode's first half second."""
+    """Return the joints (n, 2, 7) commanded in an episode's first half second."""
     config = EpisodeConfig(
         planner="scripted", seed=SEED, controller="diffusion", checkpoint=str(checkpoint)
     )
     return np.array([step.command.joints for step in islice(begin(config).steps(), 15)])
 
 
-def test_what_was_trained_moves_the_arms_and_each_time_the_same(checkpoint):
+def test_a_trained_policy_moves_the_arms_the_same_each_time(checkpoint):
     first, again = commands(checkpoint), commands(checkpoint)
     np.testing.assert_array_equal(first, again)
     assert np.ptp(first, axis=0).max() > 1e-4
 
 
-def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(checkpoint, data, tmp_path):
+def test_training_goes_on_from_a_checkpoint_and_keeps_its_normalisation(checkpoint, data, tmp_path):
     words = ["--preset", "smoke", "--data", str(data), "--out", str(tmp_path)]
     assert main(["train", "controller", "--base", str(checkpoint), "--steps", "20", *words]) == 0
     before, after = (load_file(path) for path in (checkpoint, tmp_path / "policy.safetensors"))
@@ -68,7 +68,7 @@ def test_a_checkpoint_is_gone_on_from_and_its_normalisation_kept(checkpoint, dat
 
 
 def final_loss(folder):
-    """Mean of the last steps, as TensorBoard has it."""
+    """Return the mean loss of the last steps, as TensorBoard has it."""
     curves = EventAccumulator(str(folder / "tensorboard"))
     curves.Reload()
     return np.mean([point.value for point in curves.Scalars("loss")[-5:]])
@@ -82,7 +82,7 @@ def test_what_is_left_out_is_not_learnt_from(data):
 
 
 @pytest.mark.parametrize("goes_on", [False, True])
-def test_a_wordless_policy_hears_nothing_that_is_said(goes_on, checkpoint, data, tmp_path):
+def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, tmp_path):
     words = ["--preset", "smoke", "--steps", "20", "--data", str(data), "--out", str(tmp_path)]
     words += ["--base", str(checkpoint)] * goes_on
     assert main(["train", "controller", "--wordless", *words]) == 0

@@ -1,4 +1,4 @@
-"""Laws of the attacks and of their report."""
+"""Tests of the attacks and of their report."""
 
 import numpy as np
 import pytest

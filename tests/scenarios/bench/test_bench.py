@@ -1,4 +1,4 @@
-"""Laws of the stopwatch and of the benches: times add up, and timing changes nothing."""
+"""Tests of the stopwatch and of the benches: times add up, and timing changes nothing."""
 
 import re
 from contextlib import nullcontext

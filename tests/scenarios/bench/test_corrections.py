@@ -1,4 +1,4 @@
-"""Laws of the gain of a correction: paired, from one snapshot, and empty without a correction."""
+"""Tests of the gain of a correction: paired, from one snapshot, and empty without a correction."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Words are judged by what moved, and asking leaves the patient as it was."""
+"""Tests of obedience: an instruction is judged by the motion, and the patient stays unchanged."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def expert(made_once):
     return made_once("examined", lambda _: examined("expert"))
 
 
-def test_the_expert_does_what_it_is_told(expert):
+def test_the_expert_obeys(expert):
     assert all(response.obeyed for response in expert.responses)
     assert expert.wrong_tube is True
     assert not any(response.withheld for response in expert.responses)
@@ -63,17 +63,17 @@ def test_the_expert_does_what_it_is_told(expert):
     ("moments", "said"),
     [(1, CORRECTIONS[:3]), pytest.param(4, CORRECTIONS, marks=pytest.mark.slow)],
 )
-def test_who_does_nothing_does_not_do_what_it_is_told(moments, said, monkeypatch):
+def test_the_idle_controller_does_not_obey(moments, said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "MOMENTS", moments)
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
     trial = examined("idle")
     assert trial.responses
     assert not any(response.obeyed or response.withheld for response in trial.responses)
-    assert trial.wrong_tube is None  # it never gets to a tube
+    assert trial.wrong_tube is None  # the idle arm never reaches a tube
 
 
 @pytest.mark.parametrize("said", [HELD_BACK, pytest.param(CORRECTIONS, marks=pytest.mark.slow)])
-def test_what_the_safety_filter_held_is_told_apart_from_what_was_not_done(said, monkeypatch):
+def test_a_motion_that_the_safety_filter_held_differs_from_one_not_done(said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)
     trial = examined("expert", 10_022)
     held = [response for response in trial.responses if not response.obeyed]

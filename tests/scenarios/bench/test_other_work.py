@@ -1,4 +1,4 @@
-"""Laws of the measurement of other work: a busy child counts, this process does not."""
+"""Tests of the measurement of other work: a busy child counts, this process does not."""
 
 import sys
 from collections.abc import Callable

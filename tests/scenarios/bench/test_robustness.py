@@ -1,4 +1,4 @@
-"""Laws of the storms and of their report."""
+"""Tests of the storms and of their report."""
 
 import os
 import re

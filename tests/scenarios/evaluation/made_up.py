@@ -1,4 +1,4 @@
-"""Results that nobody operated for: what an evaluation tells of them is known beforehand."""
+"""Made-up results: the evaluation of them is known in advance."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +22,7 @@ def plan(*suites: str, arms=(FIRST, SECOND), seeds=range(10)) -> Plan:
 
 
 def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> EpisodeResult:
-    """Done in all tasks; or not in the eleventh, where the liver was hurt."""
+    """Return a result with all tasks done, or a failed one with a liver injury in task 11."""
     rng = np.random.default_rng([case.seed, len(case.arm.name), len(case.condition.name)])
     done = tuple(_task(task.index, task.text, rng) for task in TASKS[: 17 if passed else 11])
     if not passed:
@@ -61,7 +61,7 @@ def _task(index: int, text: str, rng: np.random.Generator) -> TaskResult:
 
 
 def record(case: Case, out: Path, result: EpisodeResult | None = None) -> None:
-    """As if it had been run in `out`; without a result, as if it had broken off."""
+    """Record a case as if it had been run in `out`; without a result, as if it was interrupted."""
     with Recorder(config=case.config, path=out / case.recording) as recorder:
         if result is not None:
             recorder.on_end(result)
@@ -70,7 +70,7 @@ def record(case: Case, out: Path, result: EpisodeResult | None = None) -> None:
 def results_of(
     plan: Plan, judge: Callable[[Case], EpisodeResult | None]
 ) -> dict[Case, EpisodeResult]:
-    """All that are due, rung by rung; None stands for an episode that was not run."""
+    """Return the results of all due cases, rung by rung; None means that a case was not run."""
     results: dict[Case, EpisodeResult] = {}
     while due := [(c, r) for c in plan.due(results) if (r := judge(c)) is not None]:
         results |= dict(due)

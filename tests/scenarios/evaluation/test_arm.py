@@ -1,4 +1,4 @@
-"""Laws of the words that name an arm."""
+"""Tests of the text that names an arm."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
 
-def test_words_become_the_arm_that_they_name():
+def test_a_text_becomes_the_arm_that_it_names():
     text = "old=learned+diffusion,checkpoint=a/b=c.st,planner-checkpoint=p.st,filter=off"
     assert arm_from_text(f"{text},ablation=no-corrections") == StudyArm(
         name="old",
@@ -45,7 +45,7 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
     ],
 )
-def test_what_names_no_arm_is_refused_with_what_is_allowed(text, said):
+def test_a_text_that_names_no_arm_is_refused_with_the_allowed_ones(text, said):
     with pytest.raises(ValueError, match=said):
         arm_from_text(text)
 

@@ -1,4 +1,4 @@
-"""Laws of scored foresight: chance is chance, knowing is knowing, alarms keep their word."""
+"""Tests of scored failure prediction: guesses score 1/2, knowledge 1, alarms keep their rate."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ def test_a_planner_that_knows_scores_1_and_one_that_guesses_a_half():
 
 
 def test_the_conformal_alarm_raises_no_more_false_alarms_than_it_says():
-    """On the average over sets that it is calibrated on; with 50, in 2 of 51 episodes."""
+    """Check the mean over many calibration sets; with 50 episodes it is 2 of 51."""
     rates = []
     for seed in range(100):
         chances = np.random.default_rng(seed).uniform(0.0, 0.99, 101)
@@ -51,7 +51,7 @@ def test_the_conformal_alarm_raises_no_more_false_alarms_than_it_says():
 
 
 def test_an_alarm_is_not_calibrated_on_the_passes_by_which_it_is_judged():
-    """Those that are judged score higher than all that it was calibrated on, and change nothing."""
+    """Give the judged passes higher scores than the others: the threshold must not change."""
     passed = np.arange(400) > 99  # 100 failures, then the passes: every other one is judged
     chances = np.where(passed, np.where(np.arange(400) % 2, 0.9, 0.1), 0.5)
     found = detection(told(chances, passed))
@@ -60,7 +60,7 @@ def test_an_alarm_is_not_calibrated_on_the_passes_by_which_it_is_judged():
     assert (found.conformal.caught.rate, found.conformal.false.rate) == (1.0, 1.0)
 
 
-def test_of_few_passes_no_threshold_is_made():
+def test_few_passes_give_no_threshold():
     found = detection(told(np.linspace(0.1, 0.9, 20), np.arange(20) % 2))
     assert found is not None
     assert found.conformal is None

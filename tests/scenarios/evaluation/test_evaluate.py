@@ -1,4 +1,4 @@
-"""`calot evaluate` as a person calls it: run, broken off, taken up again; and its exit codes."""
+"""Tests of `calot evaluate`, run from the shell: run, interrupted, resumed; exit codes."""
 
 import json
 import shutil
@@ -29,7 +29,7 @@ def words(out, *more):
 
 
 def told(out):
-    """results.json without the clock."""
+    """Return the content of results.json without wall times."""
     return json.loads(
         (out / "results.json").read_text(),
         object_hook=lambda entry: {k: v for k, v in entry.items() if k != "wall_s"},
@@ -42,7 +42,7 @@ def recordings(out):
 
 @pytest.fixture(scope="module")
 def whole(procedure, ran_by_command, tmp_path_factory):
-    """A finished evaluation; other commands, one in another process, recorded its episodes."""
+    """Return a finished evaluation whose episodes other commands recorded, one in a process."""
     out = tmp_path_factory.mktemp("whole")
     recorded = out / "scripted+expert" / "nominal" / "nominal" / "episodes"
     recorded.mkdir(parents=True)
@@ -54,7 +54,7 @@ def whole(procedure, ran_by_command, tmp_path_factory):
 
 @pytest.fixture
 def half(whole, tmp_path):
-    """What a worker leaves that was killed in the first episode."""
+    """Return what is left after a worker was killed in the first episode."""
     out = tmp_path / "half"
     shutil.copytree(whole, out)
     recordings(out)[0].unlink()
@@ -72,7 +72,7 @@ def test_the_report_tells_what_was_recorded(whole):
     assert "<section>" in (whole / "report.html").read_text()
 
 
-def test_taken_up_again_only_the_lost_episode_is_run_and_all_is_as_it_would_have_been(whole, half):
+def test_resumed_it_runs_only_the_lost_episode_and_ends_the_same(whole, half):
     (kept,), lost = recordings(half), recordings(whole)[0]
     before = kept.stat().st_mtime_ns
     assert main(words(half)) == 0
@@ -109,7 +109,7 @@ def test_errors_are_exit_code_3_whatever_passed(tmp_path, monkeypatch):
 
 
 def complaint(capfd, *said, begun=False):
-    """Return the one line on bad input; who acts is said before it only if episodes begun."""
+    """Return the one line on bad input; lines come before it only if episodes have `begun`."""
     assert main(["evaluate", *said]) == 2
     out, err = capfd.readouterr()
     assert out == ""
@@ -168,7 +168,7 @@ def test_a_full_disk_is_one_line_and_what_is_finished_is_kept(
 
 
 @pytest.mark.slow
-def test_killed_outright_and_taken_up_side_by_side_it_ends_the_same(tmp_path):
+def test_killed_and_resumed_with_two_workers_it_ends_the_same(tmp_path):
     killed, whole = tmp_path / "killed", tmp_path / "whole"
     process = subprocess.Popen(
         [sys.executable, "-m", "scenarios.cli", *words(killed, *PAIR)], cwd=ROOT

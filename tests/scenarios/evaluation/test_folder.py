@@ -1,4 +1,4 @@
-"""Laws of a report's folder: only episodes of one version and of the same arms are together."""
+"""Tests of a report's folder: it holds only episodes of one version and of the same arms."""
 
 import json
 
@@ -14,7 +14,7 @@ from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, rec
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 
 
-def test_a_folder_is_taken_again_and_gains_arms(tmp_path):
+def test_a_folder_is_used_again_and_gains_arms(tmp_path):
     open_folder(tmp_path, [FIRST])
     open_folder(tmp_path, [FIRST, SECOND])
     assert set(json.loads((tmp_path / MANIFEST).read_text())["arms"]) == {"first", "second"}
@@ -55,7 +55,7 @@ def test_a_checkpoint_is_known_by_what_is_in_it(tmp_path):
         open_folder(tmp_path / "out", [arm])
 
 
-def test_what_is_recorded_to_its_end_is_finished_and_read_back(tmp_path):
+def test_an_episode_recorded_to_its_end_is_finished_and_read_back(tmp_path):
     whole, broken, missing = plan("nominal", arms=(FIRST,), seeds=range(3)).due({})
     result = episode(whole, passed=False, chance=0.3)
     record(whole, tmp_path, result)
@@ -83,7 +83,7 @@ def test_an_episode_that_breaks_off_is_an_error_and_is_run_again(tmp_path, monke
     assert finished(tmp_path, some) == {}
 
 
-def test_where_there_is_no_room_it_is_said_and_the_rest_stays(tmp_path, monkeypatch, request):
+def test_a_full_disk_is_reported_and_the_rest_stays(tmp_path, monkeypatch, request):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
     (case,) = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004]).due({})
     (tmp_path / "kept").write_text("kept")

@@ -1,4 +1,4 @@
-"""Laws of paired statistics: their own definitions, symmetry, and how often intervals are right."""
+"""Tests of paired statistics: definitions, symmetry, and how often intervals are right."""
 
 from itertools import product
 from math import comb, isclose
@@ -15,7 +15,7 @@ Z = 1.96
 
 @st.composite
 def pairs(draw, most=60):
-    """(only the first passed, only the second, all)."""
+    """Draw counts of pairs: only the first passed, only the second passed, all pairs."""
     n = draw(st.integers(1, most))
     b = draw(st.integers(0, n))
     return b, draw(st.integers(0, n - b)), n
@@ -23,7 +23,7 @@ def pairs(draw, most=60):
 
 @pytest.mark.parametrize("n", range(9))
 def test_mcnemars_p_is_the_share_of_all_outcomes_that_are_no_likelier(n):
-    """Every way in which n pairs can favour either arm, counted one by one."""
+    """Count every way in which n pairs can favour either arm."""
     likely = {b: comb(n, b) for b in range(n + 1)}
     ways = [sum(way) for way in product((0, 1), repeat=n)]
     for b in range(n + 1):
@@ -66,7 +66,7 @@ def test_at_no_difference_the_score_is_mcnemars(counted):
 
 @given(pairs(most=12), st.floats(0.01, 0.99) | st.floats(-0.99, -0.01))
 def test_the_error_is_that_of_the_likeliest_shares_with_this_difference(counted, difference):
-    """Found by trying shares of pairs in which only the second passes."""
+    """Find the likeliest share by trying shares of pairs in which only the second passes."""
     b, c, n = counted
     tried = np.linspace(max(0.0, -difference), 0.5 * (1.0 - difference), 4001)[1:-1]
     with np.errstate(divide="ignore"):
@@ -80,13 +80,13 @@ def test_the_error_is_that_of_the_likeliest_shares_with_this_difference(counted,
 
 
 def test_a_published_example():
-    """Fagerland, Lydersen and Laake, Statistical Analysis of Contingency Tables, table 8.1."""
+    """Compare with Fagerland et al., Statistical Analysis of Contingency Tables, table 8.1."""
     assert tango_interval(1, 7, 21) == pytest.approx((-0.517, -0.026), abs=5e-4)
 
 
 @pytest.mark.parametrize("shares", [(0.1, 0.05, 0.85), (0.02, 0.3, 0.68), (0.01, 0.01, 0.98)])
 def test_it_holds_the_true_difference_as_often_as_it_says(shares):
-    """To two per cent, which 2,000 draws of 40 pairs can tell; it may hold it more often."""
+    """Allow two per cent, the error of 2,000 draws of 40 pairs; more coverage is no error."""
     truth = shares[0] - shares[1]
     drawn = np.random.default_rng(0).multinomial(40, shares, size=2_000)
     unique, times = np.unique(drawn, axis=0, return_counts=True)

@@ -1,4 +1,4 @@
-"""Laws of the plan: the same patients for all, ladders climbed as far as they hold, once each."""
+"""Tests of the plan: the same patients for all arms, and ladders climbed until they break."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, res
 
 
 def passes_below(share: float):
-    """All patients up to a share of the largest magnitude, four in ten beyond it."""
+    """Return a judge: all patients pass up to a share of the largest magnitude, 40 % beyond it."""
     most = {p.name: p.most for p in PERTURBATIONS}
 
     def judge(case: Case):

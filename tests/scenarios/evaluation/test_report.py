@@ -1,4 +1,4 @@
-"""Laws of the report: errors are no failures, pairs are pairs, all forms say the same."""
+"""Tests of the report: errors are not failures, pairs share a patient, all forms agree."""
 
 import json
 import re
@@ -26,7 +26,7 @@ MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
 
 
 def judge(case: Case):
-    """The first fails on seed 0 only; the second on half, and breaks off on seed 9."""
+    """Return a result: arm 1 fails on seed 0; arm 2 fails on odd seeds and ends in error on 9."""
     if case.arm == FIRST:
         return episode(case, passed=case.seed != 0)
     if case.seed == 9:
@@ -44,7 +44,7 @@ def report(results):
     return report_of(plan("nominal", "variants", "perturbation"), results, NOWHERE)
 
 
-def test_errors_are_told_apart_and_leave_rate_and_pairs(report):
+def test_errors_are_counted_apart_and_leave_rate_and_pairs(report):
     found = report.arms["second"].suites["nominal"]
     assert (found.summary.passed, found.summary.errors) == (5, 1)
     assert found.summary.pass_rate == 5 / 9
@@ -57,7 +57,7 @@ def test_errors_are_told_apart_and_leave_rate_and_pairs(report):
     assert (pair.both, pair.neither) == (4, 0)
 
 
-def test_what_was_not_run_is_neither_failed_nor_broken(results):
+def test_an_episode_not_run_is_neither_a_failure_nor_an_error(results):
     some = {case: result for case, result in results.items() if case.seed < 4}
     found = report_of(plan("nominal"), some, NOWHERE).arms["first"].suites["nominal"]
     assert (found.missing, found.summary.episodes, found.summary.errors) == (6, 4, 0)
@@ -152,7 +152,7 @@ def test_the_order_in_which_episodes_ended_leaves_no_trace(results):
     assert page(there, MADE_WITH) == page(back, MADE_WITH)
 
 
-def test_the_page_asks_nothing_of_the_network_and_runs_nothing(report):
+def test_the_page_loads_nothing_from_the_network_and_runs_no_script(report):
     html = page(report, MADE_WITH)
     assert not re.search(r"https?://|<script|<link|@import|url\(|src=", html)
     assert "prefers-color-scheme: dark" in html

@@ -1,4 +1,4 @@
-"""Laws of a person's hand: it leads one arm to its goal, and leaves the other alone."""
+"""Tests of a guided arm: it reaches the person's goal, and the other arm is not changed."""
 
 from itertools import islice
 
@@ -14,7 +14,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 
 def led(arm, config=None, n=90):
-    """An episode in which a hand leads an arm 8 mm to the endoscope's left, 6 mm nearer."""
+    """Return an episode in which a person guides an arm 8 mm to the left and 6 mm nearer."""
     inbox = Inbox()
     episode = begin(
         config or EpisodeConfig(planner="scripted", seed=10_005, controller="idle"), inbox=inbox

@@ -1,4 +1,4 @@
-"""Laws of an episode that people speak to, on a real patient."""
+"""Tests of an episode in which people give instructions, on a real patient."""
 
 from dataclasses import replace
 from itertools import islice, takewhile
@@ -23,7 +23,7 @@ HIGHER, LEFT = "move right arm higher", "move right arm to the left"
 
 
 def steps_of(*said, n=180, **config):
-    """The first steps of an episode in which these (time, text) are said."""
+    """Return n steps of an episode in which these (time, text) are said, and the episode."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
     episode = begin(EpisodeConfig(**WITNESS | {"seed": SEED} | config), inbox=inbox)
@@ -93,7 +93,7 @@ def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():
     assert resumed[-1].observation.tools[RIGHT_ARM] == "scissors"
 
 
-def test_of_two_within_a_second_the_later_is_obeyed_and_both_are_told():
+def test_of_two_texts_within_a_second_the_later_is_obeyed_and_both_are_logged():
     steps, episode = steps_of((0.5, LEFT), (0.7, HIGHER), n=60)
     assert [h.text for s in steps for h in s.heard] == [LEFT, HIGHER]
     assert steps[-1].instruction.text == HIGHER
@@ -114,8 +114,8 @@ def test_an_episode_held_for_ever_ends_at_the_tasks_cap():
     assert not episode.tasks.is_complete
 
 
-def test_what_the_planner_is_at_may_come_to_be_done_under_other_words():
-    planner = Saying(Instruction(task=TASKS[2]))  # going back: the arm is
+def test_the_planners_task_may_be_done_under_another_instruction():
+    planner = Saying(Instruction(task=TASKS[2]))  # "going back": the arm is back already
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
     episode.inbox.press(COMMANDS[TASKS[0].text])
     list(islice(episode.steps(), 10))
@@ -125,7 +125,7 @@ def test_what_the_planner_is_at_may_come_to_be_done_under_other_words():
 
 
 class Saying:
-    """One thing, at the time it is asked."""
+    """Answers with one instruction, stamped with the time of the call."""
 
     def __init__(self, instruction):
         self._instruction = instruction

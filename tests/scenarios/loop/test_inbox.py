@@ -1,4 +1,4 @@
-"""Laws of the inbox: nothing is lost or doubled, each thread's words stay in order."""
+"""Tests of the inbox: no text is lost or doubled, and each thread's texts stay in order."""
 
 from collections import Counter
 from threading import Thread
@@ -11,7 +11,7 @@ from scenarios.loop.inbox import LONGEST, Inbox
 from scenarios.loop.script import Timed
 
 THREADS, EACH = 16, 200
-BELL = "\a"  # a text that has one is not read for long
+BELL = "\a"  # a text with a control character is read quickly
 
 
 def test_many_threads_lose_nothing_and_keep_their_order():
@@ -47,7 +47,7 @@ def test_words_come_at_their_time_once_and_in_order(times_s, waits_s):
     assert came == [t for t in sorted(times_s) if waits_s and t <= now_s + 1e-9]
 
 
-def test_what_was_arranged_anew_replaces_what_was_arranged_before():
+def test_a_new_arrangement_replaces_the_old_one():
     inbox = Inbox()
     inbox.arrange([Timed(time_s=1.0, text="stop")])
     inbox.arrange([Timed(time_s=2.0, text="resume")])

@@ -1,4 +1,4 @@
-"""Laws of measured conduct: lengths and jerks of known motions, and where they are kept."""
+"""Tests of motion metrics: lengths and jerks of known motions, and where they are stored."""
 
 from dataclasses import replace
 from itertools import islice
@@ -18,7 +18,7 @@ DT_S = 1 / 30
 
 
 def motion(x, y=None):
-    """(n, 2, 3): the left tip along x, the right one along y or nowhere."""
+    """Return tips (n, 2, 3): the left tip moves along x, the right one along y or not at all."""
     tips = np.zeros((len(x), 2, 3))
     tips[:, 0, 0] = x
     tips[:, 1, 1] = 0.0 if y is None else y
@@ -37,7 +37,7 @@ def test_a_cubic_has_its_jerk_and_steady_acceleration_has_none():
 
 
 def test_jerk_is_not_measured_across_a_gap():
-    """Where the nurse had the arms between two stretches, or another task came."""
+    """Use two stretches with a gap, as an exchange or another task leaves one."""
     t = DT_S * np.arange(10)
     apart = mean_jerk_m_s3([motion(t), motion(t + 1.0)], DT_S)
     assert apart == pytest.approx((0.0, 0.0), abs=1e-9)
@@ -48,7 +48,7 @@ def test_too_few_positions_have_no_jerk():
 
 
 def test_a_procedures_path_is_that_of_its_recording(procedure):
-    """In each task, exchanges left out."""
+    """Compare the path of each task, without exchanges."""
     tips = procedure.recording.arrays["tips_endoscope"][:, :, :3, 3]
     for task in procedure.result.tasks:
         at = [
@@ -62,8 +62,8 @@ def test_a_procedures_path_is_that_of_its_recording(procedure):
         assert task.failure_chance is None  # the scripted planner gives none
 
 
-def test_what_the_nurse_does_in_the_midst_of_a_task_does_not_count():
-    """The way to where she has put the arm counts neither as path nor as jerk."""
+def test_an_exchange_within_a_task_does_not_count():
+    """Check that the jump to the place where the nurse leaves the arm is no path and no jerk."""
     episode = begin(EpisodeConfig(seed=10_004, controller="idle"))
     (step,) = islice(episode.steps(), 1)
     measures = MotionMetrics(episode.world)

@@ -1,4 +1,4 @@
-"""Policies by name: an outside one gets what a robot could have, and no more."""
+"""Tests of policies by name: an outside policy gets only what a real robot could know."""
 
 import pytest
 
@@ -21,7 +21,7 @@ HERE = "tests.scenarios.loop.test_policies"
 
 
 class Still:
-    """Holds both arms, and keeps what its factory was given."""
+    """Holds both arms still, and keeps the arguments of its factory."""
 
     def __init__(self, *given):
         self.given = given
@@ -34,7 +34,7 @@ class Still:
 
 
 class FirstTask:
-    """Instructs the first task for ever."""
+    """Answers with the first task at every call."""
 
     def __init__(self, *given):
         self.given = given
@@ -58,7 +58,7 @@ def world():
     return world
 
 
-def test_an_outside_factory_is_told_the_setup_alone(world):
+def test_an_outside_factory_gets_the_setup_alone(world):
     config = EpisodeConfig(
         seed=SEED, planner=f"{HERE}:FirstTask", controller=f"{HERE}:Still", checkpoint="mine.bin"
     )
@@ -75,7 +75,7 @@ def test_only_a_factory_that_declares_itself_privileged_gets_the_world(world):
     assert is_privileged(controller)
 
 
-def test_of_calots_own_only_the_witness_reads_the_hidden_state():
+def test_among_calots_policies_only_the_witness_reads_the_hidden_state():
     own = {name for name in PLANNERS | CONTROLLERS if reads_hidden_state(name)}
     assert own == set(WITNESS.values())
 

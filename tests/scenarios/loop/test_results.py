@@ -1,4 +1,4 @@
-"""Laws of results.json: errors are no failures, what is written is read back, none is lost."""
+"""Tests of results.json: errors are not failures, and all that is written is read back."""
 
 import json
 from dataclasses import replace

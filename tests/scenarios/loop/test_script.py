@@ -1,4 +1,4 @@
-"""Laws of timed instructions: a file says what a person says, or in one line why it cannot."""
+"""Tests of timed instructions: a file is read, or one line says what is wrong with it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""`--cluster`: what cannot be is told in one line and soon; what can be runs as on one machine."""
+"""Tests of `--cluster`: errors are one line and come soon; work runs as on one machine."""
 
 import socket
 import threading
@@ -33,7 +33,7 @@ def test_what_is_no_address_is_refused(address, tmp_path, capfd):
 @ray_needed
 @pytest.mark.parametrize("answer", [None, b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
 def test_an_address_where_no_ray_answers_is_refused_soon(answer, tmp_path, capfd):
-    """Nobody listens, or somebody who says nothing, or something else."""
+    """Try an address where nobody listens, a silent server, and one that speaks HTTP."""
     server = socket.create_server(("127.0.0.1", 0))
     address = f"127.0.0.1:{server.getsockname()[1]}"
     start_s = time.monotonic()

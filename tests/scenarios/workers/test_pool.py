@@ -1,6 +1,7 @@
-"""Laws of episodes side by side, on this machine and on a cluster of two nodes that share it.
+"""Tests of episodes side by side, on this machine and on a cluster of two nodes on it.
 
-Each is run once, a death costs its episode a second attempt only, leaving stops the rest.
+Each episode runs once, a dead worker costs its episode only a second attempt, and leaving early
+stops the rest.
 """
 
 import os
@@ -25,7 +26,7 @@ PATIENCE_S = 120.0
 
 @pytest.fixture(params=["this machine", pytest.param("two nodes", marks=pytest.mark.cluster)])
 def address(request):
-    """Of the cluster; None where this machine works alone."""
+    """Return the cluster's address, or None where this machine works alone."""
     if request.param == "this machine":
         return None
     return request.getfixturevalue("two_nodes").address
@@ -57,7 +58,7 @@ def die_once_at_odd_seeds(config: EpisodeConfig, folder: Path) -> EpisodeResult:
 
 
 def wait_after_seed_0(config: EpisodeConfig, folder: Path) -> EpisodeResult:
-    """The others go on when there is a file `go`."""
+    """Finish seed 0 at once; the other seeds wait for a file `go`."""
     if config.seed > 0:
         try:
             (folder / f"begun-{config.seed}-{os.getpid()}").touch()
@@ -76,7 +77,7 @@ def wait_until(condition) -> None:
 
 
 def begun(folder: Path) -> list[str]:
-    """Seeds, one for each attempt."""
+    """Return the seeds of all attempts that began, one for each attempt."""
     return sorted(path.name.split("-")[1] for path in folder.glob("begun-*"))
 
 
@@ -97,7 +98,7 @@ def test_a_worker_that_dies_twice_costs_its_episode_only(address):
 
 
 def test_workers_that_die_once_in_an_episode_cost_nothing(address, tmp_path):
-    """Each episode has its own second attempt."""
+    """Check that each episode has its own second attempt."""
     attempt = partial(die_once_at_odd_seeds, folder=tmp_path)
     results = list(run_side_by_side(attempt, CONFIGS, 2, broken_off, address))
     assert {path.name for path in tmp_path.iterdir()} == {"died-1", "died-3"}
