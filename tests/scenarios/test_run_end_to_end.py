@@ -1,4 +1,4 @@
-"""Tests of `calot run`, run from the shell: results, recording and report of a procedure."""
+"""Tests of `calot run` from the shell: results, recording and report of a procedure."""
 
 import json
 import subprocess

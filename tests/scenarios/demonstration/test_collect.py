@@ -1,4 +1,4 @@
-"""Laws of `calot collect`: it goes on where it stopped, keeps apart what failed, loses nothing."""
+"""Tests of `calot collect`: it resumes where it stopped, keeps failures apart, loses nothing."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ ASKED = demonstrations("nominal", 0, 3)
 
 @pytest.fixture
 def out(tmp_path):
-    """All of ASKED demonstrated before, the second without success."""
+    """Return a folder with all demonstrations in ASKED done, the second without success."""
     for demonstration, folder in zip(ASKED, (PARTS, FAILED, PARTS), strict=True):
         path = part_path(demonstration, tmp_path, folder)
         path.parent.mkdir(exist_ok=True)
@@ -32,7 +32,7 @@ def collect(out, episodes=3, **options):
     )
 
 
-def test_what_is_there_is_not_done_again_and_what_failed_stays_out(out, capfd):
+def test_finished_parts_are_not_done_again_and_failed_ones_stay_out(out, capfd):
     assert all(is_finished(demonstration, out) for demonstration in ASKED)
     assert collect(out) == 0
     assert "3 existed already" in capfd.readouterr().out

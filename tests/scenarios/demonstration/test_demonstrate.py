@@ -1,4 +1,4 @@
-"""Laws of what is demonstrated: who led is told apart, failures are flagged until undone."""
+"""Tests of a demonstration: the expert's frames are marked; failures are flagged until undone."""
 
 from dataclasses import replace
 from itertools import islice
@@ -19,7 +19,7 @@ SEEN_TIPS = slice(14, 38)  # in `Observation.vector`: (2, 3, 4)
 
 
 class Shown:
-    """The first frames of a demonstration, and the steps they are of."""
+    """Holds the first frames of a demonstration and the steps that they come from."""
 
     def __init__(self, kind, frames, noise=True):
         self.episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=noise))
@@ -43,7 +43,7 @@ def recovery():
     return Shown("recovery:grasp-missed-below", 400)
 
 
-def test_a_frame_is_what_was_seen_before_it_was_acted_on(nominal):
+def test_a_frame_is_the_observation_before_the_action(nominal):
     seen = [nominal.first, *(step.observation for step in nominal.steps)]
     pairs = zip(nominal.steps, seen[:-1], strict=True)
     expected = [observation.vector() for step, observation in pairs if not step.exchange]
@@ -63,7 +63,7 @@ def test_under_noise_the_label_is_what_the_expert_asked_for(nominal):
     np.testing.assert_allclose(labels[untouched], asked[untouched], atol=1e-6)
 
 
-def test_a_burst_of_noise_moves_the_arm_and_the_expert_makes_it_good(nominal):
+def test_a_burst_of_noise_moves_the_arm_and_the_expert_corrects_it(nominal):
     steps = [step for step in nominal.steps if not step.exchange]
     commands = np.stack([step.command.joints for step in steps])
     k = int(np.flatnonzero([step.disturbed for step in steps])[0])
@@ -73,7 +73,7 @@ def test_a_burst_of_noise_moves_the_arm_and_the_expert_makes_it_good(nominal):
     assert quiet.columns["expert"].all()
 
 
-def test_what_leads_astray_is_not_the_expert_s_and_is_flagged_until_undone(recovery):
+def test_a_led_motion_is_not_the_expert_s_and_is_flagged_until_undone(recovery):
     expert, flag = recovery.columns["expert"], recovery.columns["flag"]
     steps = [step for step in recovery.steps if not step.exchange]
     led = np.flatnonzero([step.asked is None for step in steps])

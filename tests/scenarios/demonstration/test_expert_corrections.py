@@ -1,4 +1,4 @@
-"""The expert obeys each of the 18 corrections, in the open and at work, and hurts nobody by it."""
+"""Tests of the expert: it obeys each of the 18 corrections, in the open and at work, safely."""
 
 from itertools import islice
 
@@ -19,9 +19,9 @@ from scenarios.run_episode import begin
 CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
 WITHIN_STEPS = 60  # 2 s
 MIN_M, MIN_RAD = 3e-3, 0.2
-ASIDE = 0.5  # of the motion: tissue gives way, and the filter slides along what is in the way
-ASTRIDE_M = 0.006  # the tip this near to a tube's middle line
-HARMFUL = {  # what the grasper holds would be crushed, and the applier would clip out of turn
+ASIDE = 0.5  # share of the motion: tissue yields, and the filter slides along obstacles
+ASTRIDE_M = 0.006  # largest distance of the tip from a tube's middle line
+HARMFUL = {  # the grasper would crush tissue, and the applier would clip too early
     TASKS[0]: (),
     TASKS[1]: [c for c in CORRECTIONS if c.jaw == "close"],
 }
@@ -32,7 +32,7 @@ ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 @pytest.fixture(scope="module")
 def scenes(made_once):
-    """A world, and its state before the grasp and with the applier's open jaws astride a tube."""
+    """Return a world and two states: before the grasp, and with the open applier around a tube."""
     world = begin(CONFIG).world
     return world, made_once("scenes", lambda _: {task: state_in(task) for task in HARMFUL})
 
@@ -68,7 +68,7 @@ def begun_again(scenes, task, correction):
 
 
 @pytest.mark.parametrize("task", HARMFUL, ids=NAMES.get)
-def test_what_would_do_harm_is_not_demonstrated(scenes, task):
+def test_a_harmful_correction_is_not_demonstrated(scenes, task):
     world, states = scenes
     world.restore(states[task])
     assert [c for c in CORRECTIONS if not is_harmless(c, world)] == list(HARMFUL[task])

@@ -1,4 +1,4 @@
-"""Laws of interventions: what a person said is in a dataset that loads, and only that flags."""
+"""Tests of interventions: the dataset loads, and only what a person said is flagged in it."""
 
 from itertools import groupby, islice
 
@@ -24,7 +24,7 @@ SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n30\twhat
 
 @pytest.fixture(scope="module")
 def spoken(tmp_path_factory):
-    """A whole procedure in which somebody speaks: its result, its record, the dataset."""
+    """Return the result, recording and dataset of a procedure in which a person speaks."""
     out = tmp_path_factory.mktemp("spoken")
     (out / "said.tsv").write_text(SAID)
     config = EpisodeConfig(**WITNESS, seed=SEED, instruct=str(out / "said.tsv"))
@@ -34,7 +34,7 @@ def spoken(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_procedure_is_passed_though_somebody_skips_a_task_and_makes_it_wait(spoken):
+def test_a_procedure_passes_though_a_person_skips_a_task_and_makes_it_wait(spoken):
     result, recording, _ = spoken
     assert result.success, [task for task in result.tasks if not task.success]
     assert (result.corrections, result.tasks[0].corrections) == (1, 1)
@@ -69,7 +69,7 @@ def test_nothing_to_imitate_lies_across_a_hold(spoken):
 
 
 def watched(out, *said, expert=True, n=60):
-    """The first steps of an episode, saved there and then."""
+    """Save the first n steps of an episode as a dataset; return what `save` returns."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
     interventions = Interventions(out, "nominal", expert=expert)
@@ -81,7 +81,7 @@ def watched(out, *said, expert=True, n=60):
 
 
 @pytest.mark.parametrize("said", [(), ((0.5, "stop"),), ((0.5, "what a day"),)])
-def test_where_nobody_was_obeyed_nothing_is_saved(tmp_path, said):
+def test_nothing_is_saved_if_no_instruction_was_obeyed(tmp_path, said):
     assert watched(tmp_path / "set", *said) is None
     assert not (tmp_path / "set").exists()
 

@@ -1,4 +1,4 @@
-"""Laws of the labels: a motion is named by the correction that asks for it, or not at all."""
+"""Tests of the labels: a motion gets the correction that asks for it, or none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is demonstrated follows from seed and mix alone."""
+"""Tests of the mix: the demonstrations follow from the seed and the mix alone."""
 
 import pytest
 
@@ -38,4 +38,4 @@ def test_patients_may_be_those_with_a_short_artery_alone():
     assert max(lengths_m) < 0.017
     every = demonstrations("recovery", 300, short[-1].seed - 299)
     assert short == [d for d in every if anatomy_from_seed(d.seed).artery_length_m < 0.017]
-    assert len(demonstrations("nominal", 9990, 100)) == 10  # then training seeds end
+    assert len(demonstrations("nominal", 9990, 100)) == 10  # the training seeds end there

@@ -1,4 +1,4 @@
-"""Any order of the procedure does all of it, a tube's tasks in theirs."""
+"""Tests of the order: every order has all tasks, and each tube's tasks in their sequence."""
 
 import numpy as np
 from hypothesis import given

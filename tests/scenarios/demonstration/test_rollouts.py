@@ -1,4 +1,4 @@
-"""Laws of a rollout's labels: they say what should have been said, whatever was."""
+"""Tests of a rollout's labels: they name the right task and correction, not those given."""
 
 from dataclasses import replace
 from itertools import islice, takewhile
@@ -26,7 +26,7 @@ OPENED_BY, OUT_BY = 60, 240  # steps
 
 
 def rolled_out(frames, planner=None):
-    """The expert in the place of a learned controller, led astray as it grasps."""
+    """Return the columns of an expert's rollout with a wrong grasp, and which steps were led."""
     kind = "recovery:grasp-missed-below"
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     episode = replace(episode, planner=planner or episode.planner)
@@ -44,7 +44,7 @@ def recovered():
     return rolled_out(400)
 
 
-def test_who_says_what_should_be_said_is_told_so(recovered):
+def test_a_planner_that_gives_the_right_task_agrees_with_the_labels(recovered):
     columns, _ = recovered
     said = [TASKS[k - 1].text for k in columns["task"]]
     assert said == columns["instruction"].tolist()
@@ -55,7 +55,7 @@ def test_nothing_of_it_is_imitated(recovered):
     assert not recovered[0]["expert"].any()
 
 
-def test_what_goes_wrong_is_to_be_corrected_by_drawing_back_until_it_is_undone(recovered):
+def test_a_mistake_is_labelled_with_drawing_back_until_it_is_undone(recovered):
     columns, led = recovered
     flag, after = columns["flag"], np.flatnonzero(led)[-1] + 1
     assert not flag[:after].any()
@@ -69,7 +69,7 @@ def test_what_goes_wrong_is_to_be_corrected_by_drawing_back_until_it_is_undone(r
     }
 
 
-def test_another_task_said_does_not_change_what_is_due():
+def test_a_wrong_task_does_not_change_the_due_task():
     saying = PlannerFixed(instruction=Instruction(task=FIRST_CLIP))
     columns, _ = rolled_out(40, saying)
     assert set(columns["instruction"]) == {FIRST_CLIP.text}
@@ -98,7 +98,7 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
     episode = begun(PlannedDemonstration(seed=SEED, kind=kind, noise=False))
     witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
-    held, among = [], []  # in what is seen after each frame
+    held, among = [], []  # in the observation after each frame
     for step in episode.steps():
         witness.on_step(step)
         if not step.exchange:
@@ -117,7 +117,7 @@ def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_load
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     witness = RolloutRecorder(lambda: True)
     witness.on_reset(episode.world)
-    slips = []  # whether each came in an exchange, and once a tube was cut
+    slips = []  # for each slip: is it in an exchange, is it after a cut
     for step in episode.steps():
         witness.on_step(step)
         slips += [(step.exchange, bool(episode.world.record.cuts)) for _ in step.applied]

@@ -1,4 +1,4 @@
-"""By turns: who acts is who is asked, for as long as a turn lasts."""
+"""Tests of taking turns: only the policy whose turn it is acts, for as long as a turn lasts."""
 
 from types import SimpleNamespace
 
@@ -11,11 +11,11 @@ from planner.task import TASKS
 from scenarios.demonstration.turns import EXPERT_S, LEARNER_S, LONG_S, ControllerTakingTurns
 from tissue_sim.periods import CONTROL_PERIOD_S
 
-LATE_S = 3 * CONTROL_PERIOD_S  # a chunk of the expert's is played to its end
+LATE_S = 3 * CONTROL_PERIOD_S  # a chunk of the expert is played to its end
 
 
 class Counting:
-    """Holds still and counts what it is asked."""
+    """Holds still and counts its calls."""
 
     def __init__(self, chunk_steps):
         self.acts, self.resets, self._chunk_steps = 0, 0, chunk_steps
@@ -29,7 +29,7 @@ class Counting:
 
 
 class Played:
-    """Turns over a time, the task a function of it."""
+    """Plays the turns for a time; the task is a function of time."""
 
     def __init__(self, task_at, lasts_s):
         self.learner, self.expert = Counting(1), Counting(3)
@@ -61,13 +61,13 @@ def test_the_expert_begins_and_turns_last_as_long_as_they_may(going_well):
         began_s = ended_s
 
 
-def test_who_takes_over_begins_anew(going_well):
+def test_the_policy_that_takes_over_is_reset(going_well):
     experts = sum(expert_acts for expert_acts, _ in going_well.turns)
     assert going_well.expert.resets == experts
     assert going_well.learner.resets == len(going_well.turns) - experts
 
 
-def test_the_expert_ends_a_task_that_takes_long_and_all_that_is_said_again():
+def test_the_expert_ends_a_task_that_takes_long_and_all_repeated_tasks():
     played = Played(lambda now_s: TASKS[1] if now_s % 20.0 < 10.0 else TASKS[2], 60.0)
     expert_acts, ended_s = played.turns[-1]
     assert expert_acts

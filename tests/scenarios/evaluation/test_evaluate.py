@@ -1,4 +1,4 @@
-"""Tests of `calot evaluate`, run from the shell: run, interrupted, resumed; exit codes."""
+"""Tests of `calot evaluate`: run, interrupted, resumed; exit codes."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Laws of the JSON written: any reader takes it, and nothing that can be told is lost."""
+"""Tests of the JSON writer: every JSON reader accepts its output, and no value is lost."""
 
 import json
 from pathlib import Path

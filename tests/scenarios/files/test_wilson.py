@@ -1,4 +1,4 @@
-"""Laws of the Wilson interval: its own equation, symmetry, and what more trials do."""
+"""Tests of the Wilson interval: its equation, its symmetry, and the effect of more trials."""
 
 import math
 

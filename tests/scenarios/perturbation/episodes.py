@@ -1,4 +1,4 @@
-"""Short episodes under perturbations of a test's own."""
+"""Short episodes with perturbations that a test defines."""
 
 from dataclasses import replace
 from itertools import islice
@@ -15,7 +15,7 @@ BY_NAME = {p.name: p for p in PERTURBATIONS}
 
 
 def disturbed(monkeypatch, *perturbations, seed=SEED, controller="expert"):
-    """An episode that has not begun, under perturbations in their order."""
+    """Return an episode that has not begun, with these perturbations in this order."""
     scenario = Scenario(name="of the test", description="", perturbations=perturbations)
     monkeypatch.setitem(SCENARIOS, scenario.name, scenario)
     return begin(
@@ -28,7 +28,7 @@ def perturbation(name, **changes):
 
 
 def trace(episode, steps):
-    """What was commanded and seen, and where the tissue went: (steps, n)."""
+    """Return commands, observations and tissue positions as an array (steps, n)."""
     return np.stack(
         [
             np.concatenate(

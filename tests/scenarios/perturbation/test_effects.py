@@ -1,4 +1,4 @@
-"""Laws of each mechanism, measured on the world."""
+"""Tests of each kind of perturbation, measured on the world."""
 
 from itertools import islice
 
@@ -68,12 +68,12 @@ def test_the_endoscope_is_moved_by_the_magnitude_at_its_moment_and_no_more(monke
         np.testing.assert_allclose(sizes, expected, atol=1e-9)
 
 
-def test_motions_are_meant_in_the_frame_of_the_endoscope_as_it_is(monkeypatch):
+def test_motions_are_in_the_current_frame_of_the_endoscope(monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "waves", WAVES)
     bump = perturbation("camera-turn", magnitude=0.5, at=AtTime(time_s=0.0))
     episode = disturbed(monkeypatch, bump, controller="waves")
     tips = [s.observation.tips_endoscope[:, :3, 3] for s in islice(episode.steps(), 12)]
-    moved = tips[-1] - tips[2]  # the controller moves along (1, 1, 1) of what it sees
+    moved = tips[-1] - tips[2]  # the controller moves along (1, 1, 1) in the endoscope's frame
     along = moved / np.linalg.norm(moved, axis=1, keepdims=True)
     np.testing.assert_allclose(along, np.full((2, 3), 3**-0.5), atol=0.02)
 

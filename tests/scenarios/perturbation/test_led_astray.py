@@ -1,4 +1,4 @@
-"""Laws of the recovery set: an arm gets where it should not be, and the controller gets it back."""
+"""Tests of the recovery set: an arm is led to a wrong pose, and the controller recovers."""
 
 from pkgutil import resolve_name
 
@@ -16,8 +16,8 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
-COMMANDED_M = 1e-6  # where the arm is told to go
-REACHED_M = 1e-3  # where it is: the drives yield to the tissue
+COMMANDED_M = 1e-6  # commanded pose
+REACHED_M = 1e-3  # actual pose: the drives yield to the tissue
 RECOVERY = [
     ("grasp-missed-above", GRAB),
     ("grasp-missed-below", GRAB),
@@ -28,7 +28,7 @@ RECOVERY = [
 
 
 class Led:
-    """A nominal episode up to where an effect takes an arm over, then led to the end."""
+    """Runs a nominal episode until an effect takes an arm over, then follows it to its end."""
 
     def __init__(self, monkeypatch, name, task, seed=SEED):
         p = perturbation(name, at=AtTask(index=task))
@@ -51,7 +51,7 @@ class Led:
             action = self.effect.lead(self.world, self.task)
 
     def between_the_jaws(self):
-        """The tubes whose middle line passes between the fingers, where a clip would close."""
+        """Return the tubes whose middle line lies between the fingers, where a clip would close."""
         to_tool = inverse_pose(self.world.arms.T_world_tool()[self.arm])
         jaw_rad = self.world.arms.joints[self.arm, 6]
         applier = self.world.arms.mounted[self.arm]

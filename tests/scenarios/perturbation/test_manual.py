@@ -1,4 +1,4 @@
-"""Laws of what a person has go wrong: it sets in at once, is told, and the body swings back."""
+"""Tests of manual perturbations: they start at once, are logged, and the body swings back."""
 
 from itertools import islice
 
@@ -15,7 +15,7 @@ STEP_S = 1 / 30
 
 
 def disturbed(name, n=70):
-    """The steps of an episode that is disturbed before its 11th, and what the world was then."""
+    """Return the steps of an episode disturbed before step 11, the world, its state before that."""
     inbox = Inbox()
     episode = begin(EpisodeConfig(**WITNESS, seed=10_006), inbox=inbox)
     running = episode.steps()
@@ -30,7 +30,7 @@ def disturbed(name, n=70):
 
 
 @pytest.mark.parametrize("name", MANUAL)
-def test_it_sets_in_at_once_once_and_is_told(name):
+def test_it_starts_at_once_happens_once_and_is_logged(name):
     steps, *_ = disturbed(name, n=20)
     told = [(k, a.name) for k, step in enumerate(steps) for a in step.applied]
     assert told == [(10, name)]

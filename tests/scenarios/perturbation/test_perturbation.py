@@ -1,4 +1,4 @@
-"""Laws of every perturbation: none at zero, the seed's own, refused out of range, recorded."""
+"""Tests of every perturbation: none at zero, set by the seed, refused out of range, recorded."""
 
 from dataclasses import replace
 from itertools import islice
@@ -14,7 +14,7 @@ from scenarios.perturbation.perturbations import PERTURBATIONS
 from tests.scenarios.perturbation.episodes import disturbed, perturbation, trace
 
 FIVE_SECONDS = 150
-SOME = [  # that leave each other room, all within five seconds
+SOME = [  # they do not overlap, and all come within five seconds
     perturbation("stiff-tissue"),
     perturbation("latency", magnitude=2),
     perturbation("breathing"),
@@ -49,7 +49,7 @@ def test_the_same_seed_is_the_same_disturbed_episode_bit_for_bit(monkeypatch):
     assert not np.array_equal(first, trace(disturbed(monkeypatch), FIVE_SECONDS))
 
 
-def test_each_is_told_once_with_its_time_and_strength(monkeypatch):
+def test_each_is_logged_once_with_its_time_and_strength(monkeypatch):
     episode = disturbed(monkeypatch, *SOME)
     steps = list(islice(episode.steps(), FIVE_SECONDS))
     told = {a.name: (a, step) for step in steps for a in step.applied}

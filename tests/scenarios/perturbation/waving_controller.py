@@ -1,4 +1,4 @@
-"""A controller that looks at nothing: what it does depends on how often it was asked."""
+"""A controller that ignores observations: its motion depends on the number of calls."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from controller.action import ToolAction, hold
 
 
 class ControllerWaves:
-    """Moves both tools to and fro."""
+    """Moves both tools back and forth."""
 
     privileged = True
 

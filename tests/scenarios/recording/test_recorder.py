@@ -1,4 +1,4 @@
-"""Laws of the recorder: what was observed is read back bit for bit, however the episode ended."""
+"""Tests of the recorder: all steps are read back bit for bit, after any end of the episode."""
 
 import json
 from dataclasses import dataclass, field

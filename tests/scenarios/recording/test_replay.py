@@ -1,4 +1,4 @@
-"""`calot replay` and `calot view`: what cannot be done is told in one line."""
+"""Tests of `calot replay` and `calot view`: an impossible request is refused in one line."""
 
 import shutil
 import socket
@@ -34,12 +34,12 @@ def changed(recording, path):
     np.savez_compressed(path, **arrays)
 
 
-def test_a_recording_that_repeats_is_said_to(recording, capfd):
+def test_a_recording_that_repeats_is_reported_as_identical(recording, capfd):
     assert main(["replay", str(recording)]) == 0
     assert "identical to the bit, for 2.0 s" in capfd.readouterr().out
 
 
-def test_one_that_does_not_repeat_is_said_not_to(recording, tmp_path, capfd):
+def test_a_recording_that_does_not_repeat_is_reported(recording, tmp_path, capfd):
     changed(recording, tmp_path / "changed.npz")
     assert main(["replay", str(tmp_path / "changed.npz")]) == 1
     assert "different from 1.0 s on" in capfd.readouterr().out

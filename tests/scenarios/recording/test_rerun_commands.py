@@ -1,4 +1,4 @@
-"""Laws of a rerun: the same commands, disturbed in the same way, move the same arms to the bit."""
+"""Tests of a rerun: the same commands and perturbations move the arms the same, bit for bit."""
 
 import json
 from dataclasses import replace
@@ -25,7 +25,7 @@ def recorded(request, tmp_path_factory):
     return *record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario=request.param)), path
 
 
-def test_it_comes_out_the_same_to_the_bit_the_tissue_too(recorded):
+def test_arms_and_tissue_are_the_same_bit_for_bit(recorded):
     recording, world, _ = recorded
     assert np.diff(recording.arrays["clip_loaded"]).max() == 1  # the nurse came
     rerun = CommandRerun(recording)

@@ -1,6 +1,6 @@
-"""Laws of a repeated episode: all decides anew, and comes out the same to the bit, or is refused.
+"""Tests of a repeated episode: policies decide again, with the same result bit for bit.
 
-People do again what they did; any other change is found.
+What people did is repeated from the recording; any other change is found or refused.
 """
 
 from dataclasses import replace
@@ -45,14 +45,14 @@ def interfered(tmp_path_factory):
     return record(path, EpisodeConfig(**WITNESS, seed=SEED, scenario="breathing"))[0]
 
 
-def test_what_people_said_pressed_disturbed_and_led_is_done_again(interfered, tmp_path):
+def test_all_that_people_did_is_repeated(interfered, tmp_path):
     assert {entry["by"] for entry in interfered.heard} > {"button"}
     assert len(interfered.hands) == 10
     assert first_difference(interfered, repeat(interfered, tmp_path)) is None
 
 
 @pytest.mark.parametrize("name", ["heard", "hands"])
-def test_without_what_people_did_it_comes_out_otherwise(interfered, name, tmp_path):
+def test_without_the_actions_of_people_it_ends_differently(interfered, name, tmp_path):
     step = getattr(interfered, name)[0]["step"]
     arrays = {key: array[: step + 10] for key, array in interfered.arrays.items()}
     without = replace(interfered, arrays=arrays, **{name: ()})
@@ -61,7 +61,7 @@ def test_without_what_people_did_it_comes_out_otherwise(interfered, name, tmp_pa
     assert found.step == step
 
 
-def test_words_from_a_file_are_said_again_without_it(tmp_path):
+def test_instructions_from_a_file_are_repeated_without_the_file(tmp_path):
     script = tmp_path / "said.tsv"
     script.write_text("0.3\tmove right arm higher\n0.6\tthe weather is nice\n")
     recording = attempted(replace(IDLE, instruct=str(script)), tmp_path)
@@ -75,7 +75,7 @@ def test_words_from_a_file_are_said_again_without_it(tmp_path):
 
 @pytest.fixture(scope="module")
 def learned(tmp_path_factory):
-    """Made by a diffusion policy with the weights it was born with, and its noise."""
+    """Return an episode of a diffusion policy with its initial weights, and the checkpoint."""
     out = tmp_path_factory.mktemp("learned")
     checkpoint = out / "policy.safetensors"
     save_checkpoint(checkpoint, Policy(PRESETS["smoke"].policy))
@@ -143,7 +143,7 @@ def test_a_change_of_any_recorded_number_is_found_at_its_step(idle, name):
     assert found == FirstDifference(step=7, field=name, size=2.0)
 
 
-def test_equal_is_of_the_bits(idle):
+def test_equality_is_of_the_bits(idle):
     arrays = {name: array.copy() for name, array in idle.arrays.items()}
     arrays["forces_n"][3, 0, 0] = np.nan
     strange = replace(idle, arrays=arrays)
@@ -166,7 +166,7 @@ def test_equal_is_of_the_bits(idle):
         ({"result": {}}, 31, "result, scenario"),
     ],
 )
-def test_a_change_of_what_is_noted_is_found(idle, change, step, field):
+def test_a_change_of_a_logged_event_is_found(idle, change, step, field):
     assert len(idle.arrays["time_s"]) == 31
     assert first_difference(idle, replace(idle, **change)) == FirstDifference(
         step=step, field=field

@@ -1,4 +1,4 @@
-"""Laws of a moment: what goes on from it is what would have been, bit for bit, every time."""
+"""Tests of a snapshot: an episode continued from it equals the original, bit for bit."""
 
 from itertools import islice
 
@@ -17,7 +17,7 @@ SEED = 10_004
 
 
 def seen(steps):
-    """Commands, joints and forces of each step, and the words."""
+    """Return the command, joints, forces and instruction of each step."""
     return [
         (s.command.joints, s.observation.joints, s.observation.forces_n, s.instruction.text)
         for s in steps
@@ -30,8 +30,8 @@ def assert_same(one, other):
             np.testing.assert_array_equal(a, b)
 
 
-@pytest.mark.parametrize("at_s", [1.3, 5.15, 9.0])  # in mid-chunk, tissue in the jaws, at the tubes
-def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
+@pytest.mark.parametrize("at_s", [1.3, 5.15, 9.0])  # within a chunk; tissue held; at the tubes
+def test_it_continues_the_same_any_number_of_times(at_s):
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED), effects=Effects((NOISE,), SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= at_s and not step.exchange)
@@ -42,7 +42,7 @@ def test_it_goes_on_as_it_would_have_as_often_as_wanted(at_s):
         assert_same(seen(islice(moment.again().steps(), 60)), after)
 
 
-def test_what_is_said_in_one_is_not_heard_in_the_other():
+def test_an_instruction_in_one_copy_is_not_heard_in_the_other():
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED))
     running = episode.steps()
     next(step for step in running if step.time_s >= 1.0)

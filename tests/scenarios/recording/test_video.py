@@ -1,4 +1,4 @@
-"""The video holds one frame a step, also of an episode that broke off."""
+"""Tests of the video: it holds one frame for each step, also if the episode was interrupted."""
 
 import imageio.v2 as imageio
 import numpy as np
@@ -9,7 +9,7 @@ from tissue_sim.periods import CONTROL_HZ
 
 
 class GreyingWorld:
-    """Its view brightens with each look."""
+    """Gives an endoscope picture that is brighter at each call."""
 
     def __init__(self):
         self.looks = 0

@@ -1,4 +1,4 @@
-"""The viewer's bench, in its own file: it starts a browser, and only one can run at a time."""
+"""Test of the viewer's bench, in its own file: it starts a browser, and only one can run."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a person sees and does in a real browser; screenshots are saved in tmp_path."""
+"""Tests of the page in a real browser: what a person sees and does; screenshots in tmp_path."""
 
 import io
 import math

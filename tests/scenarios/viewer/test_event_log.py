@@ -1,4 +1,4 @@
-"""Laws of the event log: what is told once, what is told again, and how tasks add up."""
+"""Tests of the event log: which events are logged once or again, and how times add up."""
 
 from dataclasses import replace
 from itertools import islice
@@ -16,31 +16,31 @@ STEP_S = 1 / 30
 
 @pytest.fixture(scope="module")
 def step():
-    """A real step in which nothing happens."""
+    """Return a real step in which nothing happens."""
     episode = begin(EpisodeConfig(seed=10_003, controller="idle"))
     (step,) = islice(episode.steps(), 1)
     return step
 
 
 def interventions(step, *times_s, limits=("keep-out: right wrist to liver",)):
-    """Times at which the log tells of a filter that alters commands at these times."""
+    """Return the times that the log shows if the safety filter alters commands at `times_s`."""
     log = EventLog()
     for time_s in times_s:
         log.note(replace(step, time_s=time_s, altered=(Entry(time_s=time_s, limits=limits),)))
     return [line.time_s for line in log.read().lines if line.kind == "filter"]
 
 
-def test_what_the_filter_alters_without_a_pause_is_told_once_however_long_it_takes(step):
+def test_alterations_without_a_pause_are_logged_once_however_long_they_take(step):
     times_s = [STEP_S * k for k in range(round(5 * APART_S / STEP_S))]
     assert interventions(step, *times_s) == [0.0]
 
 
-def test_what_the_filter_alters_after_a_pause_is_told_anew(step):
+def test_an_alteration_after_a_pause_is_logged_again(step):
     assert interventions(step, 1.0, 1.0 + 0.9 * APART_S) == [1.0]
     assert interventions(step, 1.0, 1.0 + 1.1 * APART_S) == [1.0, 1.0 + 1.1 * APART_S]
 
 
-def test_another_limit_is_told_for_itself_and_every_altered_command_is_counted(step):
+def test_another_limit_is_logged_apart_and_every_altered_command_is_counted(step):
     log = EventLog()
     for k, limit in enumerate(("tip speed", "remote centre", "tip speed")):
         time_s = STEP_S * k
@@ -64,7 +64,7 @@ def test_each_steps_time_goes_to_its_task(step):
 def test_a_correction_counts_when_it_begins_and_a_persons_each_time_it_is_said(
     step, source, corrections
 ):
-    """The planner repeats its own for as long as it means it."""
+    """Count a planner's correction once: the planner repeats it for as long as it is needed."""
     log = EventLog()
     for k in range(10):
         said_s = 0.0 if k < 5 else 5 * STEP_S
@@ -73,7 +73,7 @@ def test_a_correction_counts_when_it_begins_and_a_persons_each_time_it_is_said(
     assert log.read().tasks[TASKS[0].index].corrections == corrections
 
 
-def test_a_story_that_was_read_changes_no_more(step):
+def test_a_copy_that_was_read_does_not_change(step):
     log = EventLog()
     log.note(step)
     before = log.read()

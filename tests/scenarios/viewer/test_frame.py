@@ -1,4 +1,4 @@
-"""Laws of a frame: it is a copy of the world, and later steps do not change it."""
+"""Tests of a frame: it is a copy of the world, and later steps do not change it."""
 
 from itertools import islice
 

@@ -1,4 +1,4 @@
-"""Laws of interventions on request: guiding an arm is one, and it is marked for imitation."""
+"""Tests of saved interventions: a guided arm is one, and its frames are marked for imitation."""
 
 from itertools import islice
 

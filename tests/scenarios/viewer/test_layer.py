@@ -1,4 +1,4 @@
-"""Laws of the layers: quaternions equal their rotations, and only visible changes are sent."""
+"""Tests of the layers: quaternions equal their rotations, and only visible changes are sent."""
 
 from contextlib import redirect_stdout
 from dataclasses import replace

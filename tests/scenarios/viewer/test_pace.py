@@ -1,4 +1,4 @@
-"""Laws of the pace: a pause holds, a step is one step, a speed is kept, a restart ends a wait."""
+"""Tests of the pace: a pause holds, a step is one step, a speed is kept, a restart ends a wait."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""Laws of the page's server: it answers, tabs come and go, and it sends only changes."""
+"""Tests of the page's server: it answers, tabs come and go, and it sends only changes."""
 
 import math
 import time

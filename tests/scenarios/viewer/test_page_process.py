@@ -1,4 +1,4 @@
-"""Laws of the page's process: it asks the session, and neither blocks the other."""
+"""Tests of the page's process: it asks the session, and neither blocks the other."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Laws of the port: a busy one is skipped, or refused if it was requested."""
+"""Tests of the port: a busy one is skipped, or refused if it was requested."""
 
 import socket
 

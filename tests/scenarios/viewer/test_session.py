@@ -1,4 +1,4 @@
-"""Laws of a session: people act on it from any thread, and nothing they do ends it."""
+"""Tests of a session: people act on it from any thread, and nothing they do ends it."""
 
 import math
 import time

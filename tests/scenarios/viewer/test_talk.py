@@ -1,4 +1,4 @@
-"""Laws of the line for free text, in whatever order the page's messages arrive."""
+"""Tests of the line for free text, for any order of the page's messages."""
 
 import time
 from threading import Thread
