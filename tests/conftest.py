@@ -1,5 +1,6 @@
 """Laws hold however slowly a machine tries them: speed belongs in benches."""
 
+import gc
 import os
 from functools import partial
 
@@ -17,3 +18,9 @@ def _made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
     """Make something once for all workers of this test run."""
     root = tmp_path_factory.getbasetemp()
     return partial(made_once, root.parent if "PYTEST_XDIST_WORKER" in os.environ else root)
+
+
+def pytest_collection_finish() -> None:
+    """Exempt what the imports made from garbage collection, which would search it for each test."""
+    gc.collect()
+    gc.freeze()
