@@ -1,4 +1,4 @@
-"""A shared world: building one costs more than resetting it."""
+"""A world that tests share, because building one costs more than resetting it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The ManiSkill environment: seeds, shapes, whole states, refusals. No renderer is needed."""
+"""Tests of the ManiSkill environment without a renderer: seeds, shapes, states, refusals."""
 
 import contextlib
 import json
@@ -34,7 +34,7 @@ def env() -> Iterator[gym.Env]:
 
 
 def reach(k: int) -> np.ndarray:
-    """The grasper into the field and on the tissue, the other jaws working, the arms apart."""
+    """Move the grasper onto the tissue and work the other jaws, with the arms apart."""
     q = np.array([0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4, 0.1, 0.0, 0.08, 0.0, 0.1, 0.0, 0.5])
     q[2] += 0.0012 * k
     q[[6, 13]] *= 0.5 + 0.5 * np.cos(0.3 * k)
@@ -58,7 +58,7 @@ def test_seed_is_the_patient_and_the_episode(env: gym.Env) -> None:
 
 
 def press_the_arms_together(env: gym.Env) -> None:
-    """Both shafts cross over the field until the rigid instruments push on each other."""
+    """Cross both shafts over the field until the rigid instruments push on each other."""
     for k in range(40):
         q = np.array([0.0, 0.0, 0.13, 0.0, 0.0, 0.0, 0.35] * 2, np.float32)
         q[[0, 7]] = np.array([-0.35, 0.35]) * min(1.0, k / 15)
@@ -207,7 +207,7 @@ def test_an_impossible_anatomy_is_refused(env: gym.Env, saved_state: dict[int, A
 
 @pytest.fixture(scope="module")
 def saved_state(env: gym.Env) -> dict[int, Any]:
-    """Of patients 4 and 3; patient 3 stays in the environment."""
+    """Return the states of patients 4 and 3; patient 3 stays in the environment."""
     states = {}
     for patient in (4, 3):
         env.reset(seed=patient)
@@ -217,7 +217,7 @@ def saved_state(env: gym.Env) -> dict[int, Any]:
 
 @given(at=st.integers(0, 2500), byte=st.integers(0, 255))
 def test_damaged_bytes_are_refused(at: int, byte: int) -> None:
-    """Unless the text is another one that reads as well."""
+    """Allow a changed byte only if the text still describes a valid state."""
     tensors = state_to_tensors({"anatomy": anatomy_from_seed(3), "record": Record()})
     tensors["rest"][0, at] = byte
     with contextlib.suppress(ValueError):

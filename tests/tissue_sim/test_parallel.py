@@ -1,4 +1,4 @@
-"""Laws of worlds on threads: each world runs as if alone, for any number of threads."""
+"""Tests of worlds on threads: each world runs as if alone, for any number of threads."""
 
 from collections.abc import Callable
 from functools import partial

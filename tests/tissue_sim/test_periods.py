@@ -1,4 +1,4 @@
-"""The control period is written once."""
+"""Tests of the periods: the control period is defined in one file only."""
 
 import ast
 from pathlib import Path
@@ -11,7 +11,7 @@ from tissue_sim.world import WorldConfig
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("tissue_sim", "planner", "controller", "scenarios")
 OWNER = "tissue_sim/periods.py"
-VISCOSITY = "tissue_sim/mechanics/tissue.py"  # of the material, which happens to be 1/30 s too
+VISCOSITY = "tissue_sim/mechanics/tissue.py"  # a time of the material, by chance also 1/30 s
 
 
 def test_the_control_period_is_one_over_its_rate():

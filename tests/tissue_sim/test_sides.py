@@ -1,4 +1,4 @@
-"""Laws of sides: a tube lies on one side of a finger, and each stump on its own."""
+"""Tests of sides: a tube lies on one side of a finger, and each stump on its own."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_corners_on_another_finger_do_not_vote(tubes: Tubes) -> None:
 
 
 def test_each_stump_has_its_own_side_and_the_upper_stumps_end_votes(tubes: Tubes) -> None:
-    """The upper stump's corners of the cut ring are vertices that the cut made."""
+    """Check a cut ring: the corners of its upper stump are vertices that the cut added."""
     assert part_ring(tubes, "duct", CUT, np.ones(tubes.below["duct"].shape[1], bool))
     below, above = tubes.below["duct"], tubes.above["duct"]
     end = outer(above[CUT])

@@ -1,4 +1,4 @@
-"""Laws of the vector environment: rows are what single environments give."""
+"""Tests of the vector environment: each row equals a single environment."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Laws of the world: repeatable bit for bit, saved completely, and bad input is refused."""
+"""Tests of the world: it repeats bit for bit, is saved completely, and refuses bad input."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -63,7 +63,7 @@ def test_a_restored_world_continues_identically(
     run(world, 0, SAVED_AT)
     treat(world)
     saved = world.state()
-    assert (saved["tissue"]["contact_shape"] >= 0).sum() >= 3  # instruments touch just now
+    assert (saved["tissue"]["contact_shape"] >= 0).sum() >= 3  # instruments touch the tissue now
     once, record = run(world, SAVED_AT, SAVED_AT + TWO_SECONDS), world.record
     stations = {t: s.copy() for t, s in world.tubes.stations_m.items()}
     world.restore(saved)

@@ -1,4 +1,4 @@
-"""Laws of the kept stiffness: it replaces the true one only while both are nearly the same."""
+"""Tests of the kept stiffness: it replaces the true one only while both are nearly the same."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_after_a_large_motion_the_stiffness_is_computed_again() -> None:
 def test_a_change_of_bulk_or_topology_invalidates_the_stiffness() -> None:
     tissue = body(stretched(0.2))
     _, before = elements(tissue)
-    tissue.host("folded")[0, 0] = 1  # with less than half its volume it stays folded
+    tissue.host("folded")[0, 0] = 1  # it stays folded while it has less than half its volume
     tissue.host("volume")[0, 0] *= 10.0
     tissue.stages["untangle"].launch()
     _, eased = elements(tissue)

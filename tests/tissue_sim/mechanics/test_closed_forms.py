@@ -1,4 +1,4 @@
-"""Bodies against closed forms: a stretched bar, a bent beam, a squeezed, a cut and a sliding block.
+"""Tests of bodies against closed forms: a stretched bar, a bent beam, and several blocks.
 
 The experiments are those of the validation page, `notebooks/01_field_and_physics.ipynb`.
 """
@@ -25,7 +25,7 @@ def test_a_pulled_bar_stretches_as_its_energy_predicts(poisson: float) -> None:
 
 @pytest.mark.parametrize("stress_over_young", [-0.25, -0.1, 0.2])
 def test_a_block_on_a_table_shortens_as_its_energy_predicts(stress_over_young: float) -> None:
-    """Without lateral strain: s = 1 + stress / E, exactly."""
+    """Use a material without lateral strain: s = 1 + stress / E, exactly."""
     material = Material(young_pa=50e3, poisson=0.0)
     size = (0.012, 0.012, 0.006)
     rest, tets = box(size, (3, 3, 2))
@@ -39,7 +39,7 @@ def test_a_block_on_a_table_shortens_as_its_energy_predicts(stress_over_young: f
 
 @pytest.mark.parametrize("loaded", LOADINGS)
 def test_a_refined_cantilever_converges_to_timoshenkos_beam(loaded: str) -> None:
-    """The deflection converges from below, with an error of second order in the cell size."""
+    """Check that the deflection converges from below, with an error of second order."""
     beam = cantilever(loaded)
     # small enough for a linear theory
     assert timoshenko_m(np.array(LENGTH_M), loaded) < 0.05 * LENGTH_M
@@ -58,7 +58,7 @@ def test_a_blocks_volume_changes_as_its_bulk_modulus_predicts() -> None:
 
 
 def test_no_element_is_inverted_by_a_squeeze() -> None:
-    """A nearly incompressible block pressed on a table by more than half its modulus."""
+    """Press a nearly incompressible block on a table by more than half its modulus."""
     material = Material(young_pa=50e3, poisson=0.45)
     size = (0.016, 0.016, 0.006)
     rest, tets = box(size, (4, 4, 3))
@@ -81,7 +81,7 @@ def test_a_stretched_strip_gapes_by_its_stretch_when_cut_through() -> None:
 
 
 def test_a_refined_slit_converges_to_fracture_mechanics() -> None:
-    """It converges from below; half the cell size halves the error."""
+    """Check that it converges from below, and that half the cell size halves the error."""
     cut = slit([4, 8, 16])
     assert np.all((cut.shortfall > 0) & (cut.shortfall < cut.max_shortfall))
     assert abs(cut.order[-1] - 1) < 0.2

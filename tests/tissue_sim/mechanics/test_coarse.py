@@ -1,4 +1,4 @@
-"""Laws of the preconditioner's second level: its factor is that of P^T A P, and it saves time."""
+"""Tests of the preconditioner's second level: its factor is that of P^T A P, it saves time."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ TIGHT: dict[str, Any] = {"tolerance": 1e-6, "settled_j": 0.0, "iterations": 4000
 
 
 def rigid_motions(tissue: Tissue) -> Array:
-    """Return (3 n_vertex, 6 n_part) P, the motion of the vertices with their parts."""
+    """Return P (3 n_vertex, 6 n_part), the motion of the vertices with their parts."""
     part, arm = tissue.host("part")[0], tissue.host("arm")[0].astype(float)
     P = np.zeros((tissue.n_vertex(), 3, int(tissue.host("n_part")[0]), MODES))
     for i in np.flatnonzero(part[: tissue.n_vertex()] >= 0):
@@ -31,7 +31,7 @@ def rigid_motions(tissue: Tissue) -> Array:
 
 
 def dense_factor(tissue: Tissue) -> Array:
-    """(6 n_part, 6 n_part) lower triangle L; a mode that is not there has a row and column of 0."""
+    """Return the lower triangle L (6 n_part, 6 n_part); a missing mode has row and column 0."""
     n = int(tissue.host("n_part")[0])
     first, start = tissue.host("factor_first")[0], tissue.host("factor_start")[0]
     L = np.zeros((MODES * n, MODES * n))
@@ -102,7 +102,7 @@ def test_skyline_reaches_to_the_first_part_coupled() -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_crumpled_piece_that_was_cut_free_gains_no_energy(seed: int) -> None:
-    """Its inertia is a millionth of its stiffness; its own waves are the fastest it can go."""
+    """Crumple a free piece: its inertia is only a millionth of its stiffness."""
     organ = build_organ(anatomy_from_seed(10_000))
     tissue = Tissue([organ])
     tubes = Tubes(tissue, organ)

@@ -1,4 +1,4 @@
-"""Laws of contact: the bed carries weight, pushes are mutual, friction has its cone."""
+"""Tests of contact: the bed carries weight, pushes are mutual, friction has its cone."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_a_body_on_the_bed_comes_to_rest_where_the_bed_carries_its_weight() -> N
 
 
 def test_tissue_held_in_the_bed_comes_to_rest_at_the_worlds_step() -> None:
-    """Springs of 60 N/m hold its lower side 2 mm deep; the bed's push would throw it out."""
+    """Hold the lower side 2 mm deep with springs of 60 N/m; the bed must not throw it out."""
     rest, tets = box((0.01,) * 3, (2, 2, 2))
     below = np.flatnonzero(rest[:, 2] == 0.0).astype(np.int32)
     bed = LiverBed(**(vars(FAR_BED) | {"point_m": np.array([0.0, 0.0, 0.002])}))
@@ -78,7 +78,7 @@ def test_tissue_held_in_the_bed_comes_to_rest_at_the_worlds_step() -> None:
     for _ in range(120):
         tissue.step()
     static = equilibrium(statics_of(tissue), rest)
-    assert static[below, 2].max() < 0.002  # it does lie in the bed
+    assert static[below, 2].max() < 0.002  # the lower side is in the bed
     # the solver leaves micrometres; a vertex that is thrown out moves by a millimetre
     assert np.abs(tissue.positions() - static).max() < 1e-5
 
@@ -134,7 +134,7 @@ def put_capsule(tissue: Tissue, height_m: float, drag_m: float = 0.0) -> None:
 
 
 def test_an_instrument_pushes_tissue_out(pressed: Tissue) -> None:
-    """At rest the depth of each touched vertex is its force over the contact's stiffness."""
+    """Check that each touched vertex is as deep as its force over the contact's stiffness."""
     axis = pressed.shapes.a.numpy()[0, CAPSULE]
     off = pressed.positions()[:, 1:] - axis[1:]
     depth = CAPSULE_RADIUS_M - np.linalg.norm(off, axis=1)
@@ -163,7 +163,7 @@ def test_instrument_and_tissue_feel_opposite_forces_and_torques(pressed: Tissue)
 
 
 def test_at_rest_the_held_side_carries_the_instruments_force(pressed: Tissue) -> None:
-    """Statics of the whole solver: the elastic force at the fixed side balances the contact."""
+    """Check the statics: the elastic force at the fixed side balances the contact force."""
     velocity = np.abs(pressed.host("velocity")).max()
     assert velocity < 1e-5
     before = pressed.state()
@@ -182,10 +182,10 @@ def test_friction_never_leaves_its_cone_and_sticks_inside_it(pressed: Tissue) ->
     f = felt(pressed)[held]
     along = (f * normal).sum(axis=1)
     tangential = np.linalg.norm(f - along[:, None] * normal, axis=1)
-    # a force is that of the linearised step: at rest it differs from the cone by a rounding
+    # forces come from the linearised step: at rest they differ from the cone by rounding
     assert (tangential <= 0.3 * along * 1.01 + 1e-5).all()
     assert tangential.max() > 0.01  # the drag causes friction
-    # inside the cone the place on the capsule is kept, and the pull is the sticking spring's
+    # inside the cone the tissue sticks to its place, and the sticking spring pulls it
     T = pressed.shapes.T_world_link.numpy()[0, CAPSULE].astype(float)
     stuck = transform(T, pressed.host("stick_point")[0, : pressed.n_vertex()][held].astype(float))
     slip = pressed.positions()[held] - stuck
@@ -239,7 +239,7 @@ def block() -> Tissue:
 
 @pytest.mark.parametrize("finger", LEFT_FINGERS)
 def test_closed_jaws_that_press_sideways_act_as_one_body(finger: int) -> None:
-    """Tissue that touches the outside of one finger is not drawn through the other."""
+    """Check that tissue that touches the outside of one finger is not drawn to the other."""
     tissue = block()
     y = np.array([-1.0 if finger == LEFT_FINGERS[0] else 1.0, 0.0, 0.0])  # finger towards block
     R = np.stack([[0.0, 0.0, 1.0], y, np.cross([0.0, 0.0, 1.0], y)], axis=1)
@@ -256,7 +256,7 @@ def test_closed_jaws_that_press_sideways_act_as_one_body(finger: int) -> None:
 
 @pytest.mark.parametrize("swept", [False, True])
 def test_a_finger_pushes_the_tissue_that_it_sweeps_over_in_one_step(*, swept: bool) -> None:
-    """A finger that is placed there touches nothing: it is behind the face, between two layers."""
+    """Compare with a finger that is placed there: behind the face it touches nothing."""
     tissue = block()
     now = pose(np.eye(3), FACE_MIDDLE_M - [0.001, 0.0, 0.0])
     before = pose(np.eye(3), np.add(FACE_MIDDLE_M, [0.002, 0.0, 0.0]))
@@ -349,7 +349,7 @@ def test_an_open_grasper_holds_nothing() -> None:
 
 @pytest.mark.parametrize(("share", "slips"), [(0.98, False), (1.02, True)])
 def test_a_slip_by_the_threshold_restarts_the_grasp(share: float, slips: bool) -> None:
-    """Slip is measured along the jaws' surface; a squeeze across it is not slip."""
+    """Check that slip is measured along the jaws' surface; a squeeze across it is not slip."""
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     touching_now = tissue.host("contact_shape")[0]
@@ -427,7 +427,7 @@ def test_artery_and_duct_push_each_other_with_opposite_forces() -> None:
 
 
 def test_a_tubes_end_within_the_sac_can_be_touched_only_after_it_is_torn_out() -> None:
-    """A finger in the neck touches the sac there; once torn out, the end is like any other."""
+    """Check that a ball touches the duct's last ring only after the duct is torn out."""
     organ = build_organ(anatomy_from_seed(1))
     tissue = Tissue([organ])
     ring = organ.rings["duct"][-1]

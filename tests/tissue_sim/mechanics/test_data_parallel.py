@@ -1,4 +1,4 @@
-"""One thread per element computes the same step as one thread per environment."""
+"""Tests of the data-parallel step: one thread per element equals one per environment."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.verification.bodies import astride
 
 SEEDS = (10_000, 10_001)
-AGREEMENT_M = 3.0e-6  # of some millimetres: rounding, once both have converged
+AGREEMENT_M = 3.0e-6  # for motions of some millimetres: rounding, after both converged
 
 
 def batch() -> Tissue:
@@ -70,7 +70,7 @@ def test_push_copies_changes_from_the_host() -> None:
 
 @pytest.mark.slow
 def test_the_kernels_compile_for_a_gpu(tmp_path) -> None:
-    """This needs no GPU: Warp includes its compiler."""
+    """Compile without a GPU: Warp includes its compiler."""
     made = wp.compile_aot_module(data_parallel, arch=80, use_ptx=True, module_dir=tmp_path)
     assert [path.stat().st_size > 0 for path in made]
 

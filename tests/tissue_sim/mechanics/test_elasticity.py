@@ -1,4 +1,4 @@
-"""Laws of the elastic energy: force is its slope, stiffness its curvature, rigid motion is free.
+"""Tests of the elastic energy: force is its slope, stiffness its curvature, rigid motion is free.
 
 Derivatives by central differences carry a truncation of (step / length)^2 and a rounding of
 eps / (step / length), with eps of float32: a step of eps^(1/3) lengths leaves eps^(2/3) of both.
@@ -120,11 +120,11 @@ finite = st.floats(-2.0, 2.0, width=32)
 def test_element_stiffness_is_symmetric_and_has_no_negative_direction(
     tetrahedron: Tissue, F: Array, poisson_lam: float
 ) -> None:
-    """It holds at any deformation gradient, also inverted, flat or collapsed."""
+    """Check any deformation gradient, also inverted, flat or collapsed ones."""
     mu, _ = RUBBER.lame
     tetrahedron.host("lam")[:] = poisson_lam * mu
     put(tetrahedron, CORNERS @ F.T)
-    tetrahedron.host("stiffness_holds")[:] = 0  # of the example before
+    tetrahedron.host("stiffness_holds")[:] = 0  # drop the stiffness of the last example
     forces(tetrahedron, "elements")
     K = dense_stiffness(tetrahedron)
     assert np.isfinite(K).all()

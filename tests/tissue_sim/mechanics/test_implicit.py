@@ -1,4 +1,4 @@
-"""Laws of the step: free fall, drag, momentum, energy, and its order in the step's length."""
+"""Tests of the step: free fall, drag, momentum, energy, and its order in the step's length."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,10 @@ def rounding_n(tissue: Tissue) -> float:
 
 @pytest.mark.parametrize("damping_per_s", [0.0, 20.0])
 def test_free_fall_is_that_of_implicit_euler(damping_per_s: float) -> None:
-    """v' = (v + h g) / (1 + c h), x' = x + h v'; without drag v = g t, x = g h^2 n (n + 1) / 2."""
+    """Compare with v' = (v + h g) / (1 + c h), x' = x + h v'.
+
+    Without drag, v = g t and x = g h^2 n (n + 1) / 2.
+    """
     n, h = 60, 1 / 600
     tissue = body(gravity_m_s2=tuple(G), damping_per_s=damping_per_s, step_s=h)
     v, x = np.zeros(3), np.zeros(3)
@@ -94,7 +97,7 @@ def test_free_fall_is_that_of_implicit_euler(damping_per_s: float) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_free_body_keeps_its_momentum(seed: int) -> None:
-    """Elastic forces have no sum, and every step is solved to `CG_TOLERANCE`."""
+    """Check the momentum: elastic forces sum to 0, and each step is solved to `CG_TOLERANCE`."""
     tissue = shaken(seed, size=0.03, step_s=H_S)
     before, bound = momentum(tissue), 0.0
     for _ in range(60):
@@ -106,10 +109,10 @@ def test_a_free_body_keeps_its_momentum(seed: int) -> None:
 
 
 def test_a_spinning_body_loses_spin_at_the_rate_of_implicit_euler() -> None:
-    """dL = -h^2 sum v x f, for a body turning at w under its own pull -m w^2 r: -(w h)^2 L a step.
+    """Check the loss of spin, which is of first order in h.
 
-    So the loss is first order in h: over a time T it is w^2 h T. The linearisation adds a term
-    of the next order.
+    In a step, dL = -h^2 sum v x f. For a body that turns at w under its own pull -m w^2 r, this is
+    -(w h)^2 L. Over a time T the loss is w^2 h T. The linearisation adds a term of the next order.
     """
     w, T = 5.0, 0.05
     errors = []
@@ -130,7 +133,7 @@ def test_a_spinning_body_loses_spin_at_the_rate_of_implicit_euler() -> None:
 @pytest.mark.parametrize(("h", "size"), [(1 / 60, 0.005), (1 / 240, 0.02), (1 / 960, 0.1)])
 @pytest.mark.parametrize("seed", range(2))
 def test_energy_of_a_vibration_never_grows(h: float, size: float, seed: int) -> None:
-    """As long as no element is strained by more than a few percent in a step."""
+    """Use motions that strain no element by more than a few percent in a step."""
     tissue = shaken(seed, size=size, step_s=h)
     energies = [total_energy(tissue)]
     noise = 0.0
@@ -146,7 +149,7 @@ def test_energy_of_a_vibration_never_grows(h: float, size: float, seed: int) -> 
 
 
 def test_a_violent_shake_dies_out_at_the_worlds_step() -> None:
-    """Elements move by a third of their size per step: the energy may overshoot, not grow."""
+    """Move elements by a third of their size per step: the energy may overshoot, but not grow."""
     tissue = shaken(0, size=0.1, step_s=H_S)
     tissue.host("velocity")[0, : len(REST)] -= momentum(tissue) / mass(tissue).sum()
     before = total_energy(tissue)
@@ -157,7 +160,7 @@ def test_a_violent_shake_dies_out_at_the_worlds_step() -> None:
 
 
 def test_halving_the_step_halves_the_error() -> None:
-    """A soft cantilever let go under gravity, followed for half a swing."""
+    """Let a soft cantilever go under gravity, and follow it for half a swing."""
     swing = time_step()
     assert swing.change_m[0] > 1e-4  # the motion is not trivial
     assert np.all(np.abs(swing.order - 1) < ORDER_TOLERANCE)

@@ -1,4 +1,4 @@
-"""Laws of ties, links and anchors: force is the energy's slope, pulls balance, overload breaks."""
+"""Tests of springs: force is the energy's slope, pulls balance, and overload breaks them."""
 
 from collections.abc import Callable
 
@@ -52,9 +52,10 @@ def disturbed(tissue: Tissue, seed: int = 0) -> Array:
 
 @pytest.mark.parametrize("kind", ["tie", "link", "anchor"])
 def test_force_is_minus_the_slope_of_the_energy(whole: Tissue, kind: str) -> None:
-    """Ties and anchors are quadratic: a central difference is exact at any step.
+    """Compare forces with central differences of the energy.
 
-    The strands are longer than a millimetre: (step / length)^2 is below 1e-4.
+    Ties and anchors are quadratic: the difference is exact at any step. The strands are longer
+    than a millimetre: (step / length)^2 is below 1e-4.
     """
     only(whole, kind)
     assert (whole.host(f"{kind}_stiffness") > 0).sum() >= 4
@@ -92,7 +93,7 @@ def test_springs_within_tissue_pull_both_ends_equally(whole: Tissue, kind: str) 
 
 @pytest.mark.parametrize("kind", ["tie", "anchor"])
 def test_stiffness_is_the_curvature_of_the_energy(whole: Tissue, kind: str) -> None:
-    """Linear springs: f(x + d) - f(x) = -K d."""
+    """Check linear springs: f(x + d) - f(x) = -K d."""
     only(whole, kind)
     x = disturbed(whole)
     f = forces(whole, "springs")

@@ -1,4 +1,4 @@
-"""Laws of the static solver, and the tissue's steps compared with its result."""
+"""Tests of the static solver, and the tissue's steps compared with its result."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -67,7 +67,7 @@ def test_gradient_and_hessian_are_slopes_of_the_energy(
 
 @pytest.mark.parametrize("kind", [Elements, Links])
 def test_projection_removes_negative_curvature(kind: type, tissue: Tissue) -> None:
-    """Compressed tissue buckles, and so do strands."""
+    """Compress tissue and strands: both buckle, so the exact curvature is negative."""
     potential = next(p for p in statics_of(tissue).potentials if isinstance(p, kind))
     x = 0.7 * tissue.organs[0].vertices
     exact, projected = (
@@ -131,7 +131,7 @@ def test_a_retraction_comes_to_rest_at_the_static_solution(
 
 
 def test_a_refined_organ_is_the_same_body() -> None:
-    """Fine rings fill corners that coarse rings cut off: the area grows by a few percent."""
+    """Allow a few percent more volume: fine rings fill corners that coarse rings cut off."""
     coarse, fine = (build_organ(PATIENT, refinement=n) for n in (1, 2))
     assert len(fine.tets) == 4 * len(coarse.tets)
     for tube in TUBES:

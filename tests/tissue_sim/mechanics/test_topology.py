@@ -1,4 +1,4 @@
-"""Laws of the mesh's connections: matrix pattern, surface, and splitting of vertices."""
+"""Tests of the mesh's connections: matrix pattern, surface, and splitting of vertices."""
 
 from itertools import permutations
 
@@ -114,7 +114,7 @@ def test_a_rod_cut_in_part_stays_in_one_part(share: float) -> None:
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_splitting_moves_no_element(share: float) -> None:
-    """Each new vertex has its parent's position, so every corner keeps its place."""
+    """Check that each new vertex has its parent's position, so every corner keeps its place."""
     old, new, parents, n = cut_rod(share)
     origin = np.concatenate([np.arange(n), parents])
     np.testing.assert_array_equal(origin[new], old)

@@ -1,4 +1,4 @@
-"""Laws of untangling: scattered tissue recovers its shape, and sound tissue does not change."""
+"""Tests of untangling: scattered tissue recovers its shape, and sound tissue does not change."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_bulk_is_eased_around_an_inverted_element_only_and_not_under_a_clip() ->
 
 
 def test_the_bulk_modulus_returns_when_most_of_the_volume_has_returned() -> None:
-    """Between inversion and half its volume an element keeps its state: it does not alternate."""
+    """Check that an element keeps its state between inversion and half its volume."""
     tissue, centre = tube(), int(TUBE.rings[4, 0])
     eased = []
     for out_m in (0.0005, 0.01, 0.0005, 0.0, 0.0005):

@@ -1,4 +1,4 @@
-"""Laws of the scrub nurse: the right arm is drawn back, gets its tool outside, and returns."""
+"""Tests of the scrub nurse: the right arm is drawn back, gets its tool outside, and returns."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def joints_at(insertion_m: float) -> np.ndarray:
 
 
 def exchanged(world: World, tool: str, joints: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """The joints commanded (n, 2, 7), and which tool was on the arm as each was."""
+    """Return the commanded joints (n, 2, 7) and the mounted tool at each of them."""
     path, tools = [], []
     for command in nurse.exchange(world, tool, joints):
         path.append(command.joints)
@@ -38,7 +38,7 @@ def exchanged(world: World, tool: str, joints: np.ndarray) -> tuple[np.ndarray, 
 def test_the_tool_goes_out_and_comes_back_and_never_deeper_than_it_was(
     world: World, insertion_m: float
 ) -> None:
-    """Also where it is farther out than it needs to be."""
+    """Check also a start that is farther out than the exchange needs."""
     start = joints_at(insertion_m)
     path, tools = exchanged(world, "scissors", start)
     assert len(path) == 2 * round(EXCHANGE_S / world.config.control_step_s)
@@ -60,7 +60,7 @@ def test_only_the_insertion_of_the_right_arm_moves(world: World) -> None:
 
 
 def test_it_starts_and_stops_gently(world: World) -> None:
-    """The first and the last step of each way are far shorter than the longest one."""
+    """Check that the first and the last step of each way are far shorter than the longest one."""
     path, tools = exchanged(world, "scissors", joints_at(0.09))
     change = tools.index("scissors")
     for way in (np.vstack([joints_at(0.09)[None], path[:change]]), path[change - 1 :]):

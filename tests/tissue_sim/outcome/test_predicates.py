@@ -1,4 +1,4 @@
-"""Laws of the predicates: true for correct work, false for each way in which it is wrong.
+"""Tests of the predicates: true for correct work, false for each kind of error.
 
 Clips and cuts are put into the tissue where the tools would make them.
 """
@@ -248,7 +248,7 @@ def press(world: World, inward_n: float) -> None:
 
 
 def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: World) -> None:
-    """Each condition is necessary: the grasp does not count if one of them fails."""
+    """Check that each condition is necessary: the grasp does not count if one of them fails."""
     x, fixed = world.tissue.positions(), world.tissue.host("fixed")[0, : world.tissue.n_vertex()]
     good = Grasp(
         vertices=(1, 2), place_tool_m=((0, 0, 0),) * 2, since_s=0.0, traction_n=0.5, pinch_n=2
@@ -275,7 +275,7 @@ def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: 
         world.record = replace(kept, **bad)
         assert not gallbladder_grasped(world)
         world.record = kept
-    for wrong_n in (0.4, -2.0):  # hardly, and from within a fold
+    for wrong_n in (0.4, -2.0):  # too weak, and outward as in a fold
         press(world, wrong_n)
         assert not gallbladder_grasped(world)
     press(world, 2.0)
@@ -290,7 +290,7 @@ def test_the_right_arm_is_back_away_from_the_tubes_and_touching_nothing(world: W
     assert right_arm_back(world)
     touching = world.tissue.host("contact_shape")[0]
     for shape in range(N_SHAPES):
-        touching[5] = shape  # any part of the right arm; the left one may hold on
+        touching[5] = shape  # no part of the right arm may touch; the left arm may hold
         assert right_arm_back(world) == (shape < N_SHAPES // 2)
     touching[5] = -1
     tip = world.arms.T_world_tool()[1, :3, 3]

@@ -1,4 +1,4 @@
-"""Laws of the patient: drawn within ranges, refused when impossible, reproducible from a seed."""
+"""Tests of the patient: drawn within ranges, refused when impossible, reproducible from a seed."""
 
 import json
 import math
@@ -44,7 +44,7 @@ def test_every_seed_draws_within_the_ranges(seed: int) -> None:
 
 
 def test_seeds_fill_the_ranges() -> None:
-    """Of 400 uniform draws the extremes lie within 5 % of the ends but for a chance of 1e-9."""
+    """Check the extremes of 400 draws: only with a chance of 1e-9 are they not in the last 5 %."""
     for name, allowed in RANGES.items():
         drawn = np.array([getattr(p, name) for p in MANY])
         if allowed.low == allowed.high:

@@ -1,4 +1,4 @@
-"""Laws of the mesh check: it refuses, by name, exactly the meshes that cannot be simulated."""
+"""Tests of the mesh check: it refuses, by name, exactly the meshes that cannot be simulated."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of the mesher and of the organ it builds: volumes, sizes, connections, repeatability."""
+"""Tests of the mesher and of the organ it builds: volumes, sizes, connections, repeatability."""
 
 import re
 from dataclasses import fields, replace
@@ -38,9 +38,9 @@ def polygon_area(sectors: int, radius: Array | float) -> Array | float:
 def test_a_straight_sweep_has_the_volume_of_its_frusta(
     sectors: int, lumen: float, radii: list[float]
 ) -> None:
-    """Exact when the ends are equal.
+    """Check the volume, which is exact if both ends are equal.
 
-    Else the diagonal of a side cuts off or adds part of a bilinear patch, (r - r')^2 in all.
+    Otherwise the diagonal of a side cuts off or adds part of a bilinear patch, (r - r')^2 in all.
     """
     r = np.array(radii)
     line = np.zeros((len(r), 3))
@@ -60,10 +60,10 @@ def test_a_straight_sweep_has_the_volume_of_its_frusta(
 def test_a_bent_sweep_has_the_volume_of_its_polygonal_tube(
     bend_radius: float, sectors: int, segments: int
 ) -> None:
-    """Pappus: area times the arc.
+    """Compare with Pappus's theorem: the volume is the area times the arc.
 
-    A chord is shorter than its arc by a^2 / 24, and two sections inclined by a give a prism's
-    volume up to a^2; the triangulated sides up to a r / R.
+    The bound has three parts. A chord is shorter than its arc by a^2 / 24. Two sections inclined
+    by an angle a give a prism's volume up to a^2, and the triangulated sides up to a r / R.
     """
     angle = np.linspace(0.0, np.pi / 2, segments + 1)
     line = bend_radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -113,10 +113,10 @@ def test_there_are_three_connected_parts(organs: dict[int, Organ]) -> None:
 
 
 def test_tubes_have_the_length_and_width_of_the_anatomy(organs: dict[int, Organ]) -> None:
-    """Along the rings' centres.
+    """Measure the length along the rings' centres.
 
-    They are inscribed in a bow whose arc has the wanted length up to the next term of its
-    series, slack^2.
+    They are inscribed in a bow. Its arc has the wanted length up to the next term of its series,
+    slack^2.
     """
     for seed, organ in organs.items():
         patient = anatomy_from_seed(seed)
@@ -136,9 +136,9 @@ def test_tubes_have_the_length_and_width_of_the_anatomy(organs: dict[int, Organ]
 
 
 def test_the_sac_has_the_length_and_width_of_the_anatomy(organs: dict[int, Organ]) -> None:
-    """The axis is a polyline inscribed in a curve that turns by at most 0.9 rad.
+    """Allow a length that is a little short, and a width that misses the profile's maximum.
 
-    The widest station may miss the profile's maximum.
+    The axis is a polyline inscribed in a curve that turns by at most 0.9 rad.
     """
     for seed, organ in organs.items():
         patient = anatomy_from_seed(seed)
@@ -153,10 +153,10 @@ def test_the_sac_has_the_length_and_width_of_the_anatomy(organs: dict[int, Organ
 
 
 def test_ties_hold_points_of_the_sac(organs: dict[int, Organ]) -> None:
-    """Weights sum to one and reproduce the point.
+    """Check that the weights sum to one and reproduce the point.
 
-    A tube's line lies inside the sac; its wall may lie a little beside the neck, where a point
-    is tied to the nearest element by extrapolation.
+    A tube's line lies inside the sac. Its wall may lie a little beside the neck. There, a point is
+    tied to the nearest element by extrapolation.
     """
     for organ in organs.values():
         weights, corners = organ.tie_weights, organ.vertices[organ.tie_corners]
@@ -273,7 +273,7 @@ def test_a_longer_duct_is_longer_and_leaves_the_artery_alone() -> None:
 
 @pytest.mark.parametrize("seed", [*range(60), 6344, 6941])
 def test_no_section_cuts_through_the_next_one(seed: int) -> None:
-    """Where a line bends and its steps grow, oblique sections would fold elements between them."""
+    """Check bends where the steps grow: there, oblique sections could fold the elements."""
     organ = build_organ(anatomy_from_seed(seed))
     for rings in (*organ.rings.values(), organ.sac_rings):
         x = organ.vertices[rings]

@@ -1,4 +1,4 @@
-"""Laws of the anatomical variants: the meaning of each name holds for every seed."""
+"""Tests of the anatomical variants: the meaning of each name holds for every seed."""
 
 from dataclasses import asdict
 
@@ -84,7 +84,7 @@ def test_a_crossing_artery_passes_over_or_under_the_duct_as_seen(name: str) -> N
         duct, artery = (line(organ, tube) for tube in ("duct", "artery"))
         beside = np.linalg.norm(((duct[:, None] - artery) @ np.stack([RIGHT, UP], 1)), axis=-1)
         i, j = np.unravel_index(beside.argmin(), beside.shape)
-        assert beside[i, j] < 2e-4  # they cross in the picture
+        assert beside[i, j] < 2e-4  # they cross as the endoscope sees them
         nearer = (duct[i] - artery[j]) @ AWAY
         assert (nearer > 0) == (name == "artery-in-front")
         side = 1 if (artery[0] - duct[0]) @ RIGHT > 0 else -1
@@ -169,4 +169,4 @@ def test_the_second_artery_can_be_clipped_and_cut_and_then_bleeds(two_arteries: 
     found = {leak.side: leak.rate_m3_s for leak in leaks(tubes, [], cuts)}
     assert (
         found["body"] > found["gallbladder"] > 0.0
-    )  # what comes back from the gallbladder is less
+    )  # blood that comes back from the gallbladder is less

@@ -1,4 +1,4 @@
-"""What the cameras see. Needs a renderer."""
+"""Tests of the cameras' pictures; they need a renderer."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ SEED = 3
 
 @pytest.fixture(scope="module")
 def seen() -> World:
-    """One world with cameras, for tests that reset it."""
+    """Return one world with cameras, for tests that reset it."""
     return World(render=True)
 
 
@@ -37,7 +37,7 @@ def world(seen: World) -> World:
 
 
 def across(world: World, tube: str, share: float) -> Array:
-    """`T_world_tool` of closed jaws square across a tube, from the endoscope's side."""
+    """Return `T_world_tool` of closed jaws square across a tube, on the endoscope's side."""
     point, along = world.tubes.point(tube, share * world.tubes.length_m[tube])
     forward = unit(AWAY - (AWAY @ along) * along)
     axes = np.stack([along, np.cross(forward, along), forward], axis=1)
@@ -56,7 +56,7 @@ def hold(world: World, steps: int) -> None:
 
 
 def reach(k: int) -> JointCommand:
-    """The grasper into the field and on the tissue, the other jaws working, the arms apart."""
+    """Move the grasper onto the tissue and work the other jaws, with the arms apart."""
     q = np.array([[0.05, 0.05, 0.10, 0.1, 0.0, 0.0, 0.4], [0.1, 0.0, 0.08, 0.0, 0.1, 0.0, 0.5]])
     q[0, 2] += 0.0012 * k
     q[:, 6] *= 0.5 + 0.5 * np.cos(0.3 * k)
@@ -64,7 +64,7 @@ def reach(k: int) -> JointCommand:
 
 
 def pixels(world: World, points: Array, picture: np.ndarray) -> np.ndarray:
-    """(n, 3) colours where points (n, 3) of the world appear to the endoscope's left eye."""
+    """Return colours (n, 3) where the endoscope's left eye sees points (n, 3) of the world."""
     height, width = picture.shape[:2]
     ahead, left, up = transform(inverse_pose(T_world_camera(world, CAMERA_NAMES[0])), points).T
     focal = 0.5 * height / np.tan(0.5 * CameraSpec(name=CAMERA_NAMES[0]).fov_rad)
@@ -136,7 +136,7 @@ def test_rendered_run_is_the_unrendered_run_bit_for_bit(world: World) -> None:
 
 
 def violet(after: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Pixels that have become as violet as a clip."""
+    """Return the pixels that became as violet as a clip."""
     return (after[..., 2] > after[..., 1] + 15) & (before[..., 2] <= before[..., 1] + 15)
 
 
@@ -253,7 +253,7 @@ def test_environment_sees_colour_depth_and_classes() -> None:
 def _depth_matches_geometry(
     world: World, depth_m: np.ndarray, classes: np.ndarray, names: dict[int, str]
 ) -> None:
-    """Depth over the gallbladder is that of its nearest vertices, within the mesh's roundness."""
+    """Check the depth of the gallbladder against its vertices; the drawn mesh is rounder."""
     x = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
     ahead = transform(inverse_pose(T_world_camera(world, "endoscope_left")), x)[:, 0]
     on_sac = depth_m[np.vectorize(names.get)(classes) == "gallbladder"]

@@ -1,4 +1,4 @@
-"""The drawn skin follows the tissue: closed, outward, round, and whole after a cut."""
+"""Tests of the drawn skin: it follows the tissue, closed, outward, round, also after a cut."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ DUCT_WALL, DUCT_LUMEN = 2, 3
 
 
 def straight_tube() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices, tetrahedra, regions and rings of a round bar along x."""
+    """Return the vertices, tetrahedra, regions and rings of a round bar along x."""
     line = np.linspace([0.0, 0.0, 0.0], [LENGTH_M, 0.0, 0.0], 13)
     body = sweep(line, np.full(13, RADIUS_M), sectors=SECTORS, lumen=0.5)
     region = np.where(body.in_lumen, DUCT_LUMEN, DUCT_WALL)
@@ -51,7 +51,7 @@ def test_whole_organ_is_closed_outward_and_near_its_true_volume() -> None:
         there, back = (set(map(tuple, e.tolist())) for e in (edges, edges[:, ::-1]))
         assert there == back  # every edge has a neighbour, turned the same way
         chords = signed_volumes(organ.vertices, organ.tets)[organ.region // 2 == k].sum()
-        # The mesh is a polygon's prism: a circle through its corners holds at most 1.21 of it.
+        # The mesh is a prism; the circle through its corners has at most 1.21 of its area.
         assert 1.0 < enclosed_volume(surfaces[part][0], triangles) / chords < 1.25
 
 

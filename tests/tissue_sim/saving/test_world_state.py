@@ -1,4 +1,4 @@
-"""Laws of restoring: a broken state is refused in one line, and the world does not change."""
+"""Tests of restoring: a broken state is refused in one line, and the world does not change."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -160,7 +160,7 @@ def test_elements_of_another_mesh_are_refused(treated: World, saved: dict[str, A
 def test_a_topology_too_large_for_the_matrix_is_refused(
     treated: World, saved: dict[str, Any]
 ) -> None:
-    """Elements across the whole body couple more vertices than neighbours do."""
+    """Use elements across the whole body: they couple more vertices than neighbours do."""
     tissue = saved["tissue"]
     tet, volume = tissue["tet"].copy(), tissue["volume"].copy()
     rng = np.random.default_rng(0)

@@ -1,6 +1,6 @@
-"""Laws of the exact observation: real worlds, observed through `World.observe`.
+"""Tests of the exact observation, on real worlds that `World.observe` observes.
 
-What is observed is compared with the world from outside, in the world frame.
+They compare the observation with the world, in the world frame.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ from tissue_sim.world import World
 
 SEED = 5
 SIDES = ("left", "right")
-FLOAT32_M = 1e-7  # rounding of positions within a decimetre, some times over
+FLOAT32_M = 1e-7  # rounding of positions up to 0.1 m, a few times
 
 
 @pytest.fixture(params=[False, True], ids=["duct on the left", "artery on the left"])
@@ -38,7 +38,7 @@ def in_world(world: World, points_endoscope: Array) -> Array:
 
 
 def tube_points(world: World, side: str) -> Array:
-    """(8, 3) points of the tube seen on this side, world frame."""
+    """Return the points (8, 3) of the tube that is seen on this side, in the world frame."""
     seen = world.observe()
     return in_world(world, {"left": seen.left_tube_m, "right": seen.right_tube_m}[side])
 
@@ -50,7 +50,7 @@ def tube_points(world: World, side: str) -> Array:
 def test_points_of_a_tube_are_evenly_spaced_from_its_fixed_end_to_the_neck(
     world: World, side: str
 ) -> None:
-    """At rest rings are evenly spaced, so points are too: to the share by which rings are not."""
+    """Check that the points are as evenly spaced as the rings of the tube at rest."""
     centres = world.tubes.centres(world.anatomy.structure(side))
     points = tube_points(world, side)
     np.testing.assert_allclose(points[[0, -1]], centres[[0, -1]], atol=FLOAT32_M)
@@ -63,7 +63,7 @@ def test_points_of_a_tube_are_evenly_spaced_from_its_fixed_end_to_the_neck(
 def test_points_of_a_tube_lie_on_the_line_through_its_rings_however_it_is_bent(
     world: World, side: str
 ) -> None:
-    """Point k of 8 has passed k sevenths of the rings."""
+    """Check that point k (0 to 7) lies at k / 7 of the line through the rings."""
     tube = world.anatomy.structure(side)
     rings = world.tubes.below[tube]
     shove_m = 0.003 * np.random.default_rng(0).standard_normal((len(rings), 1, 3))
@@ -75,7 +75,7 @@ def test_points_of_a_tube_lie_on_the_line_through_its_rings_however_it_is_bent(
 
 
 def test_the_first_point_of_the_sac_is_where_the_duct_enters_it(world: World) -> None:
-    """Gravity and the artery pull them apart by less than a fifth of the points' spacing."""
+    """Allow a fifth of the points' spacing: gravity and the artery pull the two points apart."""
     sac = in_world(world, world.observe().sac_m)
     side = next(s for s in SIDES if world.anatomy.structure(s) == "duct")
     spacing_m = INFUNDIBULUM_M / INFUNDIBULUM_SEGMENTS
@@ -126,7 +126,7 @@ def test_a_tube_that_is_cut_is_severed_on_its_own_side_alone(world: World, side:
 
 
 def test_clips_are_seen_on_their_tubes_in_order_of_closing(world: World) -> None:
-    """The one further up first: the order is that of time. Each within half its width."""
+    """Close the upper clip first: the order is that of time. Allow half a clip's width."""
     placed = [("duct", 0.6), ("artery", 0.5), ("duct", 0.2)]
     for tube, share in placed:
         clip(world, tube, share)
@@ -178,7 +178,7 @@ def press(world: World, arm: int, direction: Array) -> Observation:
 def test_tissue_pushes_back_on_the_tool_that_is_pushed_into_it(
     world: World, arm: int, direction: Array
 ) -> None:
-    """On that tool alone, and mostly against its motion."""
+    """Check that the force is on that tool alone, and mostly against its motion."""
     force_n = press(world, arm, direction).forces_n
     against_n = -force_n[arm] @ world.T_world_endoscope[:3, :3].T @ direction
     assert against_n > 0.02
@@ -187,7 +187,7 @@ def test_tissue_pushes_back_on_the_tool_that_is_pushed_into_it(
 
 
 def test_tool_and_tissue_push_each_other_equally(world: World) -> None:
-    """Newton's third law: what both tools feel is what the tissue's vertices feel, reversed."""
+    """Check Newton's third law: forces on tools and on tissue have opposite sums."""
     run(world, 0, 20)
     seen = world.observe()
     touched = world.tissue.host("contact_shape")[0] >= 0
@@ -204,7 +204,7 @@ def test_tool_and_tissue_push_each_other_equally(world: World) -> None:
 
 
 def test_another_place_of_the_endoscope_moves_all_that_is_seen_alike(world: World) -> None:
-    """Points turn and shift, forces only turn, and nothing else changes."""
+    """Check that points turn and shift, forces only turn, and nothing else changes."""
     run(world, 0, 20)
     clip(world, "duct", 0.5)
     before = world.observe()

@@ -1,4 +1,4 @@
-"""Laws of what is seen of the tissue: clips by their place along a tube, not in time."""
+"""Tests of the tissue's features: clips come by their place along a tube, not by time."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ TUBE_M = torch.tensor([[[0.0, y, 0.09] for y in np.linspace(0.0, LONG_M, 8).toli
 
 
 def at(*stations_m: float, beside_m: float = 0.0) -> tuple[torch.Tensor, torch.Tensor]:
-    """Clips in this order of closing, and which slots they take."""
+    """Return clips (1, n, 3) closed in this order, and which slots are taken (1, n)."""
     clips = torch.zeros(1, MAX_CLIPS, 3)
     for k, station in enumerate(stations_m):
         clips[0, k] = torch.tensor([beside_m, station, 0.09])
@@ -49,8 +49,8 @@ def test_slots_without_a_clip_hold_none():
     beside=st.floats(0.0, 0.01),
     turn=st.floats(-3.0, 3.0),
 )
-def test_the_tip_is_seen_along_the_tube_from_wherever_it_is_looked_at(tip, clip, beside, turn):
-    """However scene and tip are turned and moved together, and however far beside the tube."""
+def test_the_tips_place_along_the_tube_does_not_depend_on_the_view(tip, clip, beside, turn):
+    """Turn and move scene and tip together, with the tip at any distance beside the tube."""
     clips, closed = at(clip)
     R = torch.from_numpy(exponential(turn * np.array([0.6, 0.0, 0.8]))).float()
     turned = [p @ R.T + 0.03 for p in (TUBE_M, clips, torch.tensor([[[beside, tip, 0.09]]]))]
@@ -60,7 +60,7 @@ def test_the_tip_is_seen_along_the_tube_from_wherever_it_is_looked_at(tip, clip,
 
 
 def test_a_tenth_of_a_millimetre_along_the_tube_is_seen():
-    """Of numbers of order one, some differ by a tenth or more."""
+    """Check that a feature of order one changes by a tenth or more."""
     sitting = clips_along(TUBE_M, *at(0.004))
     a, b = (along_tube(TUBE_M, sitting, torch.tensor([[[0.0, y, 0.09]]])) for y in (0.0080, 0.0081))
     assert (a - b).abs().max() > 0.1

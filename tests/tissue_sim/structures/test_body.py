@@ -1,4 +1,4 @@
-"""Laws of the body: it moves as commanded, at the right speed, and with all its parts."""
+"""Tests of the body: it moves as commanded, at the right speed, and with all its parts."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Laws of clips, cuts and leaks on real anatomies."""
+"""Tests of clips, cuts and leaks on real anatomies."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_the_lumen_decreases_with_the_squeeze(tube: str) -> None:
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("askew_deg", [0.0, 20.0, 40.0])
 def test_a_clip_placed_askew_has_that_tilt(tube: str, askew_deg: float) -> None:
-    """At rest the tube is a polyline, so its direction between rings is known to one bend."""
+    """Allow an error of one bend: the tube is a polyline with a bend at each ring."""
     tubes = settled(0)
     clip = clip_at(tubes, tube, askew_rad=np.deg2rad(askew_deg))
     centres = tubes.centres(tube)

@@ -1,4 +1,4 @@
-"""Laws of a clip's hold: what weakens it, which pulls it holds, how it slips, where it lies."""
+"""Tests of a clip's hold: what weakens it, which pulls it holds, how it slips, where it is."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_a_good_clip_holds_the_test_pull_along_and_across(tube: str) -> None:
 
 
 def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
-    """The pressure acts on the wall of the lumen from the body up to the middle of the clip."""
+    """Apply the pressure to the wall of the lumen, from the body up to the middle of the clip."""
     tubes, clip = clipped(tube)
     n = (tubes.below[tube].shape[1] - 1) // 2
     inner = tubes.below[tube][: clip.crossings[0].ring + 1, 1 : 1 + n]
@@ -102,7 +102,7 @@ def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
 
 
 def test_the_hold_decreases_with_tilt(tube: str) -> None:
-    """The springs are equally strong; the placement weakens the hold."""
+    """Compare the hold with the springs' grip: only the placement weakens the hold."""
     along = []
     for askew_deg in (0.0, 20.0, 40.0, 60.0):
         tubes, clip = clipped(tube, askew_rad=np.deg2rad(askew_deg))
@@ -129,7 +129,7 @@ def test_the_hold_decreases_as_the_clip_nears_the_cut_end(tube: str) -> None:
 
 
 def test_near_the_cut_a_tilted_clip_loses_more_hold(tube: str) -> None:
-    """Its leading corner is over the end, so it loses more than the cosine of the tilt."""
+    """Check that a corner beyond the cut end costs more hold than the cosine of the tilt."""
     square, askew = (
         clipped_and_cut(tube, CUFF_MIN_M, askew_rad=a) for a in (0.0, np.deg2rad(35.0))
     )
@@ -258,7 +258,7 @@ def test_the_grip_does_not_depend_on_how_many_rings_of_the_mesh_lie_under_the_cl
 
 @given(R=rotations, shift=st.tuples(*3 * [st.floats(-1, 1)]))
 def test_a_rigid_fit_returns_the_motion(R: Array, shift: tuple[float, ...]) -> None:
-    """It also holds for points in a plane, which a reflection would fit as well."""
+    """Check points in a plane too: a reflection would fit them as well."""
     T = pose(R, np.array(shift))
     for points in (np.random.default_rng(0).normal(size=(12, 3)), np.eye(3)[:, [0, 1, 1]]):
         np.testing.assert_allclose(rigid_fit(points, transform(T, points)), T, atol=1e-6)

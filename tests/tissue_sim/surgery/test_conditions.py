@@ -1,4 +1,4 @@
-"""Laws of the field's conditions: they are shares, part of the state, and dye covers its share."""
+"""Tests of the field's conditions: they are shares, they are saved, and dye covers its share."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Laws of damage: walls tear at their ultimate strength, and not below it."""
+"""Tests of damage: walls tear at their ultimate strength, and not below it."""
 
 from dataclasses import replace
 
@@ -86,7 +86,7 @@ def test_the_pull_in_a_stretched_bar_is_stress_times_section(share: float, turn_
 
 
 def test_the_pull_is_the_slope_of_the_energy_when_a_segment_lengthens() -> None:
-    """It holds however crumpled: all vertices beyond a segment move along it."""
+    """Move all vertices beyond one segment along it, in a crumpled bar."""
     tubes, segment, step = bar(), 4, 2e-5
     tissue, rest = tubes.tissue, tubes.organ.vertices
     lumen = tubes.organ.region == REGIONS.index("duct lumen")
@@ -107,7 +107,7 @@ def test_the_pull_is_the_slope_of_the_energy_when_a_segment_lengthens() -> None:
 
 
 def test_a_tangle_has_no_pull() -> None:
-    """An inverted element's stress has no meaning: the segments that touch it read slack."""
+    """Check that segments with an inverted element have no pull: its stress has no meaning."""
     tubes = bar()
     x = pulled(tubes, real_strength_n())
     ring, newtons = 4, real_strength_n()
@@ -120,10 +120,10 @@ def test_a_tangle_has_no_pull() -> None:
 
 
 def test_the_pull_in_a_bar_at_rest_under_load_is_the_load() -> None:
-    """It follows from equilibrium, for any energy.
+    """Check what follows from equilibrium, for any energy.
 
-    The lumen, which is left out, has 1 : 400 of the section's stiffness. The end rings bulge: the
-    wall's pull is oblique there.
+    The pull leaves out the lumen, which has 1/400 of the section's stiffness. The end rings are
+    not checked: they bulge, and the wall's pull is oblique there.
     """
     tubes = bar(step_s=0.002, damping_per_s=2000.0)
     tip, newtons = tubes.below["duct"][-1], 0.8
@@ -274,7 +274,7 @@ def test_a_tear_is_not_a_cut(world: World) -> None:
     world.record = replace(world.record, tears=(torn,))
     assert tubes.in_two_parts("duct")
     assert not tube_cut(world, "duct")
-    assert leaks(tubes, clips, world.record.openings) == ()  # clips hold on both sides of it
+    assert leaks(tubes, clips, world.record.openings) == ()  # clips hold on both sides of the tear
     assert {x.side for x in leaks(tubes, (), world.record.openings)} == {"body", "gallbladder"}
 
 
@@ -407,7 +407,7 @@ def test_a_broken_attachment_is_an_injury(world: World, kind: str, event: str) -
 
 
 def test_the_sac_pressed_on_the_liver_is_an_injury(world: World) -> None:
-    """A load into the bed, spread over the part of the sac that lies on it, is an injury."""
+    """Press on the part of the sac that lies on the bed: a load of 4 N is an injury, 1 N is not."""
     lying, n = world.organ.bed_vertices, world.organ.bed.normal
     for newtons in (1.0, 4.0):
         world.tissue.host("load")[0, lying] = -newtons * n / len(lying)

@@ -1,4 +1,4 @@
-"""Laws of clips in the world: compared with the intended tube, pulled, dropped, saved."""
+"""Tests of clips in the world: compared with the intended tube, pulled, dropped, saved."""
 
 from dataclasses import replace
 
@@ -72,7 +72,7 @@ def events(world: World) -> list[str]:
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("said", ["it", "the other", "nothing", "no tube"])
 def test_a_clip_is_compared_with_the_intended_tube(world: World, tube: str, said: str) -> None:
-    """Without an instruction the tube nearest to the jaws is intended; a task may intend none."""
+    """Check all intentions: without an instruction, the tube nearest to the jaws is intended."""
     other = TUBES[1 - TUBES.index(tube)]
     intended = {"it": tube, "the other": other, "nothing": None, "no tube": ""}[said]
     clip = close_applier(world, on_tube(world, tube), intended)
@@ -252,7 +252,7 @@ def test_a_restored_clip_continues_its_fall(world: World) -> None:
 
 
 def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
-    """The artery can pass where the duct is severed, and jaws cannot close on the gap."""
+    """Check the rings of a severed duct: the artery can pass, and jaws cannot grip the gap."""
     clipped_and_cut(world, CUFF_MIN_M)
     saved, ring, duct = world.state(), world.record.cuts[0].ring, TUBES.index("duct")
     upper = world.tissue.host("ring_above")[0, duct, ring].copy()
@@ -265,7 +265,7 @@ def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
 
 
 def test_of_several_crossings_the_one_nearest_to_the_jaws_middle_counts(world: World) -> None:
-    """The duct is folded so that it crosses the jaws' plane three times."""
+    """Fold the duct so that it crosses the jaws' plane three times."""
     tubes, x = world.tubes, world.tissue.positions()
     rings = tubes.below["duct"][: world.organ.neck_ring["duct"] + 1]
     assert len(rings) >= 11

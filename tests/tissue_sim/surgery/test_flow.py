@@ -1,4 +1,4 @@
-"""Laws of outflow: Poiseuille in a thin tube, an orifice at a hole, and both in series."""
+"""Tests of outflow: Poiseuille in a thin tube, an orifice at a hole, and both in series."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ AREAS_M2 = st.floats(1e-9, 1e-4)
 
 @pytest.mark.parametrize("fluid", [BILE, BLOOD])
 def test_a_thin_tube_obeys_poiseuille(fluid: Fluid) -> None:
-    """At a Reynolds number of 1e-3 the jet's share is 4 Re radius / length, about 1e-6."""
+    """Use a Reynolds number of 1e-3: the jet's share is 4 Re radius / length, about 1e-6."""
     radius, length, pressure = 2e-6, 0.02, 1e3
     expected = np.pi * radius**4 * pressure / (8 * fluid.viscosity_pa_s * length)
     way = [FlowSegment(length_m=length, area_m2=np.pi * radius**2)]

@@ -1,4 +1,4 @@
-"""Laws of the arms on a real simulator scene: kinematics, stiffness, contact, save and restore."""
+"""Tests of the arms on a real simulator scene: kinematics, stiffness, contact, save and restore."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ FLOAT32_CHAIN = 9 * 4 * 2.0**-24
 
 @pytest.fixture(params=["tgs", "pgs"])
 def scene(request):
-    """A scene without renderer, under each of the simulator's two solvers."""
+    """Yield a scene without renderer, under each of the simulator's two solvers."""
     config = sapien.physx.get_scene_config()
     default = config.enable_tgs
     config.enable_tgs = request.param == "tgs"
@@ -173,7 +173,7 @@ def test_drives_reach_a_step_without_overshoot(arms, scene, column):
 
 @pytest.mark.parametrize("direction", [RIGHT, UP, AWAY], ids=["right", "up", "away"])
 def test_tip_follows_40_mm_s(arms, scene, direction):
-    """Targets every physics step; the outer three joints alone carry the tip."""
+    """Give targets at every physics step; the outer three joints alone move the tip."""
     joints, speed = home(insertion=0.1), 0.040
     arms.set_joints(joints)
     start = arms.T_world_tool()[:, :3, 3]
@@ -428,7 +428,7 @@ def test_the_arms_push_each_other(arms, scene):
 
 
 def test_wrench_is_about_the_link_origin(arms, scene):
-    """A force through the yaw axis turns no finger; the same force off it does."""
+    """Check that a force through the yaw axis turns no finger; the same force beside it does."""
     arms.set_joints(home())
     T = arms.T_world_tool()
     forces, torques = np.zeros((8, 3)), np.zeros((8, 3))
@@ -444,7 +444,7 @@ def test_wrench_is_about_the_link_origin(arms, scene):
 
 
 def test_tool_frames_agree_with_a_turned_port(arms):
-    """Outer yaw turns the tool about the port's own y axis (the DH table's first axis)."""
+    """Turn the outer yaw: it turns the tool about the port's y axis (the DH table's first)."""
     arms.set_joints(home())
     before = arms.T_world_tool()
     arms.set_joints(home(yaw=0.2))

@@ -1,4 +1,4 @@
-"""Instruments: consistent dimensions, surfaces that meet, and meshes that fill the surfaces."""
+"""Tests of instruments: dimensions agree, surfaces meet, and meshes fill the surfaces."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_meshes_are_closed_and_light(instrument):
 
 @each_instrument
 def test_finger_mesh_fills_its_patch_and_stays_near_it(instrument):
-    """The visible finger is the contact surface, within 0.7 mm over the pad and a tooth's depth."""
+    """Check that the visible finger is within 0.7 mm of the contact surface, over the pad."""
     row = PATCH_LINKS.index("finger_plus")
     patches = link_patches(instrument)
     points = np.vstack([part.mesh.vertices for part in link_parts(instrument)["finger_plus"]])

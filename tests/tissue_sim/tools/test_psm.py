@@ -1,4 +1,4 @@
-"""Laws of the PSM's kinematics that hold for every instrument and every joint vector."""
+"""Tests of the PSM's kinematics, for every instrument and every joint vector."""
 
 import numpy as np
 import pytest
