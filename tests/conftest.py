@@ -1,4 +1,4 @@
-"""Laws hold however slowly a machine tries them: speed belongs in benches."""
+"""Settings for all tests: no test has a deadline, because benches measure the speed."""
 
 import gc
 import os
@@ -15,7 +15,7 @@ settings.load_profile("laws")
 
 @pytest.fixture(scope="session", name="made_once")
 def _made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
-    """Make something once for all workers of this test run."""
+    """Return a function that makes something once for all workers of this test run."""
     root = tmp_path_factory.getbasetemp()
     return partial(made_once, root.parent if "PYTEST_XDIST_WORKER" in os.environ else root)
 

@@ -1,4 +1,4 @@
-"""Makes what is expensive once in a test run, however many workers share the run."""
+"""Makes an expensive object once in a test run, for any number of workers."""
 
 import fcntl
 import pickle
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 class MadeOnce(Protocol):
-    """Return what `make` returned, which is called with a new folder, in one worker only."""
+    """Gives the result of `make`, which is called with a new folder, in one worker only."""
 
     def __call__(self, name: str, make: Callable[[Path], T]) -> T: ...
 

@@ -1,4 +1,4 @@
-"""README, docs and notebooks are true: commands parse, links and file names exist, examples run."""
+"""Tests of README, docs and notebooks: commands parse, links and names exist, examples run."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def _prose(page: Path) -> str:
 def _commands(block: str) -> Iterator[list[str]]:
     """Yield the words of each command of a shell block.
 
-    `NAME=value` before a command is taken off, and remembered where no command follows; `$NAME` is
-    replaced by it.
+    `NAME=value` before a command is removed. If no command follows, it is kept, and a later `$NAME`
+    is replaced by the value.
     """
     known: dict[str, str] = {}
     for line in block.replace("\\\n", " ").splitlines():
@@ -126,7 +126,7 @@ def _parse(page: str, words: list[str]) -> None:
 
 
 def test_commands_in_prose_exist():
-    """`calot NAME` in backticks names a command, and `make NAME` a target."""
+    """Check that `calot NAME` in backticks names a command, and `make NAME` a target."""
     for page in (*PAGES, ROOT / "CHANGELOG.md"):
         for code in re.findall(r"`([^`\n]+)`", _prose(page)):
             words = shlex.split(code) if code.startswith(("calot ", "make ")) else []
@@ -156,7 +156,7 @@ def _anchors(page: Path) -> set[str]:
 
 
 def test_files_and_modules_in_backticks_exist():
-    """A path of the repository, whole or the name of a file in it; a dotted path of a module."""
+    """Check paths in the repository, names of Python files, and dotted paths of modules."""
     names = {path.name for package in PACKAGES for path in (ROOT / package).rglob("*.py")}
     for page in (*PAGES, ROOT / "CHANGELOG.md"):
         for code in re.findall(r"`([^`\n]+)`", _prose(page)):
@@ -169,7 +169,7 @@ def test_files_and_modules_in_backticks_exist():
 
 
 def _is_in_a_module(parts: list[str]) -> bool:
-    """Whether a dotted path is a module or a name that a module defines."""
+    """Return whether a dotted path is a module or a name that a module defines."""
     if _module(parts) is not None:
         return True
     source = _module(parts[:-1])
@@ -233,7 +233,7 @@ def _module_of(source: str, folder: Path, name: str) -> ModuleType:
 
 
 def test_readmes_own_policy_acts(tmp_path):
-    """The example is run as it stands: each step, both arms do what it says."""
+    """Run the example as it stands: at each step, both arms do what it asks for."""
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.run_episode import begin
 
@@ -261,7 +261,7 @@ def test_the_own_policies_of_the_page_move_and_plan(tmp_path):
 
 
 def test_the_gym_examples_run():
-    """README's, and those of the page that need nothing else."""
+    """Run README's examples and those of the environment's page, as one program."""
     pages = ROOT / "README.md", ROOT / "docs/environment.md"
     code = "\n".join(block for page in pages for block in _blocks(page, "python"))
     exec(compile(code, "the gym examples", "exec"), {"__name__": "example"})
@@ -283,7 +283,7 @@ def test_the_pages_build_and_load_nothing_from_elsewhere(tmp_path):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebooks_have_clean_small_outputs(path):
-    """Every code cell was run, in order; no warning and no path of a machine is left."""
+    """Check that every code cell was run, in order, without a warning or a path of a machine."""
     cells = [c for c in json.loads(path.read_text())["cells"] if c["cell_type"] == "code"]
     assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
     outputs = [output for cell in cells for output in cell["outputs"]]
@@ -304,7 +304,7 @@ def test_notebooks_end_by_checking(path):
 
 
 def test_no_archaic_phrase_is_left():
-    """In pages, Python and notebooks: a reader whose first language is another one reads once."""
+    """Check pages, Python and notebooks: a reader must understand a sentence at first reading."""
     phrase = re.compile(rf"\b({'|'.join(ARCHAIC)})\b", re.IGNORECASE)
     found = [
         f"{path.relative_to(ROOT)}: {match[0]}"
@@ -315,7 +315,7 @@ def test_no_archaic_phrase_is_left():
 
 
 def _texts() -> Iterator[Path]:
-    """Yield every text that people read, but this list of phrases."""
+    """Yield every text that people read, except this file with the list of phrases."""
     yield from ROOT.glob("*.md")
     for folder in (*PACKAGES, "docs", "tests"):
         for kind in ("*.md", "*.py"):

@@ -1,7 +1,7 @@
-"""Laws of the layout.
+"""Tests of the layout.
 
-Imports point one way and never in a circle, no name means two things, and what a policy may import
-tells it nothing of the world but observations.
+Imports go one way and never in a circle. No two public classes share a name. What a policy may
+import tells it nothing about the world except observations.
 """
 
 import ast
@@ -16,9 +16,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenarios", "controller", "planner", "tissue_sim")
-MAX_FILES = 20  # a folder
+MAX_FILES = 20  # in a folder
 TOLD_OBSERVATIONS = ("planner.learned", "planner.llm", "controller.diffusion")
-OPEN_TO_THEM = (  # of the simulator: what an observation is, the robot, and constants
+OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and constants
     "tissue_sim.frames",
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
@@ -33,7 +33,7 @@ OPEN_TO_THEM = (  # of the simulator: what an observation is, the robot, and con
 
 
 def test_the_import_contracts_hold():
-    """One direction between the packages, and ManiSkill in one file only (see pyproject.toml)."""
+    """Check the contracts in pyproject.toml: imports go one way, ManiSkill is in one file only."""
     lint = "from importlinter.cli import lint_imports_command; lint_imports_command()"
     check = subprocess.run(
         [sys.executable, "-c", lint, "--no-cache"], cwd=ROOT, capture_output=True, text=True
@@ -42,7 +42,7 @@ def test_the_import_contracts_hold():
 
 
 def test_no_module_imports_itself_through_others():
-    """Imports for type checkers only, and imports inside functions, count too."""
+    """Count also imports for type checkers only, and imports inside functions."""
     graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=False, cache_dir=None)
     imports = {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
     try:
@@ -70,7 +70,7 @@ def test_no_folder_holds_more_files_than_one_can_survey(top: str):
 
 @pytest.mark.parametrize("policy", TOLD_OBSERVATIONS)
 def test_a_policy_that_is_told_observations_imports_nothing_that_knows_the_world(policy: str):
-    """By no chain of imports, those for type checkers included."""
+    """Follow all chains of imports, also those for type checkers."""
     graph = grimp.build_graph("controller", "planner", "tissue_sim", cache_dir=None)
     reached = graph.find_upstream_modules(policy, as_package=True)
     within = {name for name in reached if name.startswith("tissue_sim.")}

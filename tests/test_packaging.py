@@ -1,4 +1,4 @@
-"""The package as others install it: its metadata, and a wheel that works elsewhere."""
+"""Tests of the installed package: its metadata, and a wheel that works in another folder."""
 
 import subprocess
 import sys
@@ -26,7 +26,7 @@ def test_every_dependency_has_a_lower_bound():
 
 @pytest.mark.slow
 def test_a_wheel_works_from_another_directory(tmp_path):
-    """The wheel carries its weights and tables: an episode of the learned stack runs from it."""
+    """Run an episode of the learned stack from the wheel, which holds its weights and tables."""
     built = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation"]
     subprocess.run([*built, "--wheel-dir", tmp_path, ROOT], check=True, capture_output=True)
     (wheel,) = tmp_path.glob("calot-*.whl")

@@ -1,4 +1,4 @@
-"""Laws of both trainings, the controller's and the planner's: they learn, and resume exactly."""
+"""Tests of both trainings, the controller's and the planner's: they learn, and resume exactly."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +21,7 @@ from tests.planner.learned.rolled_out import rollout
 
 @dataclass(frozen=True, kw_only=True)
 class Learner:
-    """One that is trained: `falls_to` is the share of its loss that may be left."""
+    """Names a policy's training and data; its loss must fall to a share of `falls_to`."""
 
     name: str
     training: ModuleType
@@ -75,7 +75,7 @@ def test_the_loss_falls(learner, trained):
     assert last < learner.falls_to * first
 
 
-def test_stopped_and_taken_up_again_it_ends_at_the_same_weights(learner, trained, tmp_path):
+def test_stopped_and_resumed_it_ends_at_the_same_weights(learner, trained, tmp_path):
     out, steps = trained
     train = partial(learner.training.train, learner.given, learner.smoke, tmp_path)
     every = learner.smoke.save_every

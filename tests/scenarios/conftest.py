@@ -16,7 +16,7 @@ def procedure(made_once) -> Procedure:
 
 @pytest.fixture(scope="session")
 def ran_by_command(made_once):
-    """A whole procedure run by `calot run` in a process of its own: its folder, its output."""
+    """Return folder and output of a whole procedure that `calot run` ran in its own process."""
     return made_once("ran_by_command", run_by_command)
 
 
