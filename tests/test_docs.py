@@ -256,7 +256,7 @@ def test_the_own_policies_of_the_page_move_and_plan(tmp_path):
     episode = begin(EpisodeConfig(seed=20_000), planner=planner, controller=made.make(setup))
     tips = [step.observation.tips_endoscope for step in islice(episode.steps(), 30)]
     moved_m = (tips[-1] - tips[0])[:, :3, 3]
-    assert moved_m[1, 2] < -0.004  # 30 steps of 0.3 mm towards the surgeon, less what arms lag
+    assert moved_m[1, 2] < -0.004  # 30 steps of 0.3 mm towards the surgeon, minus the arms' lag
     assert abs(moved_m[0]).max() < 0.001
 
 

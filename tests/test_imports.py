@@ -63,7 +63,7 @@ def test_no_two_public_classes_share_a_name():
 
 
 @pytest.mark.parametrize("top", [*PACKAGES, "tests"])
-def test_no_folder_holds_more_files_than_one_can_survey(top: str):
+def test_no_folder_holds_too_many_files(top: str):
     folders = Counter(str(file.parent.relative_to(ROOT)) for file in (ROOT / top).rglob("*.py"))
     assert {folder: n for folder, n in folders.items() if n > MAX_FILES} == {}
 

@@ -19,7 +19,7 @@ def advance_m(expert, world):
     return float(world.T_world_endoscope[:3, :3] @ moved @ forward)
 
 
-def test_it_goes_on_with_a_clip_and_back_once_it_is_lost():
+def test_it_goes_forward_with_a_clip_and_back_once_the_clip_is_lost():
     world = World()
     world.reset(anatomy_from_seed(10_001))
     expert = ControllerExpert(world)

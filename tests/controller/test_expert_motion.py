@@ -110,7 +110,7 @@ def test_an_arm_without_a_goal_stays(rng):
     assert (jaws == jaw).all()
 
 
-def test_what_is_given_is_left_as_it_was():
+def test_the_arguments_are_not_changed():
     T, jaw = np.tile(np.eye(4), (2, 1, 1)), np.zeros(2)
     goal = Goal(T_world_tool=pose(np.eye(3), np.ones(3)), jaw_rad=1.0)
     chunk_towards((goal, goal), T, jaw, R_WORLD_ENDOSCOPE)

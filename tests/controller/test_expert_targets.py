@@ -64,7 +64,7 @@ def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) ->
         assert chosen == Approach()
 
 
-def test_what_is_out_of_reach_is_not_tried(world: World) -> None:
+def test_an_approach_out_of_reach_is_not_tried(world: World) -> None:
     """Use a pose that is in reach itself, while the place in front of it is not."""
 
     def pose(world: World, approach: Approach) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Tests of the closed-form inverse: it undoes the forward kinematics, or names the obstacle."""
+"""Tests of the closed-form inverse: it undoes the forward kinematics or says why it cannot."""
 
 import numpy as np
 import pytest

@@ -134,9 +134,7 @@ def test_jaw_moves_only_the_fingers_and_to_opposite_sides():
 
 
 @given(unit_interval, unit_interval, points_link_m)
-def test_rates_of_two_arms_are_those_of_each_and_points_where_its_port_has_them(
-    left, right, points
-):
+def test_rates_of_two_arms_equal_those_of_each_arm_at_its_port(left, right, points):
     tools, ports = [INSTRUMENTS["grasper"], INSTRUMENTS["scissors"]], [LEFT_ARM, RIGHT_ARM]
     joints = np.stack([drawn(f, i) for f, i in zip((left, right), tools, strict=True)])
     T_world_rcm, points = np.stack([port_pose(arm) for arm in ports]), np.array(points)

@@ -71,7 +71,7 @@ def test_it_reaches_what_is_in_reach_from_anywhere(instrument):
 
 @some
 @given(unit_interval, directions, instruments)
-def test_out_of_reach_nothing_around_comes_nearer(fraction, beyond, instrument):
+def test_out_of_reach_no_neighbouring_pose_is_nearer(fraction, beyond, instrument):
     joints = inside_the_body(fraction, instrument)
     T = forward_kinematics(joints + beyond * BEYOND, instrument)
     solved = solve_inverse(T, instrument, joints)
@@ -97,7 +97,7 @@ def test_a_target_too_deep_is_followed_to_the_end_of_the_insertion(instrument):
     assert solved.rotation_error_rad < 1e-6
 
 
-def test_a_target_metres_away_is_pointed_at():
+def test_the_tool_points_at_a_target_metres_away():
     instrument, direction = INSTRUMENTS["grasper"], np.array([0.5, 0.3, -1.0])
     T = pose(axis_angle(np.array([1.0, 0.0, 0.0]), np.pi), 5.0 * direction)
     tip = forward_kinematics(solve_inverse(T, instrument, np.zeros(6)).joints, instrument)[:3, 3]
@@ -129,7 +129,7 @@ def test_singular_poses_are_reached(singular, instrument):
 
 @some
 @given(unit_interval, instruments)
-def test_the_same_question_has_the_same_answer(fraction, instrument):
+def test_the_same_target_gives_the_same_joints(fraction, instrument):
     joints = within_limits(fraction, instrument)
     T = forward_kinematics(joints + BEYOND, instrument)
     first = solve_inverse(T, instrument, joints)
@@ -137,7 +137,7 @@ def test_the_same_question_has_the_same_answer(fraction, instrument):
     np.testing.assert_array_equal(solve_inverse(T, instrument, joints).joints, first.joints)
 
 
-def test_worlds_side_by_side_on_threads_may_ask_at_once():
+def test_threads_may_solve_at_the_same_time():
     instrument = INSTRUMENTS["grasper"]
     asked = inside_the_body(np.random.default_rng(0).uniform(size=(200, 6)), instrument)
 

@@ -27,7 +27,7 @@ def test_a_shifted_shaft_is_off_by_its_shift_wherever_it_is_measured(shift, turn
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_a_line_that_is_not_known_is_infinitely_far(bad):
+def test_an_unknown_line_is_infinitely_far(bad):
     points, axes = np.zeros((4, 3)), np.tile(ALONG, (4, 1))
     points[1, 0] = axes[2, 1] = bad
     axes[3] = 0.0

@@ -89,7 +89,7 @@ def test_the_request_has_the_closed_set_and_the_scene():
 
 
 @pytest.mark.parametrize(("answer", "why"), BAD.values(), ids=BAD)
-def test_a_bad_answer_is_asked_again_and_then_both_arms_hold(answer, why):
+def test_after_repeated_bad_answers_both_arms_hold(answer, why):
     waits = Waits()
     with serving(answer) as server:
         planner = planner_at(server, waits, timeout_s=0.3)
@@ -106,7 +106,7 @@ def test_a_bad_answer_is_asked_again_and_then_both_arms_hold(answer, why):
 
 
 @pytest.mark.parametrize(("answer", "_"), BAD.values(), ids=BAD)
-def test_a_bad_answer_and_then_a_good_one_is_the_good_one(answer, _):
+def test_after_a_bad_answer_a_good_one_counts(answer, _):
     with serving(answer, GOOD) as server:
         said = planner_at(server, timeout_s=0.3).plan(clipped())
     assert (said.task, said.hold) == (TASKS[3], False)
@@ -144,7 +144,7 @@ def test_a_refused_connection_is_reported():
 
 
 @pytest.mark.parametrize("status", [302, 307])
-def test_the_key_goes_nowhere_else(status):
+def test_the_key_is_sent_to_no_other_server(status):
     with serving(GOOD) as other:
         moved = sends(b"", status, Location=other.url + "/chat/completions")
         with serving(moved) as server:

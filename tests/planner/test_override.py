@@ -61,7 +61,7 @@ commands = st.lists(
 
 
 @given(commands)
-def test_after_release_the_planner_continues_as_if_it_had_been_heard_all_along(spoken):
+def test_after_release_the_planner_continues_as_if_it_had_never_been_overridden(spoken):
     inner, alone = PlannerCounting(), PlannerCounting()
     planner = PlannerOverridden(inner)
     time_s = 0.0
@@ -140,7 +140,7 @@ def test_undo_gives_the_task_before_and_next_step_the_task_after(planner):
 @pytest.mark.parametrize(
     ("at", "word", "why"), [(0, "undo", "is the first task"), (16, "next step", "is the last task")]
 )
-def test_there_is_nothing_beyond_the_ends(planner, at, word, why):
+def test_there_is_no_task_before_the_first_or_after_the_last(planner, at, word, why):
     before = say(planner, TASKS[at].text).instruction
     answer = say(planner, word)
     assert answer.instruction is None

@@ -77,7 +77,7 @@ def test_the_next_task_follows_when_the_criterion_is_met(at_the_tubes):
     assert [ask(planner, at_the_tubes, k) for k in range(3)] == 3 * [FIRST_CLIP]
 
 
-def test_a_clip_closed_in_the_air_is_no_reason_to_go_on(at_the_tubes):
+def test_a_clip_closed_in_the_air_does_not_complete_the_task(at_the_tubes):
     planner = PlannerScripted(at_the_tubes)
     ask(planner, at_the_tubes)
     move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M, jaw_rad=0.35)

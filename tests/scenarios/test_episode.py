@@ -295,7 +295,7 @@ def test_a_new_instruction_drops_the_running_chunk_at_once():
     assert controller.heard == [first.text, second.text]
 
 
-def test_a_persons_word_drops_the_running_chunk_at_once_and_the_planner_is_asked_on_time():
+def test_a_persons_instruction_drops_the_running_chunk_and_the_planner_is_asked_on_time():
     planner, controller = PlannerSays(Instruction(task=TASKS[0])), ControllerCounts()
     episode = episode_of(planner, controller)
     steps = episode.steps()
@@ -333,7 +333,7 @@ def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     assert chunks(steps) == [(1, period), (0, exchange), (2, 5)]
     assert controller.resets == 1
     assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
-    assert 1 not in episode.tasks.results  # and a cut's time is without the exchange
+    assert 1 not in episode.tasks.results  # a cut's time does not include the exchange
     assert episode.tasks.results[8].time_s == pytest.approx(5 * CONTROL_PERIOD_S)
 
 
@@ -350,7 +350,7 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     assert after[-1].observation.clip_loaded
 
 
-def test_from_scissors_the_applier_comes_with_its_wrist_as_far_as_that_turns():
+def test_after_scissors_the_appliers_wrist_is_at_its_own_limit():
     episode = episode_of(PlannerSays(Instruction(task=TASKS[1])), ControllerCounts())
     world = episode.world
     world.equip("scissors")
@@ -367,7 +367,7 @@ def test_from_scissors_the_applier_comes_with_its_wrist_as_far_as_that_turns():
     assert not world.record.injuries
 
 
-def test_a_controller_without_an_action_is_told_so():
+def test_a_controller_without_an_action_gets_a_clear_error():
     episode = episode_of(PlannerSays(Instruction(task=TASKS[0])), ControllerCounts(length=0))
     with pytest.raises(ValueError, match="controller: a chunk must hold at least one action"):
         next(episode.steps())

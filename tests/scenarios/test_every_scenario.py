@@ -52,7 +52,7 @@ def started(request):
     return request.param, first, seen(running, AFTER), moment
 
 
-def test_what_is_seen_fits_its_spec_and_is_finite(started):
+def test_the_observation_fits_its_spec_and_is_finite(started):
     _, (vectors, _), _, _ = started
     assert vectors.shape == (BEFORE, VECTOR_SIZE)
     assert vectors.dtype == np.float32
@@ -60,7 +60,7 @@ def test_what_is_seen_fits_its_spec_and_is_finite(started):
     assert {name: part.shape[1:] for name, part in fields(vectors).items()} == VECTOR_LAYOUT
 
 
-def test_what_can_change_while_arms_move_does(started):
+def test_every_value_that_can_change_while_arms_move_changes(started):
     _, (first, _), (second, _), _ = started
     parts = fields(np.concatenate([first, second]))
     still = {name for name, part in parts.items() if not np.ptp(part, axis=0).any()}

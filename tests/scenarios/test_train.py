@@ -74,7 +74,7 @@ def final_loss(folder):
     return np.mean([point.value for point in curves.Scalars("loss")[-5:]])
 
 
-def test_what_is_left_out_is_not_learnt_from(data):
+def test_excluded_data_are_not_learnt_from(data):
     whole, rest = demonstrations([data]), demonstrations([data], ("recovery", "order"))
     assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
     with pytest.raises(ValueError, match="nothing to learn"):

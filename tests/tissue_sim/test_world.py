@@ -31,7 +31,7 @@ def world(one_world: World) -> World:
 def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> None:
     once, record = run(world, 0, TWO_SECONDS), world.record
     touched = max(np.abs(step[-1]).max() for step in once)
-    assert touched > 0.01  # the instruments do meet tissue
+    assert touched > 0.01  # the instruments touch tissue
     world.reset(anatomy_from_seed(SEED))
     assert_same(run(world, 0, TWO_SECONDS), once)
     assert_same(world.record, record)

@@ -39,7 +39,7 @@ def test_a_part_is_read_back_bit_for_bit(tmp_path):
 
 
 @pytest.mark.parametrize("file_most_mb", [1e-6, 0.05, 100.0])
-def test_a_dataset_is_its_episodes_in_order_however_many_files_it_has(tmp_path, file_most_mb):
+def test_a_dataset_is_its_episodes_in_order_for_any_number_of_files(tmp_path, file_most_mb):
     frames = merge(write_parts(tmp_path / "parts", SEEDS), tmp_path, file_most_mb)
     read = list(read_episodes(tmp_path))
     assert [episode.header.seed for episode in read] == list(SEEDS)
@@ -66,7 +66,7 @@ def test_each_episodes_row_says_which_frames_are_its_own_and_in_which_file(tmp_p
         assert set(index.tolist()) <= set(inside)
 
 
-def test_more_parts_later_give_the_dataset_that_all_give_at_once(tmp_path):
+def test_parts_merged_later_give_the_same_dataset_as_all_at_once(tmp_path):
     parts = write_parts(tmp_path / "parts", SEEDS)
     merge(parts, tmp_path / "at once")
     merge(parts[:2], tmp_path / "by and by")

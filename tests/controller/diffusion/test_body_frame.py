@@ -33,7 +33,7 @@ def test_tools_that_hold_still_on_a_body_that_breathes_are_half_a_percent_off(am
     assert off_m[10:].max() < 0.006 * amplitude_m
 
 
-def test_motions_are_left_alone_where_the_body_is_at_rest():
+def test_motions_are_not_changed_where_the_body_is_at_rest():
     row, frame = np.random.default_rng(0).standard_normal(20), BodyFrame()
     for _ in range(3):
         _ = frame.see(SEEN.vector())
@@ -66,7 +66,7 @@ def after_a_gap(seen: Observation) -> np.ndarray:
     return gone
 
 
-def test_after_a_gap_no_tool_goes_on_as_the_body_went_before():
+def test_after_a_gap_no_tool_moves_with_the_bodys_old_velocity():
     """Check that the old velocity is dropped: the new one is unknown until it has been seen."""
     still, frame, speed_m = hold(np.zeros(2)).vector(), BodyFrame(), 0.001 * UP
     for k in range(5):
@@ -78,7 +78,7 @@ def test_after_a_gap_no_tool_goes_on_as_the_body_went_before():
     np.testing.assert_array_equal(frame.along(still), still)
 
 
-def test_after_a_gap_tools_that_stood_still_catch_up_with_a_body_that_moved_on():
+def test_after_a_gap_tools_at_rest_catch_up_with_a_body_that_moved():
     moved_on = tips_moved(shifted(SEEN, 0.008 * UP), -0.008 * UP)
     np.testing.assert_allclose(after_a_gap(moved_on), 0.008 * UP, atol=1e-7)
 

@@ -19,7 +19,7 @@ from tissue_sim.frames import rotation_from_6d
 N = 16
 
 
-def test_a_chunk_is_its_motions_and_back():
+def test_a_chunk_is_converted_to_motions_and_back():
     given = motions(N)
     np.testing.assert_allclose(actions_of(chunk_of(given)), given, atol=1e-12)
 
@@ -36,7 +36,7 @@ def test_a_chunk_ends_where_a_driver_that_adds_the_motions_up_ends():
     np.testing.assert_allclose(last[:, 6:9], R[..., 1], atol=1e-12)
 
 
-def test_a_motion_is_its_vector_and_back():
+def test_a_motion_is_converted_to_a_vector_and_back():
     (row,) = motions(1)
     np.testing.assert_array_equal(motion_of(row).vector(), row)
 
@@ -61,7 +61,7 @@ def test_past_and_chunk_are_one_run_of_poses():
     np.testing.assert_allclose(whole.numpy(), chunk_of(given)[-1], atol=1e-12)
 
 
-def test_what_a_network_says_of_a_rotation_becomes_one():
+def test_the_networks_output_becomes_a_rotation():
     rough = chunk_of(motions(N)) + np.random.default_rng(0).normal(scale=0.05, size=(N, 20))
     for motion in (motion_of(row) for row in actions_of(rough)):
         for six in motion.turn_tool:

@@ -52,7 +52,7 @@ def played(controller: ControllerDiffusion, n: int, said: Instruction = GRAB) ->
 
 
 @pytest.mark.parametrize("delay", [0, 2, 4])
-def test_a_chunk_takes_over_after_the_motions_promised_whatever_the_delay(sampler, delay):
+def test_a_chunk_takes_over_after_the_promised_motions_for_any_delay(sampler, delay):
     subject, places = controller(sampler, delay=delay), []
     for _ in range(2 * CONFIG.play + 1):
         _ = subject.act(SEEN, GRAB)
@@ -84,7 +84,7 @@ def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
             np.testing.assert_allclose(inputs["jaw_rad"], rows[at - 1, JAWS], atol=1e-6)
 
 
-def test_a_new_chunk_takes_over_step_by_step_from_what_was_still_to_play():
+def test_a_new_chunk_fades_in_step_by_step():
     """Play chunks of ones, then of twos: the first jaw angle tells which chunk is played."""
     chunks = iter([np.full((CONFIG.horizon, 20), 1.0), np.full((CONFIG.horizon, 20), 2.0)])
     rows = played(controller(lambda inputs: next(chunks)), CONFIG.play + FADE + 2)
@@ -112,7 +112,7 @@ def test_a_wordless_controller_ignores_words(sampler):
     np.testing.assert_array_equal(motions, np.concatenate(parts))
 
 
-def test_the_same_seed_moves_the_same_and_another_otherwise(sampler):
+def test_the_same_seed_gives_the_same_motion_and_another_seed_another(sampler):
     first, again, other = (played(controller(sampler, seed=seed), 20) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert not np.allclose(first, other)

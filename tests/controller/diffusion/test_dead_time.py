@@ -61,7 +61,7 @@ def test_arms_at_rest_do_not_change_the_delay():
     assert told(rows, 0, lambda k, move_m: (k < 60) * move_m).steps == 0
 
 
-def test_arms_that_are_held_back_for_a_moment_are_not_taken_for_late():
+def test_arms_that_are_held_back_for_a_moment_do_not_count_as_late():
     """Hold the arms back, as the safety filter does before a cut; then do the earlier motions."""
     rows = np.concatenate([wander(3, 100), at_rest(100), wander(9, 50)])
 
@@ -88,7 +88,7 @@ def test_the_delay_survives_a_reset_and_is_estimated_again_when_it_ends():
     assert subject.steps == 0
 
 
-def test_foreseen_tools_are_where_the_motions_bring_them_and_the_rest_is_as_seen():
+def test_predicted_tools_are_where_the_motions_bring_them_and_the_rest_stays():
     rng, rows = np.random.default_rng(7), wander(7, 9)
     seen = rng.standard_normal(VECTOR_SIZE).astype(np.float32)
     before, after = fields(seen.astype(float)), fields(foreseen(seen, rows).astype(float))
@@ -108,6 +108,6 @@ def test_foreseen_tools_are_where_the_motions_bring_them_and_the_rest_is_as_seen
     np.testing.assert_array_equal(after["joints"][:, :6], before["joints"][:, :6])
 
 
-def test_nothing_is_foreseen_of_a_prompt_robot():
+def test_nothing_is_predicted_for_a_prompt_robot():
     seen = np.random.default_rng(8).standard_normal(VECTOR_SIZE).astype(np.float32)
     np.testing.assert_array_equal(foreseen(seen, wander(8, 1)), seen)

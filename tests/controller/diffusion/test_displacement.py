@@ -53,14 +53,14 @@ def moves_m(batch: Batch) -> torch.Tensor:
     return batch.chunk.unflatten(-1, (2, -1))[..., :3]  # (B, H, 2, 3)
 
 
-def test_free_tools_stand_off_by_as_much_in_every_frame_and_no_other_does(seen, moved):
+def test_free_tools_are_displaced_equally_in_every_frame_and_others_are_not(seen, moved):
     off_m = tips_m(moved) - tips_m(seen)
     torch.testing.assert_close(off_m, off_m[:, :1].expand_as(off_m), atol=1e-7, rtol=0.0)
     assert not off_m[:, :, LEFT].any()
     assert off_m[:, 0, RIGHT].std() == pytest.approx(DISPLACED_M, rel=0.2)
 
 
-def test_no_tool_far_from_tissue_stands_off(seen):
+def test_no_tool_far_from_tissue_is_displaced(seen):
     history = seen.history.clone()
     for name in ("left_tube_m", "right_tube_m", "sac_m"):
         fields(history)[name][..., 2] += 0.1 + NEAR_M
@@ -77,7 +77,7 @@ def test_chunks_lead_to_the_same_places_as_without(seen, moved):
         torch.testing.assert_close(left_over_m[:, steps - 1], share * off_m, atol=1e-7, rtol=0.0)
 
 
-def test_nothing_else_is_changed_and_what_is_seen_remains_as_it_was(seen, moved):
+def test_nothing_else_is_changed_and_the_input_stays_as_it_was(seen, moved):
     before, after = seen.history.clone(), moved.history.clone()
     for history in (before, after):
         fields(history)["tips_endoscope"][..., 3] = 0.0
@@ -117,7 +117,7 @@ def none_of(batch: Batch) -> torch.Tensor:
     return torch.zeros(len(batch.history), dtype=torch.bool)
 
 
-def test_some_tools_clear_of_tissue_have_had_their_jaws_half_shut_all_along(clear, narrowed):
+def test_some_tools_clear_of_tissue_have_half_shut_jaws_in_every_frame(clear, narrowed):
     jaw_rad = narrowed.jaw_rad[:, LEFT]
     changed = jaw_rad < WIDE_RAD
     assert changed.float().mean() == pytest.approx(NARROWED, abs=0.15)
@@ -144,7 +144,7 @@ def test_jaws_that_close_are_not_opened_further(clear):
     assert torch.equal(out.chunk, shut.chunk)
 
 
-def test_jaws_at_tissue_or_closed_or_asked_about_stay_as_they_are(clear, narrowed):
+def test_jaws_at_tissue_or_closed_or_excluded_are_not_changed(clear, narrowed):
     assert torch.equal(narrowed.jaw_rad[:, RIGHT], clear.jaw_rad[:, RIGHT])
     assert torch.equal(narrowed.chunk[..., 10:], clear.chunk[..., 10:])
     asked = half_shut(clear, ~none_of(clear), torch.Generator().manual_seed(0))

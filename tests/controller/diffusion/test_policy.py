@@ -91,7 +91,7 @@ def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs)
     assert losses[3] > 1.01 * losses[2]
 
 
-def test_in_the_loss_each_window_hears_its_own_words(policy, seen, inputs):
+def test_in_the_loss_each_window_has_its_own_words(policy, seen, inputs):
     noise, level, words = inputs["noise"][:, None], torch.ones(1, 1), inputs["words"]
     alone = policy.loss(seen._replace(text=torch.tensor([0])), words, level, noise)
     both = torch.cat([words.flip(1), words])
@@ -111,7 +111,7 @@ def test_features_do_not_depend_on_places_beyond_the_last_clip():
     assert (features(moved, jaw_rad) - features(history, jaw_rad)).abs().max() > 0.1
 
 
-def test_tracker_noise_is_on_what_is_tracked_and_on_nothing_else():
+def test_only_tracked_values_have_tracker_noise():
     clean = torch.zeros(500, 1, VECTOR_SIZE)
     seen = fields(noised(clean, torch.Generator().manual_seed(0)))
     assert not clean.any()

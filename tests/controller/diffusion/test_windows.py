@@ -36,7 +36,7 @@ def test_there_is_a_window_for_each_motion_that_may_be_imitated(windows):
     assert len(windows) == len(starts())
 
 
-def test_a_window_is_valid_as_far_as_the_expert_leads_under_the_same_words(windows, given):
+def test_a_window_is_valid_while_the_expert_leads_under_the_same_words(windows, given):
     batch = batch_of(windows, *range(len(windows)))
     for (_, t), valid in zip(starts(), batch.valid.numpy(), strict=True):
         ends = [39 - t % 40, N - t, 60 - t if t < 60 else N, CONFIG.horizon]
@@ -53,7 +53,7 @@ def test_the_valid_rows_are_the_chunk_of_the_motions_that_follow(windows, given)
         assert windows.texts[batch.text[0]] == given[k].texts[t]
 
 
-def test_history_and_jaws_are_of_the_same_demonstration_and_before(windows, given):
+def test_history_and_jaws_are_earlier_frames_of_the_same_demonstration(windows, given):
     batch = batch_of(windows, *range(len(windows)))
     for number, (k, t) in enumerate(starts()):
         for seen, ago in zip(batch.history[number].numpy(), CONFIG.history, strict=True):
@@ -62,7 +62,7 @@ def test_history_and_jaws_are_of_the_same_demonstration_and_before(windows, give
             np.testing.assert_array_equal(batch.jaw_rad[number], given[k].actions[t - 1, [9, 19]])
 
 
-def test_the_past_is_of_the_motions_that_lead_up_as_far_as_the_expert_made_them(windows, given):
+def test_the_past_holds_the_experts_motions_before_the_window(windows, given):
     batch = batch_of(windows, *range(len(windows)))
     for number, (k, t) in enumerate(starts()):
         n = min(CONFIG.past, t % 40)

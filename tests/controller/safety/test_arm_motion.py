@@ -56,7 +56,7 @@ def test_without_an_asked_motion_the_directions_are_still_square():
 
 
 @given(seeds)
-def test_the_weight_is_of_what_tools_and_joints_do(rng):
+def test_the_weight_is_the_cost_of_the_tools_and_joints_motion(rng):
     joints, change = random_start(rng), rng.normal(size=(2, 7))
     cost = JOINT_SHARE * ((change / UNIT) ** 2).sum() + ((change[:, 6] / TURN_RAD) ** 2).sum()
     for arm in range(2):
@@ -84,7 +84,7 @@ def test_shafts_are_as_far_apart_outside_as_any_search_finds(rng):
 
 
 @given(seeds)
-def test_the_outer_gap_changes_as_it_says(rng):
+def test_the_outer_gap_changes_as_its_gradient_says(rng):
     joints, change = random_start(rng), CHANGE * rng.normal(size=(2, 7))
     there, here, back = (at(joints + k * change) for k in (1, 0, -1))
     expected = (there.outer_gap_m - back.outer_gap_m) / 2

@@ -102,7 +102,7 @@ def middle_of(world, tube):
 
 @settings(max_examples=30)
 @given(rng=seeds)
-def test_a_safe_command_passes_as_it_is(shared, rng):
+def test_a_safe_command_passes_unchanged(shared, rng):
     world, state = shared
     world.restore(state)
     safety, step_s = SafetyFilter(world), world.config.control_step_s
@@ -163,7 +163,7 @@ def test_a_number_that_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, n
     assert "not finite" in allowed.entry.limits[0]
 
 
-def test_an_absurd_but_finite_command_is_a_small_motion_like_any(world):
+def test_an_absurd_but_finite_command_becomes_a_small_motion(world):
     step_s = world.config.control_step_s
     for number in (-0.99 * FAR, 0.99 * FAR):
         safety, joints = SafetyFilter(world), HOME
@@ -182,7 +182,7 @@ def test_another_shape_is_one_error_that_says_so(world, shape):
         SafetyFilter(world).allow(HOME, np.zeros(shape), GRAB, 0.0)
 
 
-def test_a_jump_across_the_artery_stops_before_it_also_without_limits(world, field):
+def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, field):
     middle, along = middle_of(world, "artery")
     across = unit(np.cross(along, world.arms.T_world_tool()[RIGHT_ARM, :3, 2]))
     depth = 0.004 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2]
@@ -257,7 +257,7 @@ def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, o
 
 
 @pytest.mark.parametrize("depth_m", [0.001, 0.0, -0.00009, -0.000105, -0.0002])
-def test_what_is_in_a_keep_out_goes_no_deeper_also_without_limits(world, field, depth_m):
+def test_a_tool_in_a_keep_out_goes_no_deeper_even_without_limits(world, field, depth_m):
     """Check also that a tool that stopped just outside does not go in."""
     start, into = inside(world, field, "liver", depth_m)
     world.arms.set_joints(start)

@@ -111,7 +111,7 @@ def test_a_pair_that_touches_at_the_start_may_move_apart_or_rest():
     assert shares == [1.0, 1.0, 0.0]
 
 
-def test_a_small_free_motion_is_proven_from_what_is_near_already(monkeypatch):
+def test_a_small_free_motion_is_proven_from_the_known_near_pairs(monkeypatch):
     start, _, tip, axes = sideways(0.03)
     aside = tip + 0.006 * axes[:, 1]
     around = surroundings(artery=chain([aside, aside + 0.02 * axes[:, 0]], ARTERY_RADIUS_M))
@@ -122,7 +122,7 @@ def test_a_small_free_motion_is_proven_from_what_is_near_already(monkeypatch):
 
 
 @pytest.mark.parametrize("within_m", [0.0, 0.002, 0.1])
-def test_what_is_near_already_changes_no_share(within_m):
+def test_the_known_near_pairs_do_not_change_the_share(within_m):
     start, end, tip, axes = sideways(0.03)
     artery = chain([tip - 0.02 * axes[:, 0], tip + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
     around = surroundings(artery=artery)

@@ -65,7 +65,7 @@ def test_a_joint_beyond_its_range_may_stay_or_come_back():
     assert not keeps(bounds, joint(13, 1e-6))
 
 
-def test_joints_are_as_fast_as_they_may_be_whatever_the_step():
+def test_joints_reach_their_speed_limit_for_any_step():
     for step_s in (CONTROL_PERIOD_S, 0.5 * CONTROL_PERIOD_S):
         bounds = JointSpeed().bounds(situation(step_s=step_s))
         np.testing.assert_allclose(bounds.upper / step_s, np.tile(JOINT_SPEED, 2))
@@ -94,7 +94,7 @@ def test_a_joint_may_always_brake_and_not_turn_about_at_once(rng):
 
 
 @given(seeds)
-def test_a_tip_is_no_faster_than_it_may_be_and_that_fast_where_it_is_asked_to_go(rng):
+def test_a_tip_keeps_its_speed_limit_and_reaches_it_in_the_asked_direction(rng):
     asked = HOME + 0.1 * rng.normal(size=(2, 7))
     seen = situation(asked=asked)
     bounds = TipSpeed().bounds(seen)
@@ -173,7 +173,7 @@ def test_an_arm_that_touches_tissue_beside_a_forbidden_tube_is_slow():
         assert len(SlowBesideTubes().bounds(free).lower) == 0
 
 
-def test_only_what_works_on_a_tube_may_touch_it():
+def test_only_the_jaws_that_work_on_a_tube_may_touch_it():
     shaft, wrist, *fingers = range(len(PATCH_LINKS))
     for finger in fingers:
         assert not must_not_meet(RIGHT_ARM, finger, "duct", DUCT)
@@ -189,14 +189,14 @@ def test_only_what_works_on_a_tube_may_touch_it():
             assert must_not_meet(arm, link, "duct", (frozenset({"duct"}),) * 2)
 
 
-def test_what_may_be_touched_has_no_bounds():
+def test_a_structure_that_may_be_touched_has_no_bounds():
     near = [(0.001, RIGHT_ARM, "finger_plus", "duct"), (0.001, LEFT_ARM, "wrist", "gallbladder")]
     assert len(KeepOut().bounds(situation(near=near, worked_on=DUCT)).lower) == 0
     assert len(KeepOut().bounds(situation(near=near, worked_on=NOTHING)).lower) == 1
 
 
 @given(seeds)
-def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
+def test_at_the_force_limit_a_tip_moves_only_where_tissue_pulls_it(rng):
     force = rng.normal(size=3)
     force *= SHARE * TRACTION_MAX_N / np.linalg.norm(force)
     seen = situation(tool_force_n=np.stack([np.zeros(3), force]))
@@ -207,7 +207,7 @@ def test_at_the_most_force_a_tip_goes_only_where_tissue_pulls_it(rng):
     assert not keeps(bounds, -motion * np.sign(along))
 
 
-def test_less_force_leaves_more_room_and_none_leaves_all():
+def test_less_force_leaves_more_room_and_no_force_gives_no_bound():
     room = []
     for share in (0.1, 0.5, 0.9, 1.5):
         force = np.array([[0.0, 0.0, share * SHARE * TRACTION_MAX_N], [0.0, 0.0, 0.0]])

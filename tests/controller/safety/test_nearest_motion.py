@@ -56,7 +56,7 @@ def test_no_motion_that_keeps_the_bounds_is_nearer(seed, rows):
             assert cost(found + share * (other - found), asked) >= least - 1e-6 * (1.0 + least)
 
 
-def test_what_keeps_the_bounds_is_its_own_answer():
+def test_a_motion_within_the_bounds_is_not_changed():
     asked = 0.5 * SIZE
     found = nearest(asked, WEIGHT, [between(np.eye(N_MOTION), -SIZE, SIZE, [""] * N_MOTION)])
     np.testing.assert_allclose(found, asked, atol=CLOSE)

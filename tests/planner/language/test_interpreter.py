@@ -30,7 +30,7 @@ def test_a_command_reads_as_itself(text):
 
 
 @given(orders)
-def test_every_order_is_understood_and_its_mirror_image_mirrored(sentence):
+def test_every_order_and_its_mirror_image_are_understood(sentence):
     text = command_text(sentence)
     assert text is not None
     assert command_text(mirrored(sentence)) == mirrored(text)
@@ -54,7 +54,7 @@ def test_how_it_is_said_does_not_matter(sentence, frame):
 
 
 @given(orders, st.sampled_from(["go on and {}", "carry on and {}", "again, {}", "{} again"]))
-def test_an_order_that_is_said_again_or_to_go_on_with_is_that_order(sentence, frame):
+def test_an_order_with_again_or_go_on_is_that_order(sentence, frame):
     """Check that it means neither "resume" nor "repeat the last instruction"."""
     assert command_text(frame.format(sentence)) == command_text(sentence)
 
@@ -146,7 +146,7 @@ def test_a_wish_is_an_order_and_a_report_is_not(sentence, text):
         ("the left tube has been cut", "go back from the cut left tube"),
     ],
 )
-def test_what_has_been_done_says_where_to_go_back_from(told, text):
+def test_a_report_of_a_done_task_says_where_to_go_back_from(told, text):
     assert command_text(f"{told}, retreat") == text
     assert command_text(told) is None
 
@@ -197,7 +197,7 @@ def test_warming_up_loads_what_unlisted_words_need():
     assert sentence_encoder._weights.cache_info().currsize
 
 
-def test_a_word_that_nobody_listed_is_understood_from_the_others():
+def test_an_unlisted_word_is_understood_from_the_others():
     reading = INTERPRETER.read("jiggle the left arm higher")
     assert (reading.command, reading.by) == (COMMANDS["move left arm higher"], "classifier")
 
@@ -237,7 +237,7 @@ def test_any_text_has_a_reading_and_a_reply_of_one_printable_line(text):
         ("clip el duct por favor", "not in English"),
     ],
 )
-def test_what_cannot_be_read_is_answered_at_once_and_moves_nothing(text, why):
+def test_unreadable_text_is_answered_at_once_and_moves_nothing(text, why):
     start_s = thread_time()
     reading = INTERPRETER.read(text)
     assert thread_time() - start_s < 0.05

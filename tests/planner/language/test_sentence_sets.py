@@ -22,7 +22,7 @@ MAX_BYTES = 200_000
 
 
 @pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
-def test_most_is_understood_little_misread_and_nothing_else_moves(path: Path):
+def test_most_sentences_are_understood_and_few_are_misread(path: Path):
     interpreter = Interpreter()
     found = score(read_rows(path), lambda sentence: interpreter.read(sentence).command)
     assert found.understood >= 0.85 * found.in_scope

@@ -105,7 +105,7 @@ def test_timing_the_world_does_not_change_it():
         sum(stages.values()) / whole_s
         for stages, whole_s in zip(stopwatch.stages_s, stopwatch.whole_s, strict=True)
     ]
-    assert np.median(shares) == pytest.approx(1.0, abs=0.01)  # the rest is the stopwatch's own
+    assert np.median(shares) == pytest.approx(1.0, abs=0.01)  # the stopwatch itself takes the rest
 
 
 def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):

@@ -20,7 +20,7 @@ def motion_of(correction, move_m=0.004, open_rad=0.5):
 
 
 @pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
-def test_what_a_correction_asks_for_is_labelled_with_it(correction):
+def test_the_motion_of_a_correction_is_labelled_with_it(correction):
     assert correction_of(*motion_of(correction)) == correction.text
     assert correction_of(*motion_of(correction, move_m=1e-4, open_rad=0.1)) == ""
 

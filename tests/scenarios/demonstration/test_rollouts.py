@@ -76,7 +76,7 @@ def test_a_wrong_task_does_not_change_the_due_task():
     assert set(columns["task"]) == {GRAB.index}
 
 
-def test_an_overshoot_stands_as_long_as_the_applier_is_deeper_than_it_is_to_go():
+def test_an_overshoot_lasts_while_the_applier_is_deeper_than_its_goal():
     episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:overshoot", noise=False))
     failing, stood, deeper_m = FailureTracker(), [], []
     for step in islice(episode.steps(), 600):
@@ -140,7 +140,7 @@ def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
     assert not among_tissue(LEFT_ARM, world)
 
 
-def test_a_grasper_that_hooks_is_flagged_whatever_was_before():
+def test_a_grasper_that_hooks_is_always_flagged():
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))

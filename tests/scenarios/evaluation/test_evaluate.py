@@ -99,7 +99,7 @@ def test_a_pass_rate_below_the_limit_is_exit_code_1(tmp_path, capfd, limit, code
     assert ("passes 0.500 of nominal" in capfd.readouterr().out) == bool(code)
 
 
-def test_errors_are_exit_code_3_whatever_passed(tmp_path, monkeypatch):
+def test_errors_give_exit_code_3_even_if_others_passed(tmp_path, monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
     out = str(tmp_path)
     once = ["evaluate", "--arms", "a=scripted+breaks", "--seed", "10004", "--episodes", "1"]

@@ -22,7 +22,7 @@ def pairs(draw, most=60):
 
 
 @pytest.mark.parametrize("n", range(9))
-def test_mcnemars_p_is_the_share_of_all_outcomes_that_are_no_likelier(n):
+def test_mcnemars_p_is_the_share_of_outcomes_that_are_not_more_likely(n):
     """Count every way in which n pairs can favour either arm."""
     likely = {b: comb(n, b) for b in range(n + 1)}
     ways = [sum(way) for way in product((0, 1), repeat=n)]
@@ -42,7 +42,7 @@ def test_swapping_the_arms_mirrors_everything(counted):
 
 
 @given(pairs())
-def test_the_interval_holds_the_difference_and_is_one(counted):
+def test_the_interval_holds_the_difference_and_stays_within_1(counted):
     b, c, n = counted
     low, high = tango_interval(b, c, n)
     assert -1.0 <= low <= (b - c) / n + 1e-9

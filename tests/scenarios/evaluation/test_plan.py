@@ -73,7 +73,7 @@ def test_a_rung_of_errors_only_is_no_reason_to_climb_on():
     }
 
 
-def test_what_has_a_result_is_not_due():
+def test_a_case_with_a_result_is_not_due():
     some = plan("nominal", "language")
     results = results_of(some, lambda case: episode(case) if case.seed % 2 else None)
     assert {case.seed % 2 for case in some.due(results)} == {0}

@@ -63,7 +63,7 @@ def test_an_episode_not_run_is_neither_a_failure_nor_an_error(results):
     assert (found.missing, found.summary.episodes, found.summary.errors) == (6, 4, 0)
 
 
-def test_swapping_the_arms_turns_the_comparison_round(results):
+def test_swapping_the_arms_reverses_the_comparison(results):
     there, back = (
         compare("second", "first", "variants", results),
         compare("first", "second", "variants", results),

@@ -32,7 +32,7 @@ def test_finite_numbers_come_back_bit_for_bit(value):
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), np.float32("nan"), -np.inf])
-def test_what_json_has_no_number_for_becomes_null(value):
+def test_numbers_that_json_does_not_have_become_null(value):
     assert dumps({"value": value, "within": [value]}) == '{"value": null, "within": [null]}'
 
 

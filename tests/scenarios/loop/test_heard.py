@@ -54,7 +54,7 @@ def test_a_persons_correction_is_heard_at_once_for_5_seconds_and_obeyed(unspoken
 
 
 @pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])
-def test_what_is_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
+def test_a_text_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
     inbox = Inbox()
     episode = begin(EpisodeConfig(**WITNESS, seed=SEED), inbox=inbox)
     running = episode.steps()

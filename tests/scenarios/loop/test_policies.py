@@ -89,7 +89,7 @@ def test_among_calots_policies_only_the_witness_reads_the_hidden_state():
         (f"{HERE}:FirstTask", "has no act"),
     ],
 )
-def test_what_makes_no_controller_is_refused(world, name, said):
+def test_a_name_that_makes_no_controller_is_refused(world, name, said):
     with pytest.raises(ValueError, match=said):
         make_controller(EpisodeConfig(seed=SEED, controller=name), world)
 

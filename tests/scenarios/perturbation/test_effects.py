@@ -106,7 +106,7 @@ def test_a_patient_goes_steadily_to_the_limit_of_what_is_possible(effect, name):
 
 
 @OUT_OF_RANGE
-def test_the_limit_is_possible_whatever_the_seed(effect, name):
+def test_the_limit_is_possible_for_every_seed(effect, name):
     rng = np.random.default_rng(0)
     for seed in range(10_000, 10_100):
         for magnitude in (0.5, 1.0):

@@ -193,7 +193,7 @@ def test_another_schema_is_refused(tmp_path):
         load(path)
 
 
-def test_what_disturbed_the_episode_is_kept_with_its_step(tmp_path):
+def test_perturbations_are_kept_with_their_step(tmp_path):
     told = Applied(name="breathing", time_s=0.1, magnitude=0.002, unit="m of amplitude")
     rng = np.random.default_rng(3)
     steps = [random_step(rng, k, applied=(told,) if k == 3 else ()) for k in range(5)]
@@ -202,7 +202,7 @@ def test_what_disturbed_the_episode_is_kept_with_its_step(tmp_path):
     assert kept == {"step": 3, **plain(told)}
 
 
-def test_what_the_filter_altered_is_kept_with_its_step(tmp_path):
+def test_altered_commands_are_kept_with_their_step(tmp_path):
     entry = Entry(time_s=0.1, limits=("keep-out: right shaft to liver",), margin=0.002)
     steps = [
         random_step(np.random.default_rng(0), k, altered=(entry,) * (k == 1)) for k in range(3)

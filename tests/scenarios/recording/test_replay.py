@@ -74,7 +74,9 @@ def test_verifying_several_tells_which_differs_where_and_which_cannot_be_run(
         (["replay", "--verify", "text.npz"], "no recording"),
     ],
 )
-def test_what_cannot_be_verified_is_told_in_one_line(words, said, tmp_path, monkeypatch, capfd):
+def test_an_impossible_verification_is_refused_in_one_line(
+    words, said, tmp_path, monkeypatch, capfd
+):
     monkeypatch.chdir(tmp_path)
     if words[-1] == "text.npz":
         (tmp_path / "text.npz").write_text("hello")
@@ -89,7 +91,7 @@ def test_an_exported_page_holds_all_it_needs(recording, tmp_path, capfd):
     assert 'src="http' not in content
 
 
-def test_a_file_that_is_none_is_refused(tmp_path, capfd):
+def test_a_file_that_is_no_recording_is_refused(tmp_path, capfd):
     assert "No such file" in complaint(capfd, "replay", str(tmp_path / "none.npz"))
     (tmp_path / "text.npz").write_text("hello")
     assert "no recording" in complaint(capfd, "replay", str(tmp_path / "text.npz"))
@@ -107,7 +109,7 @@ def test_a_busy_port_that_was_asked_for_is_refused(tmp_path, capfd):
     assert "in use" in told
 
 
-def test_an_address_that_is_none_is_refused(tmp_path, capfd):
+def test_an_invalid_address_is_refused(tmp_path, capfd):
     words = ("view", "--host", "203.0.113.7", "--out", str(tmp_path))
     assert "--host 203.0.113.7" in complaint(capfd, *words)
 

@@ -63,7 +63,7 @@ def test_a_file_cut_off_in_the_middle_is_refused(recorded, share, tmp_path):
 
 
 @pytest.mark.parametrize("header", ["{", "[]", json.dumps({"seed": 3}), json.dumps(7)])
-def test_a_header_that_is_none_is_refused(header, tmp_path):
+def test_an_invalid_header_is_refused(header, tmp_path):
     path = tmp_path / "odd.npz"
     np.savez_compressed(path, header=np.array(header))
     with pytest.raises(ValueError, match="damaged, or no recording"):

@@ -16,7 +16,7 @@ ray_needed = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not ins
 
 @pytest.mark.skipif(find_spec("ray") is not None, reason="Ray is installed")
 @pytest.mark.parametrize("command", ["run", "collect"])
-def test_without_ray_it_is_said_how_to_get_it(command, tmp_path, capfd):
+def test_without_ray_the_error_says_how_to_get_it(command, tmp_path, capfd):
     line = complaint(capfd, command, "--cluster", "127.0.0.1:6379", "--out", str(tmp_path))
     assert "pip install -e '.[cluster]'" in line
 
@@ -24,7 +24,7 @@ def test_without_ray_it_is_said_how_to_get_it(command, tmp_path, capfd):
 @pytest.mark.cluster
 @ray_needed
 @pytest.mark.parametrize("address", ["here", "127.0.0.1", "127.0.0.1:port", "a b:6379", ":6379"])
-def test_what_is_no_address_is_refused(address, tmp_path, capfd):
+def test_an_invalid_address_is_refused(address, tmp_path, capfd):
     line = complaint(capfd, "run", "--cluster", address, "--out", str(tmp_path))
     assert f"{address!r} is not HOST:PORT" in line
 

@@ -79,7 +79,7 @@ def test_every_camera_gives_a_bright_and_varied_picture(world: World) -> None:
         assert picture.dtype == np.uint8
         assert picture.mean() > 25
         assert picture.std() > 15
-        assert (picture.max(axis=2) < 8).mean() < 0.01  # no black void
+        assert (picture.max(axis=2) < 8).mean() < 0.01  # no large black area
 
 
 def test_gallbladder_and_tubes_appear_where_they_are_in_their_colours(world: World) -> None:

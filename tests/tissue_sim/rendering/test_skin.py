@@ -106,7 +106,7 @@ def test_cut_shows_two_faces_whose_rims_meet_the_sides() -> None:
         points, normals = surfaces[part]
         np.testing.assert_allclose(points[:, 0], vertices[ring[0], 0], atol=1e-8)
         np.testing.assert_allclose(np.abs(normals[:, 0]), 1.0, atol=1e-5)
-        assert abs(normals[:, 0].sum()) < 1e-3 * len(normals)  # as many look up as down
+        assert abs(normals[:, 0].sum()) < 1e-3 * len(normals)  # as many point up as down
     sides = surfaces["duct"][0]
     rim = surfaces[CUT_WALL][0]
     rim = rim[np.linalg.norm(rim[:, 1:], axis=1) > 0.95 * RADIUS_M]

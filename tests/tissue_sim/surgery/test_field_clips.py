@@ -87,7 +87,7 @@ def test_the_tube_between_the_jaws_is_intended_although_the_other_is_nearer_to_t
     T = on_tube(world, "duct")
     bring_artery_to_duct(world, 0.004, T[:3, 2])
     distance = {t: np.linalg.norm(world.tubes.centres(t) - T[:3, 3], axis=1).min() for t in TUBES}
-    assert distance["artery"] < distance["duct"]  # of the tip
+    assert distance["artery"] < distance["duct"]  # distances from the tip
     assert world.tubes.nearest(T, CLIP_LENGTH_M) == "duct"
 
 

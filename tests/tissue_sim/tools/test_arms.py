@@ -208,8 +208,8 @@ def test_tip_deflects_less_than_a_fifth_of_a_millimetre_under_1_n(arms, scene, d
         scene.step()
         deflections.append(np.linalg.norm(arms.T_world_tool()[:, :3, 3] - start, axis=1))
     assert np.max(deflections) < 0.2e-3
-    assert np.min(deflections[-1]) > 0.1e-6  # the wrench did arrive
-    assert np.ptp(deflections[-20:], axis=0).max() < 1e-6  # and nothing rings
+    assert np.min(deflections[-1]) > 0.1e-6  # the wrench has an effect
+    assert np.ptp(deflections[-20:], axis=0).max() < 1e-6  # no vibration is left
 
 
 def push_at_tips(arms, force):
@@ -252,7 +252,7 @@ def test_fingers_cannot_be_forced_open_beyond_the_jaw_range(arms, scene):
     arms.set_joints(joints)
     for _ in range(30):
         pivot, torques = arms.T_world_tool()[:, :3, 0], np.zeros((8, 3))
-        torques[FINGER_PLUS], torques[FINGER_MINUS] = -pivot, pivot  # 1 N m: beats the drives
+        torques[FINGER_PLUS], torques[FINGER_MINUS] = -pivot, pivot  # 1 N m, above the drives
         arms.apply_wrenches(np.zeros((8, 3)), torques)
         scene.step()
     assert (arms.joints[:, 6] < upper + 0.01).all()

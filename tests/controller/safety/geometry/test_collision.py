@@ -82,7 +82,7 @@ def test_points_normal_and_distance_agree(joints, seed):
     np.testing.assert_allclose(on_own_surface[own, np.arange(len(own))], 0.0, atol=1e-8)
 
 
-def test_nothing_near_is_no_rows():
+def test_nothing_near_gives_no_rows():
     near = MODEL.near(HOME, TOOLS, surroundings(), within_m=0.001)
     assert near.distance_m.shape == (0,)
     assert near.normal.shape == near.on_instrument_m.shape == near.on_obstacle_m.shape == (0, 3)
@@ -97,7 +97,7 @@ def test_no_surface_is_built_after_the_start(monkeypatch):
     assert "liver" in near.obstacle
 
 
-def test_a_moved_liver_is_nearer_by_as_much():
+def test_a_moved_liver_is_nearer_by_the_same_distance():
     one = model(plane(tip_m(RIGHT_ARM) - 0.008 * EYE[2], EYE[2]))
     far = one.near(HOME, TOOLS, surroundings(), within_m=0.02)
     close = one.near(HOME, TOOLS, surroundings(moved_m=(0.0, 0.0, 0.002)), within_m=0.02)

@@ -64,7 +64,7 @@ def test_gap_is_the_least_distance_and_its_points_lie_on_the_cores(a, b):
 
 @settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(cores(2.0), cores(2.0))
-def test_out_of_an_overlap_is_the_shortest_way(a, b):
+def test_the_way_out_of_an_overlap_is_the_shortest(a, b):
     found = gap(a, b)
     assume(found.distance_mm < -1e-2)
     depth = -found.distance_mm
