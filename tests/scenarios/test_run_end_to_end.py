@@ -13,7 +13,7 @@ from scenarios.recording.recorder import load
 from tests.scenarios.procedures import SEED_BY_COMMAND
 from tissue_sim.patient.anatomy import anatomy_from_seed
 
-CONTRACT: dict[str, set[str]] = {  # design.md, "Command line"
+CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     "document": {"episodes", "summary", "config", "versions"},
     "episode": {
         *("scenario", "seed", "planner", "controller", "sense", "privileged"),

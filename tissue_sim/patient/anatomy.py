@@ -27,7 +27,7 @@ class Range:
     most: float
 
 
-# Lengths and diameters: design.md and the anatomy sheet; angles, slack and depth: assumed.
+# Lengths and diameters: see docs/physics.md; angles, slack and depth: assumed.
 RANGES: dict[str, Range] = {
     "gallbladder_length_m": Range(low=0.060, high=0.100, least=0.045, most=0.130),
     "gallbladder_width_m": Range(low=0.025, high=0.040, least=0.018, most=0.055),

@@ -52,6 +52,7 @@ def expert(made_once):
     return made_once("examined", lambda _: examined("expert"))
 
 
+@pytest.mark.slow
 def test_the_expert_obeys(expert):
     assert all(response.obeyed for response in expert.responses)
     assert expert.wrong_tube is True

@@ -30,6 +30,7 @@ def trials() -> list[StormTrial]:
     return [run_trial(SEED + k) for k in range(STORMS)]
 
 
+@pytest.mark.slow
 def test_storms_break_no_law(trials: list[StormTrial]) -> None:
     assert broken_lines(trials) == []
 
@@ -40,6 +41,7 @@ def test_a_piece_that_is_cut_free_does_not_fly_off() -> None:
     assert trial.broken == ()
 
 
+@pytest.mark.slow
 def test_a_storm_is_violent(trials: list[StormTrial]) -> None:
     assert all(t.touched for t in trials)
     assert np.median([t.tip_speed_m_s for t in trials]) == pytest.approx(MAX_SPEED_M_S, rel=0.1)

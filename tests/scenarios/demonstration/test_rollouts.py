@@ -113,6 +113,7 @@ def test_a_slip_is_flagged_once_it_shows_until_the_grasper_is_out_of_the_tissue(
     assert among[lost]
 
 
+@pytest.mark.slow
 def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_loaded():
     episode = begun(PlannedDemonstration(seed=SLIPPING, kind="recovery:grasp-slip", noise=False))
     witness = RolloutRecorder(lambda: True)
