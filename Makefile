@@ -66,16 +66,20 @@ endef
 
 .ONESHELL:
 
-# Where the system's Python has no ensurepip, its own pip fills the environment from outside.
-# Python compiles what is imported when it is first imported: to compile all takes 1.5 minutes.
+# Where the system's Python has no ensurepip, its own pip fills the environment from outside. uv does
+# it in a quarter of pip's time; pip does it where only pip is told how to reach the registry.
 .venv/.ready: requirements.lock pyproject.toml
 	@$(FIND_PYTHON)
 	"$$python" -m venv .venv >/dev/null 2>&1 || "$$python" -m venv --without-pip .venv
 	pip="$(BIN)/python -m pip"
 	$$pip --version >/dev/null 2>&1 || pip="$$python -m pip --python $(BIN)/python"
 	echo "Setting up .venv with $$("$$python" --version): about 3 GB to download the first time"
-	$$pip install --quiet --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
-	$$pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	pip="$$pip install --quiet --disable-pip-version-check --require-hashes"
+	awk '/^uv==/,!/\\$$/' requirements.lock >.venv/uv.txt
+	$$pip -r .venv/uv.txt
+	$(BIN)/uv pip install --python $(BIN)/python --system-certs --quiet --require-hashes \
+	  -r requirements.lock || $$pip --no-compile -r requirements.lock
+	$(BIN)/uv pip install --python $(BIN)/python --quiet --no-deps --no-build-isolation -e .
 	touch $@
 
 lock:
