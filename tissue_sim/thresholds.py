@@ -38,5 +38,7 @@ STRENGTH_PA = {
     "duct": 1.4e6,  # assumed equal to the artery's, the weaker of the two measured walls
     "artery": 1.4e6,  # reference sheet
     "second artery": 1.4e6,
+    "common bile duct": 1.4e6,
+    "hepatic artery": 1.4e6,
 }
 SAC_MAX_STRETCH = 2.0  # assumed: of a patch of the gallbladder's wall, see `material`

@@ -1,3 +1,3 @@
 """The version of the world: checkpoints, states, recordings and datasets keep it."""
 
-WORLD_VERSION = 5  # raise when physics changes
+WORLD_VERSION = 6  # raise when physics changes

@@ -33,12 +33,12 @@ class ExactSense:
         self._rigid = registered(world)
         self._T_world_rcm = world.arms.T_world_rcm
         self._model = CollisionModel(self._rigid, self._T_world_rcm)
-        self._surroundings: Surroundings = surroundings_of(world, self._rigid)
+        self._surroundings: Surroundings = surroundings_of(world)
 
     def see(self, start: Array, rate: Array, asked: Array, instruction: Instruction) -> Situation:
         """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
         world, instruments = self._world, self._world.arms.mounted
-        self._surroundings = surroundings_of(world, self._rigid)
+        self._surroundings = surroundings_of(world)
         near = self._model.near(start, instruments, self._surroundings)
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._T_world_rcm)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from controller.safety.geometry.collision import OTHER_ARM, NearPairs
 from controller.safety.geometry.link_cores import FINGERS, N_LINK
-from controller.safety.obstacles import COMMON_DUCT, LIVER, PORT_WALL
+from controller.safety.obstacles import LIVER, PORT_WALL
 from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.outcome.jaws import GALLBLADDER
@@ -17,7 +17,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
-FIRM = frozenset({LIVER, PORT_WALL, COMMON_DUCT, OTHER_ARM})
+FIRM = frozenset({LIVER, PORT_WALL, OTHER_ARM})
 WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 

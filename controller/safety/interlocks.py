@@ -15,12 +15,12 @@ from controller.safety.bounds import (
     at_least,
 )
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
-from controller.safety.obstacles import COMMON_DUCT
 from controller.safety.situation import Situation
 from tissue_sim.outcome.predicates import CLIPS_A_TUBE
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.arms import RIGHT_ARM
 
-NEAR_COMMON_DUCT_M = 0.008  # assumed
+NEAR_AT_RISK_M = 0.008  # assumed
 SLOW_M_S = 0.02  # assumed: a surgeon's speed beside what must not be injured
 _RIGHT_JAW = 13
 
@@ -52,21 +52,21 @@ class OnlyWhatIsMeant:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SlowNearCommonDuct:
-    """Slows an arm near the common bile duct."""
+class SlowNearAtRisk:
+    """Slows an arm near the common bile duct or the hepatic artery."""
 
-    name: str = "slow near the common bile duct"
+    name: str = "slow near a structure at risk"
 
     def bounds(self, situation: Situation) -> Bounds:
         near = situation.near
-        close = near.of(COMMON_DUCT) & (near.distance_m < NEAR_COMMON_DUCT_M)
+        close = near.of(*AT_RISK) & (near.distance_m < NEAR_AT_RISK_M)
         if not close.any():
             return NO_BOUNDS
         slow = np.bincount(near.arm[close], minlength=2) > 0
         return tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
 
 
-INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearCommonDuct())
+INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearAtRisk())
 
 
 def _no_closing(because_of: list[str]) -> Bounds:

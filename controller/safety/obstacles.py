@@ -14,18 +14,11 @@ from controller.safety.geometry.rigid_surface import RigidSurface
 from tissue_sim.frames import Array
 from tissue_sim.outcome.jaws import GALLBLADDER
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.patient.surroundings import (
-    COMMON_DUCT_RADIUS_M,
-    GRID_M,
-    common_duct_line,
-    liver_points,
-    relief_rng,
-)
+from tissue_sim.patient.surroundings import GRID_M, liver_points, relief_rng
 from tissue_sim.rendering.shapes import sheet
 from tissue_sim.world import World
 
 LIVER, PORT_WALL = "liver", "port wall"
-COMMON_DUCT = "common bile duct"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +74,6 @@ class RigidSurroundings:
 
     liver: RigidSurface
     port_wall: RigidSurface
-    common_duct_m: Array  # (n, 3) centreline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,9 +83,8 @@ class Surroundings:
     Attributes:
         moved_m: surface name -> (3,) how far it has moved since its registration. The liver moves
             with the body, the port wall stays with the ports.
-        capsules: what is round and soft: the common bile duct, the gallbladder with its present
-            width, and the organ's tubes ("duct", "artery", and "second artery" if there is one)
-            with their width at rest.
+        capsules: what is round and soft: the gallbladder with its present width, and all that is
+            hollow (`Organ.hollow`: cystic tubes and structures at risk) with its width at rest.
     """
 
     moved_m: dict[str, Array]
@@ -107,29 +98,28 @@ def registered(world: World) -> RigidSurroundings:
     return RigidSurroundings(
         liver=RigidSurface(points_m=liver.points.astype(float), triangles=liver.triangles),
         port_wall=port_wall(world.arms.T_world_rcm[:, :3, 3]),
-        common_duct_m=common_duct_line(organ, anatomy),
     )
 
 
-def surroundings_of(world: World, rigid: RigidSurroundings) -> Surroundings:
+def surroundings_of(world: World) -> Surroundings:
     """Return the present surroundings. Privileged: the exact state of the simulation."""
-    positions, offset = world.tissue.positions(), world.body.offset_m
-    common_duct, sac = rigid.common_duct_m + offset, world.organ.sac_rings
+    positions, sac = world.tissue.positions(), world.organ.sac_rings
     starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], _mean_radius_m(positions, sac)
-    radii_m = [np.full(len(common_duct) - 1, COMMON_DUCT_RADIUS_M), 0.5 * (sac_m[:-1] + sac_m[1:])]
-    for tube in world.organ.tubes:
+    radii_m = [0.5 * (sac_m[:-1] + sac_m[1:])]
+    for tube in world.organ.hollow:
         neck = world.organ.neck_ring[tube]
         starts.append(world.tubes.above[tube][:neck, 0])
         ends.append(world.tubes.below[tube][1 : neck + 1, 0])
         radii_m.append(np.full(neck, world.tubes.radius_m(tube)))
-    names = COMMON_DUCT, GALLBLADDER, *world.organ.tubes
+    names = GALLBLADDER, *world.organ.hollow
     capsules = chained(
         dict(zip(names, map(len, radii_m), strict=True)),
-        start_m=np.concatenate([common_duct[:-1], positions[np.concatenate(starts)]]),
-        end_m=np.concatenate([common_duct[1:], positions[np.concatenate(ends)]]),
+        start_m=positions[np.concatenate(starts)].astype(float),
+        end_m=positions[np.concatenate(ends)].astype(float),
         radius_m=np.concatenate(radii_m),
     )
-    return Surroundings(moved_m={LIVER: offset, PORT_WALL: np.zeros(3)}, capsules=capsules)
+    moved_m = {LIVER: world.body.offset_m, PORT_WALL: np.zeros(3)}
+    return Surroundings(moved_m=moved_m, capsules=capsules)
 
 
 def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:

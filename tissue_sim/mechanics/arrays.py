@@ -78,9 +78,10 @@ class TissueArrays:
     bed_edge: wp.array(dtype=float)
     bed_force: wp.array(dtype=wp.vec3)
     # tubes: rings of outer vertices, and the rings of the side above a cut; n_ring is 0 for an
-    # absent tube
+    # absent tube. The first `n_colliding` tubes collide with each other; the others lie behind.
     ring: wp.array4d(dtype=int)
     n_ring: wp.array2d(dtype=int)
+    n_colliding: wp.array(dtype=int)
     ring_above: wp.array4d(dtype=int)
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)

@@ -125,7 +125,7 @@ def ring_centres(t: TissueArrays):
 @wp.kernel
 def tube_contact(t: TissueArrays):
     b, tube, r, k = wp.tid()
-    if r < t.n_ring[b, tube]:
+    if tube < t.n_colliding[b] and r < t.n_ring[b, tube]:
         push_corner_from_earlier(t, b, tube, r, k)
 
 

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
+from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.material import (
     ANCHOR_STIFFNESS,
     ANCHOR_STRENGTH,
+    LIGAMENT_STIFFNESS,
+    LIGAMENT_STRENGTH,
     TIE_STIFFNESS,
     TIE_STRENGTH,
     lame_of,
@@ -47,7 +50,7 @@ def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolSh
 
 def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
     """Return an organ's initial arrays, by name; the other arrays are zero or follow from these."""
-    n_tie, n_bed = len(organ.tie_vertex), len(organ.bed_vertices)
+    n_tie, held_by = len(organ.tie_vertex), (len(organ.bed_vertices), len(organ.ligament_vertices))
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
     rings = _all_rings(organ)
     return {
@@ -66,10 +69,10 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "tie_weight": np.insert(-organ.tie_weights, 0, 1.0, axis=1),
         "tie_stiffness": np.full(n_tie, TIE_STIFFNESS),
         "tie_strength": np.full(n_tie, TIE_STRENGTH),
-        "anchor": organ.bed_vertices,
-        "anchor_point": organ.vertices[organ.bed_vertices],
-        "anchor_stiffness": np.full(n_bed, ANCHOR_STIFFNESS),
-        "anchor_strength": np.full(n_bed, ANCHOR_STRENGTH),
+        "anchor": organ.anchored,
+        "anchor_point": organ.vertices[organ.anchored],
+        "anchor_stiffness": np.repeat([ANCHOR_STIFFNESS, LIGAMENT_STIFFNESS], held_by),
+        "anchor_strength": np.repeat([ANCHOR_STRENGTH, LIGAMENT_STRENGTH], held_by),
         "n_part": np.array(len(rings)),
         "part": parts_of(rings, len(organ.vertices)),
         "bed_point": organ.bed.point_m,
@@ -84,7 +87,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
 
 def _tube_values(organ: Organ) -> dict[str, NDArray]:
     """Return the outer vertices of the tubes' rings, padded to the longest tube."""
-    n_tube, n_ring = len(organ.tubes), max(len(rings) for rings in organ.rings.values())
+    n_tube, n_ring = len(organ.hollow), max(len(rings) for rings in organ.rings.values())
     n_around = _around(organ)
     ring = np.zeros((n_tube, n_ring, n_around), np.int32)
     radius = np.zeros(n_tube)
@@ -92,13 +95,24 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
         ring[k, : len(rings)] = rings[:, 1 + n_around :]
         spokes = organ.vertices[rings[:, 1 + n_around]] - organ.vertices[rings[:, 0]]
         radius[k] = np.linalg.norm(spokes, axis=1).mean()
-    n_joined = np.array([organ.neck_ring[tube] + 1 for tube in organ.tubes])
-    return {"ring": ring, "ring_above": ring, "n_ring": n_joined, "tube_radius": radius}
+    n_joined = np.array([organ.neck_ring[tube] + 1 for tube in organ.hollow])
+    return {
+        "ring": ring,
+        "ring_above": ring,
+        "n_ring": n_joined,
+        "n_colliding": np.array(len(organ.tubes)),
+        "tube_radius": radius,
+    }
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
-    """Return the sections that the preconditioner moves as rigid bodies, tube by tube."""
-    return [*(ring for rings in organ.rings.values() for ring in rings), *organ.sac_rings]
+    """Return the sections that the preconditioner moves as rigid bodies.
+
+    Each trunk comes before its branch, and the sac last: parts that are joined are then near.
+    """
+    joined = [tube for pair in BRANCHES.items() for tube in pair if tube in organ.rings]
+    others = [tube for tube in organ.hollow if tube not in joined]
+    return [*(r for tube in joined + others for r in organ.rings[tube]), *organ.sac_rings]
 
 
 def _around(organ: Organ) -> int:
@@ -111,9 +125,9 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_vertex = max(len(o.vertices) for o in organs) + SPARE_VERTICES
     n_tet = max(len(o.tets) for o in organs)
     n_tie = max(len(o.tie_vertex) for o in organs)
-    n_anchor = max(len(o.bed_vertices) for o in organs)
+    n_anchor = max(len(o.anchored) for o in organs)
     n_ring = max(len(r) for o in organs for r in o.rings.values())
-    n_tube = max(len(o.tubes) for o in organs)
+    n_tube = max(len(o.hollow) for o in organs)
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     n_patch = max(n_patches(o) for o in organs)
@@ -133,7 +147,8 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "anchor": (n_anchor,), "anchor_point": (n_anchor,), "anchor_stiffness": (n_anchor,),
         "anchor_strength": (n_anchor,),
         "ring": (n_tube, n_ring, n_around), "ring_above": (n_tube, n_ring, n_around),
-        "n_ring": (n_tube,), "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
+        "n_ring": (n_tube,), "n_colliding": (),
+        "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
         "wall": (n_tet,), "segment_gradient": segments, "segment_direction": segments,
         "segment_volume": segments, "segment_pull": segments,

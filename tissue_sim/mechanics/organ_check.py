@@ -13,19 +13,19 @@ def require_sound_organ(organ: Organ) -> None:
     """Refuse an organ that has broken elements or a part that nothing holds.
 
     Ties and strands join parts. A single body may be free; of several parts, each must be joined to
-    the rest, or held at fixed vertices or at the liver bed.
+    the rest, or held at fixed vertices, at the liver bed or by the ligament.
 
     Raises:
         ValueError: the organ is refused; the message names the element or the part.
     """
     require_sound_elements(organ.vertices, organ.tets)
     n = len(organ.vertices)
-    for name in ("tie_vertex", "tie_corners", "bed_vertices", "remnants"):
+    for name in ("tie_vertex", "tie_corners", "anchored", "remnants"):
         require_indices(name, getattr(organ, name), n, "tissue")
     ties = np.column_stack([organ.tie_vertex, organ.tie_corners[:, 0]]).reshape(-1, 2)
     joints = np.concatenate([ties, organ.remnants]).astype(np.int32)
     label = components(n, np.concatenate([organ.tets, joints[:, [0, 1, 1, 1]]]))
-    held = set(label[organ.fixed].tolist()) | set(label[organ.bed_vertices].tolist())
+    held = set(label[organ.fixed].tolist()) | set(label[organ.anchored].tolist())
     loose = set(label.tolist()) - held
     if loose and len(set(label.tolist())) > 1:
         part = np.flatnonzero(label == min(loose))

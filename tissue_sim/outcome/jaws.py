@@ -20,7 +20,7 @@ def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]
     The margin is wide enough for one step of motion before they close.
     """
     reach_m, width_m = MOUTHS[tool]
-    found = {t for t in tubes.organ.tubes if tubes.crossing(t, T_world_tool, reach_m)}
+    found = {t for t in tubes.organ.hollow if tubes.crossing(t, T_world_tool, reach_m)}
     if tubes.sac_between(T_world_tool, reach_m, width_m, BETWEEN_HALF_GAP_M):
         found.add(GALLBLADDER)
     return frozenset(found)

@@ -3,7 +3,8 @@
 Young's moduli are effective ones, for a mesh whose walls are thicker than the real ones. Shear
 moduli of the sheet (gallbladder 85 kPa, bile duct 166 kPa, hepatic artery 210 kPa, E about 3 G) are
 scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for the
-sac's body, 0.7 for the duct, 0.5 for the artery). Bile and lumen are a soft fill: they carry the
+sac's body, 0.7 for the duct, 0.5 for the artery, 1.5 for the common bile duct and 0.8 for the
+hepatic artery). Bile and lumen are a soft fill: they carry the
 volume of the contents and keep opposite walls from passing through each other.
 
 A solid gallbladder does not show what a hollow wall under bile pressure would show. The wall is not
@@ -50,6 +51,10 @@ MATERIALS = {
     "artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
     "second artery wall": Material(young_pa=500e3, poisson=0.45),
     "second artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "common bile duct wall": Material(young_pa=330e3, poisson=0.45),
+    "common bile duct lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
+    "hepatic artery wall": Material(young_pa=470e3, poisson=0.45),
+    "hepatic artery lumen": Material(young_pa=2e3, poisson=0.0),  # assumed
 }
 
 WALL_THICKNESS_M = {  # real, assumed
@@ -57,6 +62,8 @@ WALL_THICKNESS_M = {  # real, assumed
     "duct": 0.4e-3,
     "artery": 0.4e-3,
     "second artery": 0.4e-3,
+    "common bile duct": 1.0e-3,
+    "hepatic artery": 0.6e-3,
 }
 SAC_MESH_WALL_M = 3.75e-3  # the thickness that the gallbladder wall's modulus is scaled for
 
@@ -64,6 +71,10 @@ TIE_STIFFNESS = 400.0  # N/m per vertex, assumed: as stiff as the walls it joins
 TIE_STRENGTH = 1.5  # N per vertex, assumed
 ANCHOR_STIFFNESS = 60.0  # N/m per vertex, assumed: loose connective tissue
 ANCHOR_STRENGTH = 1.2  # N per vertex, assumed
+# The hepatoduodenal ligament, per vertex at the back of a structure at risk. Assumed: a fold of
+# peritoneum filled with fat, softer than the liver bed.
+LIGAMENT_STIFFNESS = 15.0  # N/m
+LIGAMENT_STRENGTH = 1.0  # N
 REMNANT_STIFFNESS = 20.0  # N/m per strand, assumed
 REMNANT_STRENGTH = 0.15  # N per strand, assumed
 

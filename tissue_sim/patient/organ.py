@@ -1,4 +1,4 @@
-"""Mesh the gallbladder, cystic duct and arteries as one connected finite-element system."""
+"""Mesh gallbladder, cystic tubes and structures at risk as one connected finite-element system."""
 
 from __future__ import annotations
 
@@ -10,21 +10,19 @@ from scipy.interpolate import PchipInterpolator
 
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.anatomy import Anatomy, Artery
+from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M, course
 from tissue_sim.patient.axes import AWAY, RIGHT, UP, field_point
 from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices, Sweep, subdivide, sweep
 
-REGIONS = (
-    "gallbladder wall",
-    "bile",
-    "duct wall",
-    "duct lumen",
-    "artery wall",
-    "artery lumen",
-    "second artery wall",
-    "second artery lumen",
+PARTS = ("gallbladder", "duct", "artery", "second artery", *AT_RISK)
+# the wall and the inside of each part; of part k they are 2 k and 2 k + 1
+REGIONS = tuple(
+    name
+    for part in PARTS
+    for name in (f"{part} wall", "bile" if part == "gallbladder" else f"{part} lumen")
 )
-TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.tubes` lists all
+TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.hollow` lists all
 
 NECK_UP_M = 0.008  # height of the neck in the field
 RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
@@ -61,13 +59,17 @@ class Organ:
         vertices: (n_vertex, 3), world frame, m.
         tets: (n_tet, 4).
         region: (n_tet,), index into `REGIONS`.
-        fixed: (n_vertex,), whether the body holds a vertex: the far ends of the tubes.
-        rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; from the fixed end up.
-        neck_ring: tube name -> index of the ring at the sac's wall.
+        fixed: (n_vertex,), whether the body holds a vertex: the ends of the structures at risk,
+            and of tubes that branch off none.
+        rings: tube name -> (n_ring, 1 + 2 sectors): centre, inner, outer; a cystic tube's from its
+            far end up to the sac.
+        neck_ring: tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
         sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
-        tie_vertex: (n_tie,), tube vertices tied into the sac.
-        tie_corners: (n_tie, 4), corners of the sac's tetrahedron; tie_weights: their weights.
+        tie_vertex: (n_tie,), tube vertices tied into the sac, or into the trunk they branch off.
+        tie_corners: (n_tie, 4), corners of the tetrahedron there; tie_weights: their weights.
         bed_vertices: (n_bed,), sac vertices that connective tissue holds to the liver.
+        ligament_vertices: (n_ligament,), vertices at the back of the structures at risk, which the
+            hepatoduodenal ligament holds.
         remnants: (n_remnant, 2), pairs of vertices that strands join; fat strands come last.
         bed: the liver bed.
     """
@@ -83,13 +85,24 @@ class Organ:
     tie_corners: Indices
     tie_weights: Array
     bed_vertices: Indices
+    ligament_vertices: Indices
     remnants: Indices
     bed: LiverBed
 
     @property
-    def tubes(self) -> tuple[str, ...]:
-        """Return the names of the tubes; the procedure's `TUBES` come first."""
+    def hollow(self) -> tuple[str, ...]:
+        """Return the names of everything that has rings; the procedure's `TUBES` come first."""
         return tuple(self.rings)
+
+    @property
+    def tubes(self) -> tuple[str, ...]:
+        """Return the names of the cystic tubes, which end in the sac; `TUBES` come first."""
+        return tuple(name for name in self.rings if name not in AT_RISK)
+
+    @property
+    def anchored(self) -> Indices:
+        """Return the vertices that springs hold to the body: the bed's, then the ligament's."""
+        return np.concatenate([self.bed_vertices, self.ligament_vertices])
 
 
 def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
@@ -116,6 +129,10 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
     for name, artery in anatomy.arteries.items():
         lines[name] = _artery_centreline(artery, side, axis, radius)
         diameters[name] = artery.diameter_m
+    for trunk, branch in BRANCHES.items():
+        line = course(trunk, lines[branch][0], side)
+        lines[trunk] = line, len(line) - 1
+        diameters[trunk] = 2.0 * RADIUS_M[trunk]
     tubes = {
         name: sweep(
             subdivide(line, refinement),
@@ -212,27 +229,25 @@ def _join(
     vertices = np.concatenate([p.vertices for p in parts.values()])
     tets = np.concatenate([p.tets + starts[n] for n, p in parts.items()]).astype(np.int32)
     region = np.concatenate(
-        [2 * k + p.in_lumen.astype(np.int32) for k, p in enumerate(parts.values())]
+        [2 * PARTS.index(n) + p.in_lumen.astype(np.int32) for n, p in parts.items()]
     ).astype(np.int32)
     rings = {n: (p.rings + starts[n]).astype(np.int32) for n, p in tubes.items()}
-    fixed = np.zeros(len(vertices), bool)
-    for ring in rings.values():
-        fixed[ring[0]] = True
-    tie_vertex = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
-    corners, weights = _embed(vertices[tie_vertex], vertices, sac.tets)
+    inside = {n: p.tets + starts[n] for n, p in parts.items()}
+    tie_vertex, corners, weights = _ties(vertices, inside, rings, neck_ring)
     bed = _liver_bed(anatomy, axis)
     return Organ(
         vertices=vertices,
         tets=tets,
         region=region,
-        fixed=fixed,
+        fixed=_fixed(len(vertices), rings),
         rings=rings,
         neck_ring=neck_ring,
         sac_rings=sac.rings,
-        tie_vertex=tie_vertex.astype(np.int32),
+        tie_vertex=tie_vertex,
         tie_corners=corners,
         tie_weights=weights,
         bed_vertices=_bed_vertices(vertices, sac.rings, bed, refinement),
+        ligament_vertices=np.concatenate([_back(vertices, rings[trunk]) for trunk in AT_RISK]),
         remnants=np.concatenate(
             [
                 _remnants(anatomy, rings, refinement),
@@ -241,6 +256,43 @@ def _join(
         ),
         bed=bed,
     )
+
+
+def _fixed(n_vertex: int, rings: dict[str, Indices]) -> NDArray[np.bool_]:
+    """Return whether the body holds each vertex: the ends where a tube leaves the field."""
+    fixed = np.zeros(n_vertex, bool)
+    for name, ring in rings.items():
+        if name in AT_RISK:
+            fixed[ring[[0, -1]]] = True
+        elif name not in BRANCHES.values():
+            fixed[ring[0]] = True
+    return fixed
+
+
+def _ties(
+    vertices: Array, tets: dict[str, Indices], rings: dict[str, Indices], neck_ring: dict[str, int]
+) -> tuple[Indices, Indices, Array]:
+    """Tie the tubes' upper ends into the sac, and the first ring of a branch into its trunk.
+
+    Returns:
+        `Organ.tie_vertex`, `Organ.tie_corners` and `Organ.tie_weights`.
+    """
+    into_sac = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
+    joints = [(into_sac, "gallbladder")] + [(rings[b][0], t) for t, b in BRANCHES.items()]
+    held = [_embed(vertices[points], vertices, tets[part]) for points, part in joints]
+    return (
+        np.concatenate([points for points, _ in joints]).astype(np.int32),
+        np.concatenate([corners for corners, _ in held]),
+        np.concatenate([weights for _, weights in held]),
+    )
+
+
+def _back(vertices: Array, rings: Indices) -> Indices:
+    """Return the outer vertices at the back of a trunk, without those of its fixed ends."""
+    inner = rings[1:-1]
+    outer = inner[:, 1 + (rings.shape[1] - 1) // 2 :]
+    behind = (vertices[outer] - vertices[inner[:, :1]]) @ AWAY > 0.0
+    return outer[behind].astype(np.int32)
 
 
 def _embed(points: Array, vertices: Array, tets: Indices) -> tuple[Indices, Array]:

@@ -1,4 +1,4 @@
-"""Place the rigid parts around the field: liver surface, common bile duct, hepatic artery.
+"""Place the rigid parts around the field: the liver's surface, and the depth of the fat.
 
 Drawing and safety use the same shapes. World frame, metres, with the body at its anatomical place.
 """
@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_sim.frames import Array, unit
+from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy
-from tissue_sim.patient.axes import AWAY, field_point
 from tissue_sim.patient.organ import Organ
 
 FAT_BEHIND_M = 0.017  # distance of the fat behind the tubes
 LIVER_EDGE_M = 0.011  # radius of the liver's lower edge
-COMMON_DUCT_RADIUS_M = 0.0032
 GRID_M = 0.006  # spacing of a surface's points
 
 
@@ -48,31 +46,6 @@ def liver_points(organ: Organ, anatomy: Anatomy, rng: np.random.Generator) -> Ar
         + lateral[:, None] * across
         + height[..., None] * bed.normal
     )
-
-
-def common_duct_line(organ: Organ, anatomy: Anatomy) -> Array:
-    """Return the (n, 3) centreline of the common bile duct; the cystic duct ends on its wall."""
-    side = -1.0 if anatomy.artery_on_left else 1.0
-    end, next_to_it = organ.vertices[organ.rings["duct"][:2, 0]]
-    line = _through_end(organ, "duct", (-0.9 * side, 0.1), (0.3 * side, -0.9))
-    return line - COMMON_DUCT_RADIUS_M * unit(next_to_it - end)
-
-
-def hepatic_artery_line(organ: Organ, anatomy: Anatomy, tube: str) -> Array:
-    """Return the (n, 3) centreline of the artery from which a tube branches off."""
-    side = -1.0 if anatomy.artery_on_left else 1.0
-    return _through_end(organ, tube, (0.85 * side, 0.35), (-0.15 * side, -0.9))
-
-
-def _through_end(
-    organ: Organ, tube: str, up: tuple[float, float], down: tuple[float, float]
-) -> Array:
-    """Return a line (n, 3) through a tube's fixed end, into the fat both ways (right, up)."""
-    end = organ.vertices[organ.rings[tube][0, 0]]
-    t = np.linspace(-1.0, 1.0, 31)[:, None]
-    aside = np.where(t < 0, field_point(*up, 0.0), field_point(*down, 0.0))
-    dive = FAT_BEHIND_M + 0.007 - end @ AWAY
-    return end + 0.034 * np.abs(t) * aside + (0.35 * np.abs(t) + 0.65 * t**2) * dive * AWAY
 
 
 def waves(x: Array, length_m: float, rng: np.random.Generator) -> Array:

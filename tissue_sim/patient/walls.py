@@ -17,10 +17,10 @@ SAC = -1  # instead of a tube's row
 
 
 def wall_pieces(organ: Organ) -> Indices:
-    """Return (n_tet, 2): row in `organ.tubes` or `SAC`, and segment or patch; otherwise -1, -1."""
+    """Return (n_tet, 2): row in `organ.hollow` or `SAC`, and segment or patch; otherwise -1, -1."""
     pieces = np.full((len(organ.tets), 2), -1, np.int32)
     wall = organ.region % 2 == 0
-    for row, tube in enumerate(organ.tubes):
+    for row, tube in enumerate(organ.hollow):
         segment = _lowest(organ, organ.rings[tube])
         chosen = wall & (segment >= 0) & (segment < organ.neck_ring[tube])
         pieces[chosen] = np.column_stack([np.full(chosen.sum(), row), segment[chosen]])

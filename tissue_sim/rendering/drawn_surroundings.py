@@ -1,4 +1,4 @@
-"""The surroundings, which do not deform: liver, fat, bile duct, hepatic artery, cavity."""
+"""The surroundings, which do not deform: liver, fat, cavity."""
 
 from __future__ import annotations
 
@@ -11,18 +11,9 @@ from tissue_sim.frames import pose
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ
-from tissue_sim.patient.surroundings import (
-    COMMON_DUCT_RADIUS_M,
-    FAT_BEHIND_M,
-    GRID_M,
-    common_duct_line,
-    hepatic_artery_line,
-    liver_points,
-    relief_rng,
-    waves,
-)
+from tissue_sim.patient.surroundings import FAT_BEHIND_M, GRID_M, liver_points, relief_rng, waves
 from tissue_sim.rendering.drawing import Drawn, Surface
-from tissue_sim.rendering.shapes import drop, joined, pipe, sheet
+from tissue_sim.rendering.shapes import drop, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
 
 LOBULE_M = 0.010  # a lobule of fat
@@ -58,7 +49,6 @@ class DrawnSurroundings:
 def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Look]]:
     """Build all surfaces by name, world frame."""
     rng = relief_rng(anatomy)
-    red, green, blue = anatomy.duct_colour
     return {
         "liver": (
             sheet(liver_points(organ, anatomy, rng), TILE_M),
@@ -69,20 +59,6 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
             fat(rng),
             Look(colour=(0.78, 0.52, 0.17), mottle=0.06, vessels=0.30, relief=0.035, grain=14,
                  lobules=0.42, roughness=0.38, specular=0.4),
-        ),
-        "common bile duct": (
-            pipe(common_duct_line(organ, anatomy), COMMON_DUCT_RADIUS_M, TILE_M),
-            Look(colour=(0.8 * red, 0.82 * green, 0.8 * blue), mottle=0.1, vessels=0.2,
-                 relief=0.10),
-        ),
-        "hepatic artery": (
-            joined(
-                [
-                    pipe(hepatic_artery_line(organ, anatomy, tube), 0.8 * artery.diameter_m, TILE_M)
-                    for tube, artery in anatomy.arteries.items()
-                ]
-            ),
-            Look(colour=anatomy.artery_colour, mottle=0.1, relief=0.10),
         ),
         "cavity": (
             _inside_out(drop(np.zeros(3), np.full(3, CAVITY_RADIUS_M))),

@@ -1,4 +1,4 @@
-"""Gallbladder, duct and arteries as they deform, and their cut faces."""
+"""Gallbladder, cystic tubes and structures at risk as they deform, and their cut faces."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.axes import RIGHT, UP
 from tissue_sim.patient.organ import Organ
 from tissue_sim.rendering.drawing import Drawn, Surface
@@ -19,6 +20,7 @@ from tissue_sim.rendering.textures import TILE_M, Look
 
 def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
     """Return each part's material; `dyed` is the share of the surface under dye."""
+    red, green, blue = anatomy.duct_colour
     clean = {
         "gallbladder": Look(
             colour=anatomy.gallbladder_colour,
@@ -32,8 +34,11 @@ def looks(anatomy: Anatomy, dyed: float) -> dict[str, Look]:
         "duct": Look(colour=anatomy.duct_colour, mottle=0.10, vessels=0.12, relief=0.12, grain=24),
         **{
             artery: Look(colour=anatomy.artery_colour, mottle=0.10, relief=0.10, grain=24)
-            for artery in ("artery", "second artery")
+            for artery in ("artery", "second artery", HEPATIC_ARTERY)
         },
+        COMMON_DUCT: Look(
+            colour=(0.8 * red, 0.82 * green, 0.8 * blue), mottle=0.1, vessels=0.2, relief=0.10
+        ),
         CUT_WALL: Look(colour=(0.55, 0.10, 0.08), mottle=0.15, relief=0.1, roughness=0.25),
         CUT_LUMEN: Look(colour=(0.10, 0.012, 0.01), roughness=0.2),
     }

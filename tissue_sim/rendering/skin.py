@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.organ import PARTS
 
 Floats = NDArray[np.float32]
 
-PARTS = ("gallbladder", "duct", "artery", "second artery")
 CUT_WALL, CUT_LUMEN = "cut wall", "cut lumen"
 ROUNDNESS = 0.62  # share of the projection: turns a hexagon or an octagon into a circle
 

@@ -76,7 +76,7 @@ def _sizes(tissue: Tissue) -> dict[str, Bound]:
 
 def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[str, Bound]:
     """Return bounds by pattern of a path in the state."""
-    names = tubes.organ.tubes
+    names = tubes.organ.hollow
     vertex = Bound(low=0, high=int(state["tissue"]["n_vertex"][0]) - 1)
     joints = Bound(
         low=joint_ranges[..., 0] - BEYOND_LIMIT, high=joint_ranges[..., 1] + BEYOND_LIMIT

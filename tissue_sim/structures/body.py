@@ -18,7 +18,7 @@ LIVER_SOFT_M = (0.006, 0.010)  # assumed: soft depth and margin before a tool me
 
 
 class Body:
-    """The body: fixed ends of duct and artery, the liver and its bed, and the bed's strands.
+    """The body: fixed ends of the tubes, the liver and its bed, the strands of bed and ligament.
 
     Attributes:
         offset_m: (3,) from the anatomical place, world frame.
@@ -28,7 +28,7 @@ class Body:
 
     def __init__(self, scene: sapien.Scene, tissue: Tissue, organ: Organ) -> None:
         self._tissue, self._bed = tissue, organ.bed
-        self._strands_m = organ.vertices[organ.bed_vertices]
+        self._strands_m = organ.vertices[organ.anchored]
         self._liver_pose = sapien.Pose(_T_world_liver(organ.bed))
         self.liver = _liver(scene, self._liver_pose)
         self._liver_body = cast(

@@ -1,4 +1,4 @@
-"""Duct and arteries in the surgeon's terms: a line of rings with stations, lumen and stumps."""
+"""All that is hollow, in the surgeon's terms: a line of rings with stations, lumen and stumps."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from tissue_sim.frames import Array, inverse_pose, transform, unit
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.mechanics.topology import components
+from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.organ import PARTS, Organ
 
 MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane meet
 # A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
@@ -37,28 +38,35 @@ class Crossing:
 
 
 class Tubes:
-    """The tubes of one environment; `above` holds the vertices of a severed ring's upper side."""
+    """The hollow structures of one environment: the cystic tubes, and the trunks at risk.
+
+    `above` holds the vertices of a severed ring's upper side.
+    """
 
     def __init__(self, tissue: Tissue, organ: Organ, b: int = 0) -> None:
         self.tissue, self.organ, self.b = tissue, organ, b
         self.below = organ.rings
         self.above = {tube: rings.copy() for tube, rings in organ.rings.items()}
-        self.stations_m = {tube: _stations(organ, tube) for tube in organ.tubes}
+        self.stations_m = {tube: _stations(organ, tube) for tube in organ.hollow}
         self.length_m = {
             tube: float(s[organ.neck_ring[tube]]) for tube, s in self.stations_m.items()
         }
-        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in organ.tubes}
+        self._rest_area = {tube: self._lumen_areas(organ.vertices, tube) for tube in organ.hollow}
         self.tie_rows = {
-            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube]))
+            tube: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[tube][1:]))
             for tube in organ.tubes
+        }
+        self.root_rows = {
+            trunk: np.flatnonzero(np.isin(organ.tie_vertex, organ.rings[branch][0]))
+            for trunk, branch in BRANCHES.items()
+            if branch in organ.rings
         }
         n = (next(iter(self.below.values())).shape[1] - 1) // 2
         self._inner = slice(1, 1 + n)
         shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
         self._next = shift - shift.T
         self._tube_tets = {
-            tube: np.flatnonzero((organ.region >= 2 * k) & (organ.region <= 2 * k + 1))
-            for k, tube in enumerate(organ.tubes, start=1)
+            tube: np.flatnonzero(organ.region // 2 == PARTS.index(tube)) for tube in organ.hollow
         }
 
     def centres(self, tube: str) -> Array:
@@ -68,7 +76,7 @@ class Tubes:
 
     def radius_m(self, tube: str) -> float:
         """Return the outer radius at rest."""
-        return float(self.tissue.host("tube_radius")[self.b, self.organ.tubes.index(tube)])
+        return float(self.tissue.host("tube_radius")[self.b, self.organ.hollow.index(tube)])
 
     def point(self, tube: str, station_m: float) -> tuple[Array, Array]:
         """Return position (3,) and unit tangent (3,) at a station, on its stump, world frame."""

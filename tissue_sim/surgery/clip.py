@@ -71,7 +71,7 @@ class Clip:
 def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
     """Close a clip at the applier's jaws; its legs cover the tissue that they hold."""
     on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
-    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.tubes]
+    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.hollow]
     crossings = tuple(c for c in found if c is not None)
     if not crossings:
         return replace(dropped_clip(T_world_tool, number=number, time_s=time_s), on_sac=on_sac)

@@ -27,7 +27,7 @@ class Cut(Opening):
 def sever(tubes: Tubes, T_world_tool: Array, *, time_s: float) -> tuple[Cut, ...]:
     """Cut every tube between the closed blades and rewire the tissue."""
     cuts = []
-    for tube in tubes.organ.tubes:
+    for tube in tubes.organ.hollow:
         crossing = tubes.crossing(tube, T_world_tool, BLADE_LENGTH_M)
         if crossing is not None and _part(tubes, crossing, T_world_tool):
             whole = bool(crossing.ring in tubes.severed_rings(tube))

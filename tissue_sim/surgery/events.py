@@ -43,7 +43,7 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     monitor = InjuryMonitor(r.injuries, r.broken_limits)
     r = _use_right_tool(field, time_s, intended, monitor)
     field.tissue.load_walls()
-    loads = [worst_load(field.tubes, tube) for tube in field.organ.tubes]
+    loads = [worst_load(field.tubes, tube) for tube in field.organ.hollow]
     monitor.watch(injuries.wall_loads(field, loads), time_s)
     r = _tear(field, r, loads, time_s)
     if any(c.fall_m_s is not None for c in r.clips):

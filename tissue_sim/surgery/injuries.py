@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tissue_sim.field import Field
+from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import RIGHT_FINGERS, Grasp, pinch_n
@@ -97,8 +98,12 @@ def _right_pinch_n(field: Field) -> float:
 
 
 def _torn_attachments(field: Field) -> Iterator[tuple[str, int, int]]:
-    """Count the broken springs: of each tube in the gallbladder, and of that on the liver."""
+    """Count the broken springs: of tubes in sac and trunks, of the sac on the liver, of trunks."""
     ties, anchors = (field.tissue.host(f"{n}_stiffness")[0] == 0.0 for n in ("tie", "anchor"))
     for tube, rows in field.tubes.tie_rows.items():
         yield f"tear of {tube} from gallbladder", int(ties[rows].sum()), TORN_MAX
-    yield "detachment from liver bed", int(anchors.sum()), TORN_MAX
+    for trunk, rows in field.tubes.root_rows.items():
+        yield f"tear of {BRANCHES[trunk]} from {trunk}", int(ties[rows].sum()), TORN_MAX
+    n_bed = len(field.organ.bed_vertices)
+    yield "detachment from liver bed", int(anchors[:n_bed].sum()), TORN_MAX
+    yield "tear of the ligament", int(anchors[n_bed:].sum()), TORN_MAX

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
@@ -13,8 +14,14 @@ from tissue_sim.surgery.flow import BILE, BLOOD, FlowSegment, Fluid, outflow_m3_
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
 
-SIDES = ("body", "gallbladder")
-FLUIDS: dict[str, Fluid] = {"duct": BILE, "artery": BLOOD, "second artery": BLOOD}
+SIDES = ("body", "gallbladder")  # of a trunk: the two ways it leaves the field
+FLUIDS: dict[str, Fluid] = {
+    "duct": BILE,
+    "artery": BLOOD,
+    "second artery": BLOOD,
+    COMMON_DUCT: BILE,
+    HEPATIC_ARTERY: BLOOD,
+}
 DRAIN = ("duct", "gallbladder")  # the gallbladder drains through this stump
 BILE_PRESSURE_PA = 1.2e3  # assumed: in ducts and gallbladder at rest, 12 cm of water
 ARTERIAL_PRESSURE_PA = 12.4e3  # textbook value: mean, 93 mmHg
@@ -26,6 +33,10 @@ PRESSURE_PA = {
     ("artery", "gallbladder"): BACK_PRESSURE_PA,
     ("second artery", "body"): ARTERIAL_PRESSURE_PA,
     ("second artery", "gallbladder"): BACK_PRESSURE_PA,
+    (COMMON_DUCT, "body"): BILE_PRESSURE_PA,
+    (COMMON_DUCT, "gallbladder"): BILE_PRESSURE_PA,
+    (HEPATIC_ARTERY, "body"): ARTERIAL_PRESSURE_PA,
+    (HEPATIC_ARTERY, "gallbladder"): BACK_PRESSURE_PA,
 }
 
 

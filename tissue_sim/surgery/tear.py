@@ -56,7 +56,7 @@ def worst_load(tubes: Tubes, tube: str) -> Load:
     deform it.
     """
     whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))
-    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.tubes.index(tube)]
+    pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.hollow.index(tube)]
     if not pulls.any():
         return Load(tube=tube, segment=0, pull_n=0.0, holds_n=whole_n)
     around = np.concatenate([[0.0], pulls[: tubes.organ.neck_ring[tube]], [0.0]])

@@ -62,6 +62,7 @@ def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:
         "tie_corners": np.zeros((0, 4), np.int32),
         "tie_weights": np.zeros((0, 4)),
         "bed_vertices": np.zeros(0, np.int32),
+        "ligament_vertices": np.zeros(0, np.int32),
         "remnants": np.zeros((0, 2), np.int32),
         "bed": FAR_BED,
     }

@@ -13,10 +13,12 @@ from controller.safety.bounds import ARMS, Bounds, approach_share
 from controller.safety.exemption import FIRM
 from controller.safety.geometry.collision import NearPairs
 from controller.safety.situation import Situation
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
-TUBE_MARGIN_M = 0.001  # assumed: of a tube, which moves by itself
+TUBE_MARGIN_M = 0.001  # assumed: of a cystic tube, which moves by itself
+STEADY = FIRM | frozenset(AT_RISK)  # the ligament holds what is at risk
 TIME_CONSTANT_S = 0.1  # assumed: at 1 cm from the margin 0.1 m/s
 LEAVE_M_S = 0.01  # how fast an instrument moves out, assumed
 
@@ -33,7 +35,7 @@ class KeepOut:
 
     def bounds(self, situation: Situation) -> Bounds:
         near, pairs = situation.near, np.flatnonzero(situation.kept_out)
-        room = near.distance_m[pairs] - np.where(near.of(*FIRM)[pairs], MARGIN_M, TUBE_MARGIN_M)
+        room = near.distance_m[pairs] - np.where(near.of(*STEADY)[pairs], MARGIN_M, TUBE_MARGIN_M)
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         out = np.minimum(-share * room, situation.step_s * LEAVE_M_S)
         leaves = np.flatnonzero(out > 0.0)

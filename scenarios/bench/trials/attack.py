@@ -13,14 +13,10 @@ import numpy as np
 
 from controller.links import tool_jacobian
 from controller.safety.limits.joint_speed import JOINT_SPEED
-from controller.safety.obstacles import (
-    COMMON_DUCT,
-    LIVER,
-    PORT_WALL,
-    RigidSurroundings,
-    Surroundings,
-)
+from controller.safety.obstacles import LIVER, PORT_WALL, RigidSurroundings, Surroundings
 from tissue_sim.frames import Array, unit
+from tissue_sim.outcome.jaws import GALLBLADDER
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import Instrument
@@ -70,11 +66,11 @@ class AttackTargets:
 def aims(rigid: RigidSurroundings, around: Surroundings) -> dict[str, Array]:
     """Return points (n, 3) of each keep-out, and of the tubes."""
     round_ones = around.capsules
-    tubes = [name for name in round_ones.names if name == "duct" or "artery" in name]
+    tubes = [name for name in round_ones.names if name not in (GALLBLADDER, *AT_RISK)]
     return {
         LIVER: rigid.liver.points_m + around.moved_m[LIVER],
         PORT_WALL: rigid.port_wall.points_m,
-        COMMON_DUCT: round_ones.start_m[round_ones.of(COMMON_DUCT)],
+        **{name: round_ones.start_m[round_ones.of(name)] for name in AT_RISK},
         "tubes": np.concatenate([round_ones.start_m[round_ones.of(name)] for name in tubes]),
     }
 
@@ -146,7 +142,7 @@ ATTACKS: dict[str, Callable[[AttackTargets, Array, np.random.Generator], Attack]
     "restless": restless,
     "at the liver": straight_at(LIVER),
     "at the other arm": at_the_other_arm,
-    "at the common bile duct": straight_at(COMMON_DUCT),
+    **{f"at the {name}": straight_at(name) for name in AT_RISK},
     "at the tubes": straight_at("tubes"),
     "at the port wall": straight_at(PORT_WALL),
     "at joint limits": at_joint_limits,

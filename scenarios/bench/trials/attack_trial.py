@@ -155,7 +155,7 @@ class AttackedPatient:
 
     def _depths(self, joints: Array, within_m: float = 0.0) -> Iterator[tuple[str, float]]:
         """Yield obstacle and depth of each pair that must not meet."""
-        instruments, around = self._world.arms.mounted, surroundings_of(self._world, self._rigid)
+        instruments, around = self._world.arms.mounted, surroundings_of(self._world)
         near = self._model.near(joints, instruments, around, within_m=within_m)
         work = worked_on(self._instruction.task, self._world)
         for k in np.flatnonzero(near.foremost).tolist():
@@ -177,7 +177,7 @@ class AttackedPatient:
         return AttackTargets(
             T_world_rcm=self._world.arms.T_world_rcm,
             instruments=self._world.arms.mounted,
-            points_m=aims(self._rigid, surroundings_of(self._world, self._rigid)),
+            points_m=aims(self._rigid, surroundings_of(self._world)),
         )
 
     def _tips_m(self, joints: Array) -> Array:

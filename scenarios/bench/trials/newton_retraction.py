@@ -79,7 +79,7 @@ def body_of(anatomy: Anatomy) -> RetractedBody:
     organ = build_organ(anatomy)
     drawn = organ.sac_rings[GRASPED_RINGS].ravel()
     held = organ.fixed.copy()
-    held[organ.bed_vertices] = held[drawn] = True
+    held[organ.anchored] = held[drawn] = True
     weights = np.maximum(organ.tie_weights, 0.0)
     tie, corner = np.nonzero(weights > MIN_WEIGHT)
     return RetractedBody(
@@ -102,6 +102,7 @@ def in_calot(body: RetractedBody, config: TissueConfig) -> Solver:
         tie_corners=none,
         tie_weights=none.astype(float),
         bed_vertices=none[:, 0],
+        ligament_vertices=none[:, 0],
         remnants=none[:, :2],
         bed=replace(body.organ.bed, point_m=-body.organ.bed.normal),  # out of reach
     )

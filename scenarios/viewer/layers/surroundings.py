@@ -1,4 +1,4 @@
-"""Layers of liver, fat, bile duct, hepatic artery and abdominal wall: textured and rigid."""
+"""Layers of liver, fat and abdominal wall: textured and rigid."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Field:
 
     def __init__(self, world):
         self.world, rigid = world, registered(world)
-        self.around = surroundings_of(world, rigid)
+        self.around = surroundings_of(world)
         self.model = CollisionModel(rigid, world.arms.T_world_rcm)
 
     def distance_m(self, joints, obstacle):

@@ -5,11 +5,11 @@ import pytest
 
 from controller.safety.bounds import N_MOTION
 from controller.safety.interlocks import (
-    NEAR_COMMON_DUCT_M,
+    NEAR_AT_RISK_M,
     SLOW_M_S,
     ClipsBeforeCut,
     OnlyWhatIsMeant,
-    SlowNearCommonDuct,
+    SlowNearAtRisk,
 )
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.field import HOME, TOOLS
@@ -72,8 +72,8 @@ def test_on_the_way_back_jaws_close_on_nothing():
 @pytest.mark.parametrize(
     ("obstacle", "distance_m", "slow"),
     [
-        ("common bile duct", NEAR_COMMON_DUCT_M - 1e-4, True),
-        ("common bile duct", NEAR_COMMON_DUCT_M + 1e-4, False),
+        ("common bile duct", NEAR_AT_RISK_M - 1e-4, True),
+        ("common bile duct", NEAR_AT_RISK_M + 1e-4, False),
         ("liver", 0.001, False),
     ],
 )
@@ -81,7 +81,7 @@ def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m,
     asked = HOME.copy()
     asked[:, 2] += 2.0 * SLOW_M_S * CONTROL_PERIOD_S
     seen = situation(asked=asked, near=[(distance_m, 0, "finger_plus", obstacle)])
-    bounds = SlowNearCommonDuct().bounds(seen)
+    bounds = SlowNearAtRisk().bounds(seen)
     left, right = (np.where(np.arange(N_MOTION) // 7 == arm, seen.motion, 0.0) for arm in (0, 1))
     assert keeps(bounds, left) != slow
     assert keeps(bounds, 0.49 * left)

@@ -44,7 +44,7 @@ def test_the_wall_goes_through_both_ports_and_faces_the_field(world):
 
 
 def test_the_duct_starts_at_the_common_ducts_wall_and_tubes_are_as_wide_as_the_anatomy_says(world):
-    now, anatomy = surroundings_of(world, registered(world)).capsules, world.anatomy
+    now, anatomy = surroundings_of(world).capsules, world.anatomy
     common, start = now.start_m[now.of("common bile duct")], now.start_m[now.of("duct")][0]
     to_line = np.linalg.norm(common - start, axis=1).min()
     assert to_line == pytest.approx(COMMON_DUCT_RADIUS_M, rel=1e-3)
@@ -60,7 +60,7 @@ def test_a_severed_tube_is_two_chains_that_part(world):
     tubes, ring = world.tubes, 8
     assert part_ring(tubes, "duct", ring, np.ones(tubes.below["duct"].shape[1], bool))
     world.tissue.host("position")[0, tubes.above["duct"][ring, 0], 0] += 0.004
-    now = surroundings_of(world, registered(world)).capsules
+    now = surroundings_of(world).capsules
     duct = now.of("duct")
     gaps = np.linalg.norm(now.start_m[duct][1:] - now.end_m[duct][:-1], axis=1)
     assert np.flatnonzero(gaps > 1e-6).tolist() == [ring - 1]
@@ -69,12 +69,12 @@ def test_a_severed_tube_is_two_chains_that_part(world):
 
 
 def test_liver_and_common_duct_move_with_the_body_and_the_wall_does_not(world):
-    state, rigid = world.state(), registered(world)
-    before = surroundings_of(world, rigid)
+    state = world.state()
+    before = surroundings_of(world)
     offset = np.array([0.001, -0.002, 0.003])
     world.shift_body(offset)
     world.step(JointCommand(joints=world.arms.joints))
-    now = surroundings_of(world, rigid)
+    now = surroundings_of(world)
     np.testing.assert_allclose(now.moved_m["liver"], offset, atol=1e-12)
     np.testing.assert_array_equal(now.moved_m["port wall"], 0.0)
     common = now.capsules.of("common bile duct")

@@ -1,0 +1,56 @@
+"""Place the structures at risk: the common bile duct, and the right hepatic artery.
+
+The cystic duct branches off the one and the cystic artery off the other. Traction on the
+gallbladder draws a branch out of its trunk's line ("tenting"), and what looks like the branch is
+then the trunk: the classic injury (Strasberg et al., J. Am. Coll. Surg. 180, 1995).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_sim.frames import Array, unit
+from tissue_sim.patient.axes import AWAY, field_point
+
+COMMON_DUCT = "common bile duct"
+HEPATIC_ARTERY = "hepatic artery"
+BRANCHES = {COMMON_DUCT: "duct", HEPATIC_ARTERY: "artery"}  # trunk -> the tube that leaves it
+AT_RISK = tuple(BRANCHES)
+
+# outer radii, of a usual common bile duct and right hepatic artery; see docs/physics.md
+RADIUS_M = {COMMON_DUCT: 0.0030, HEPATIC_ARTERY: 0.0016}
+SPACING_M = 0.0045  # of a trunk's rings: twice a cystic tube's, as nothing is placed on it
+DIVE_M = 0.005  # assumed: depth below the branch at which the ends of a trunk leave the field
+# assumed: both ends of a trunk from its branch, (towards the artery's side, up), m. The hepatic
+# artery runs across its branch, so that no trunk passes between the jaws that clip the branch.
+ENDS_M = {
+    COMMON_DUCT: ((-0.021, 0.006), (0.006, -0.022)),
+    HEPATIC_ARTERY: ((0.021, 0.006), (-0.006, -0.012)),
+}
+SAMPLES = 200  # points from which rings at equal distances are chosen
+
+
+def course(trunk: str, branch: Array, side: float) -> Array:
+    """Return the centreline of a trunk (n, 3), m, world frame.
+
+    It is a parabola through both ends whose wall touches the branch's first ring.
+
+    Args:
+        trunk: one of `AT_RISK`.
+        branch: (m, 3), the branch's centreline from its trunk.
+        side: 1 if the artery lies right of the duct, else -1.
+    """
+    end = branch[0]
+    first, last = (end + field_point(side * x, up, 0.0) + DIVE_M * AWAY for x, up in ENDS_M[trunk])
+    tangent = unit(last - first)
+    leaves = branch[1] - end
+    across = unit(leaves - (leaves @ tangent) * tangent)
+    t = np.linspace(-1.0, 1.0, SAMPLES)[:, None]
+    line = end + 0.5 * t * (last - first) + t * t * (0.5 * (first + last) - end)
+    return _evenly_spaced(line - RADIUS_M[trunk] * across)
+
+
+def _evenly_spaced(line: Array) -> Array:
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    stations = np.linspace(0.0, arc[-1], 1 + int(np.ceil(arc[-1] / SPACING_M)))
+    return np.stack([np.interp(stations, arc, line[:, k]) for k in range(3)], axis=1)
