@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.results import EpisodeResult
 
 ERROR, BELOW = 3, 1
-LEARNED = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
+DEFAULT = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class Evaluate:
     episodes ended in error, 130 interrupted.
     """
 
-    arms: Annotated[tuple[StudyArm, ...], some_arms()] = (LEARNED,)
+    arms: Annotated[tuple[StudyArm, ...], some_arms()] = (DEFAULT,)
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE and
     ,ablation=no-corrections where wanted; the others are compared with the first."""
     suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)

@@ -43,8 +43,8 @@ class EpisodeConfig:
     scenario: str = "nominal"
     magnitude: float | None = None
     seed: int = 20_000
-    planner: str = "learned"
-    controller: str = "diffusion"
+    planner: str = "scripted"
+    controller: str = "expert"
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
     task_cap_s: float = 90.0

@@ -35,7 +35,6 @@ def rigid(liver=None):
     return RigidSurroundings(
         liver=far_below if liver is None else liver,
         port_wall=port_wall(T_WORLD_RCM[:, :3, 3]),
-        common_duct_m=np.zeros((0, 3)),
     )
 
 

@@ -6,7 +6,7 @@ import pytest
 from controller.safety.obstacles import registered, surroundings_of
 from tissue_sim.frames import unit
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.patient.surroundings import COMMON_DUCT_RADIUS_M
+from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
 from tissue_sim.rendering.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
@@ -43,16 +43,30 @@ def test_the_wall_goes_through_both_ports_and_faces_the_field(world):
         np.testing.assert_allclose(np.einsum("ti,ti->t", a - port, inward), 0.0, atol=1e-12)
 
 
-def test_the_duct_starts_at_the_common_ducts_wall_and_tubes_are_as_wide_as_the_anatomy_says(world):
+def test_structures_at_risk_and_tubes_are_as_wide_as_the_anatomy_says(world):
     now, anatomy = surroundings_of(world).capsules, world.anatomy
-    common, start = now.start_m[now.of("common bile duct")], now.start_m[now.of("duct")][0]
-    to_line = np.linalg.norm(common - start, axis=1).min()
-    assert to_line == pytest.approx(COMMON_DUCT_RADIUS_M, rel=1e-3)
+    assert set(now.names) == {"gallbladder", "duct", "artery", *AT_RISK}
     for tube, diameter in (
         ("duct", anatomy.duct_diameter_m),
         ("artery", anatomy.arteries["artery"].diameter_m),
+        *((trunk, 2 * RADIUS_M[trunk]) for trunk in AT_RISK),
     ):
         assert 2 * np.median(now.radius_m[now.of(tube)]) == pytest.approx(diameter, rel=1e-6)
+
+
+@pytest.mark.parametrize("trunk", AT_RISK)
+def test_a_branch_starts_at_the_wall_of_its_trunk(world, trunk):
+    now = surroundings_of(world).capsules
+    start = now.start_m[now.of(BRANCHES[trunk])][0]
+    line = now.start_m[now.of(trunk)], now.end_m[now.of(trunk)]
+    apart = min(distance_m(start, a, b) for a, b in zip(*line, strict=True))
+    assert apart == pytest.approx(RADIUS_M[trunk], abs=3e-4)
+
+
+def distance_m(point, a, b):
+    """Return the distance of a point from the line from a to b."""
+    share = np.clip((point - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.linalg.norm(point - a - share * (b - a))
 
 
 def test_a_severed_tube_is_two_chains_that_part(world):
@@ -68,16 +82,19 @@ def test_a_severed_tube_is_two_chains_that_part(world):
     world.restore(state)
 
 
-def test_liver_and_common_duct_move_with_the_body_and_the_wall_does_not(world):
+def test_liver_and_structures_at_risk_move_with_the_body_and_the_wall_does_not(world):
     state = world.state()
     before = surroundings_of(world)
     offset = np.array([0.001, -0.002, 0.003])
     world.shift_body(offset)
-    world.step(JointCommand(joints=world.arms.joints))
+    for _ in range(90):  # the ligament draws the tissue along
+        world.step(JointCommand(joints=world.arms.joints))
     now = surroundings_of(world)
     np.testing.assert_allclose(now.moved_m["liver"], offset, atol=1e-12)
     np.testing.assert_array_equal(now.moved_m["port wall"], 0.0)
-    common = now.capsules.of("common bile duct")
-    moved = (now.capsules.start_m - before.capsules.start_m)[common]
-    np.testing.assert_allclose(moved, np.tile(offset, (len(moved), 1)), atol=1e-12)
+    for trunk in AT_RISK:
+        of = now.capsules.of(trunk)
+        moved = (now.capsules.start_m - before.capsules.start_m)[of]
+        np.testing.assert_allclose(moved, np.tile(offset, (len(moved), 1)), atol=1.5e-3)
+        np.testing.assert_allclose(moved[0], offset, atol=1e-6)
     world.restore(state)

@@ -12,6 +12,8 @@ from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.topology import boundary_faces, components
 from tissue_sim.patient.anatomy import COUNTS, RANGES, Artery, anatomy_from_seed
+from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M, SPACING_M
+from tissue_sim.patient.axes import AWAY, RIGHT
 from tissue_sim.patient.mesher import signed_volumes, sweep
 from tissue_sim.patient.organ import (
     REGIONS,
@@ -96,18 +98,18 @@ def test_every_seed_meshes_without_a_flat_element(organs: dict[int, Organ]) -> N
         longest = np.linalg.norm(edges, axis=-1).max(axis=1)
         assert (volumes / longest**3).min() > 1e-4
         assert np.isfinite(organ.vertices).all()
-        tubes = [name for t in organ.tubes for name in (f"{t} wall", f"{t} lumen")]
+        tubes = [name for t in organ.hollow for name in (f"{t} wall", f"{t} lumen")]
         assert [REGIONS[k] for k in np.unique(organ.region)] == ["gallbladder wall", "bile", *tubes]
         assert set(np.unique(organ.tets)) == set(range(len(organ.vertices)))
         # float32 keeps it: the shortest edge is far longer than a rounding of the coordinates
         assert volumes.astype(np.float32).min() > 0
 
 
-def test_there_are_three_connected_parts(organs: dict[int, Organ]) -> None:
+def test_there_are_five_connected_parts(organs: dict[int, Organ]) -> None:
     for organ in organs.values():
         label = components(len(organ.vertices), organ.tets)
-        assert len(np.unique(label)) == 3
-        for tube in TUBES:
+        assert len(np.unique(label)) == 5
+        for tube in organ.hollow:
             assert len(np.unique(label[organ.rings[tube]])) == 1
         assert len(np.unique(label[organ.sac_rings])) == 1
 
@@ -169,15 +171,38 @@ def test_ties_hold_points_of_the_sac(organs: dict[int, Organ]) -> None:
         inside = weights[np.isin(organ.tie_vertex, centres)]
         assert inside.min() > -0.05
         assert weights.min() > -1.0
-        sac = set(organ.sac_rings.ravel().tolist())
-        assert set(organ.tie_corners.ravel().tolist()) <= sac
-        assert not set(organ.tie_vertex.tolist()) & sac
+        held_by = organ.sac_rings, *(organ.rings[trunk] for trunk in AT_RISK)
+        holding = np.concatenate([rings.ravel() for rings in held_by])
+        assert np.isin(organ.tie_corners, holding).all()
+        assert not np.isin(organ.tie_vertex, holding).any()
 
 
-def test_only_the_far_ends_of_the_tubes_are_fixed(organs: dict[int, Organ]) -> None:
+def test_a_branch_is_tied_to_its_trunk_and_to_nothing_else(organs: dict[int, Organ]) -> None:
     for organ in organs.values():
-        ends = np.concatenate([organ.rings[t][0] for t in TUBES])
+        for trunk, branch in BRANCHES.items():
+            roots = np.isin(organ.tie_vertex, organ.rings[branch][0])
+            assert roots.sum() == organ.rings[branch].shape[1]
+            assert np.isin(organ.tie_corners[roots], organ.rings[trunk]).all()
+            root = organ.vertices[organ.rings[branch][0, 0]]
+            apart = np.linalg.norm(organ.vertices[organ.rings[trunk][:, 0]] - root, axis=1).min()
+            assert RADIUS_M[trunk] <= apart + 3e-4 < RADIUS_M[trunk] + 0.5 * SPACING_M
+
+
+def test_only_both_ends_of_the_structures_at_risk_are_fixed(organs: dict[int, Organ]) -> None:
+    for organ in organs.values():
+        ends = np.concatenate([organ.rings[trunk][[0, -1]].ravel() for trunk in AT_RISK])
         np.testing.assert_array_equal(np.flatnonzero(organ.fixed), np.sort(ends))
+
+
+def test_the_ligament_holds_the_backs_of_the_structures_at_risk(organs: dict[int, Organ]) -> None:
+    for organ in organs.values():
+        for trunk in AT_RISK:
+            rings = organ.rings[trunk]
+            held = np.isin(rings, organ.ligament_vertices)
+            assert not held[[0, -1]].any()
+            assert held[1:-1].sum(axis=1).min() >= 2
+            depth = organ.vertices[rings] @ AWAY
+            assert (depth > depth[:, :1])[held].all()
 
 
 def test_the_bed_holds_the_body_and_not_the_neck(organs: dict[int, Organ]) -> None:
@@ -198,8 +223,6 @@ def test_strands_join_duct_to_artery(organs: dict[int, Organ]) -> None:
 
 
 def test_the_artery_lies_on_the_side_the_anatomy_says(organs: dict[int, Organ]) -> None:
-    from tissue_sim.patient.axes import RIGHT
-
     for seed, organ in organs.items():
         duct, artery = (organ.vertices[organ.rings[t][0, 0]] @ RIGHT for t in TUBES)
         assert (artery < duct) == anatomy_from_seed(seed).artery_on_left
