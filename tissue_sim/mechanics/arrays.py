@@ -41,6 +41,8 @@ class TissueArrays:
     volume: wp.array2d(dtype=float)
     mu: wp.array2d(dtype=float)
     bulk: wp.array2d(dtype=float)  # lambda of the material
+    fibre: wp.array2d(dtype=wp.vec3)  # direction of the collagen at rest
+    collagen: wp.array2d(dtype=float)  # its stiffness, Pa
     folded: wp.array2d(dtype=int)
     lam: wp.array2d(dtype=float)  # the part of it that acts on the element now
     tet_slot: wp.array3d(dtype=int)

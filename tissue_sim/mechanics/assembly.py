@@ -20,6 +20,7 @@ from tissue_sim.mechanics.elasticity import (
     first_piola,
     stiffness_block,
 )
+from tissue_sim.mechanics.fibres import fibre_stiffness, fibre_stress
 
 wp.set_module_options({"enable_backward": False})
 
@@ -58,13 +59,17 @@ def add_stiffness(
     """
     D = t.rest_inverse[b, e]
     scale = t.volume[b, e] * (1.0 + viscosity)
-    h = element(deformation_gradient(t, b, e, x), t.mu[b, e] * scale, t.lam[b, e] * scale)
-    K11 = stiffness_block(h, D[0], D[0])
-    K22 = stiffness_block(h, D[1], D[1])
-    K33 = stiffness_block(h, D[2], D[2])
-    K12 = stiffness_block(h, D[0], D[1])
-    K13 = stiffness_block(h, D[0], D[2])
-    K23 = stiffness_block(h, D[1], D[2])
+    F = deformation_gradient(t, b, e, x)
+    h = element(F, t.mu[b, e] * scale, t.lam[b, e] * scale)
+    A = t.fibre[b, e]
+    M = fibre_stiffness(F, A, t.collagen[b, e] * scale)
+    along = wp.vec3(wp.dot(D[0], A), wp.dot(D[1], A), wp.dot(D[2], A))
+    K11 = stiffness_block(h, D[0], D[0]) + M * (along[0] * along[0])
+    K22 = stiffness_block(h, D[1], D[1]) + M * (along[1] * along[1])
+    K33 = stiffness_block(h, D[2], D[2]) + M * (along[2] * along[2])
+    K12 = stiffness_block(h, D[0], D[1]) + M * (along[0] * along[1])
+    K13 = stiffness_block(h, D[0], D[2]) + M * (along[0] * along[2])
+    K23 = stiffness_block(h, D[1], D[2]) + M * (along[1] * along[2])
     K01 = -(K11 + wp.transpose(K12) + wp.transpose(K13))
     K02 = -(K12 + K22 + wp.transpose(K23))
     K03 = -(K13 + K23 + K33)
@@ -88,7 +93,8 @@ def add_elastic_force(t: TissueArrays, b: int, e: int):
     c = t.tet[b, e]
     D = t.rest_inverse[b, e]
     F = deformation_gradient(t, b, e, t.position[b])
-    P = first_piola(F, t.mu[b, e], t.lam[b, e]) * t.volume[b, e]
+    P = first_piola(F, t.mu[b, e], t.lam[b, e]) + fibre_stress(F, t.fibre[b, e], t.collagen[b, e])
+    P = P * t.volume[b, e]
     f1 = P * D[0]
     f2 = P * D[1]
     f3 = P * D[2]

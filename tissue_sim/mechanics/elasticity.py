@@ -14,6 +14,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
+from tissue_sim.mechanics.fibres import fibre_energy
 
 wp.set_module_options({"enable_backward": False})
 
@@ -204,9 +205,11 @@ def elastic_energy(t: TissueArrays, energy_j: wp.array(dtype=wp.float64)):
             U = wp.mat33()
             s = wp.vec3()
             V = wp.mat33()
-            wp.svd3(deformation_gradient(t, b, e, t.position[b]), U, s, V)
+            F = deformation_gradient(t, b, e, t.position[b])
+            wp.svd3(F, U, s, V)
             stretch = s - wp.vec3(1.0, 1.0, 1.0)
             dJ = s[0] * s[1] * s[2] - 1.0
             psi = t.mu[b, e] * wp.dot(stretch, stretch) + 0.5 * t.lam[b, e] * dJ * dJ
+            psi = psi + fibre_energy(F, t.fibre[b, e], t.collagen[b, e])
             total = total + wp.float64(psi * t.volume[b, e])
     energy_j[b] = total

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
 from tissue_sim.patient.at_risk import BRANCHES
+from tissue_sim.patient.collagen import collagen
 from tissue_sim.patient.material import (
     ANCHOR_STIFFNESS,
     ANCHOR_STRENGTH,
@@ -52,6 +53,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
     """Return an organ's initial arrays, by name; the other arrays are zero or follow from these."""
     n_tie, held_by = len(organ.tie_vertex), (len(organ.bed_vertices), len(organ.ligament_vertices))
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
+    fibre, stiff = collagen(organ, stiffness_scale)
     rings = _all_rings(organ)
     return {
         "n_vertex": np.array(len(organ.vertices)),
@@ -65,6 +67,8 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "mu": mu,
         "lam": lam,
         "bulk": lam,
+        "fibre": fibre,
+        "collagen": stiff,
         "tie_corner": np.column_stack([organ.tie_vertex, organ.tie_corners]),
         "tie_weight": np.insert(-organ.tie_weights, 0, 1.0, axis=1),
         "tie_stiffness": np.full(n_tie, TIE_STIFFNESS),
@@ -138,6 +142,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "bed_edge": (), "bed_force": (), "iterations": (),
         "tet": (n_tet,), "tet_alive": (n_tet,), "rest_inverse": (n_tet,), "volume": (n_tet,),
         "mu": (n_tet,), "bulk": (n_tet,), "folded": (n_tet,), "lam": (n_tet,),
+        "fibre": (n_tet,), "collagen": (n_tet,),
         "tet_slot": (n_tet, 16),
         "tie_corner": (n_tie, 5), "tie_weight": (n_tie, 5), "tie_slot": (n_tie, 25),
         "tie_stiffness": (n_tie,), "tie_strength": (n_tie,),

@@ -15,6 +15,7 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
 from tissue_sim.mechanics.elasticity import deformation_gradient, first_piola
+from tissue_sim.mechanics.fibres import fibre_stress
 
 wp.set_module_options({"enable_backward": False})
 
@@ -37,9 +38,10 @@ def segment_gradient(t: TissueArrays, b: int, tube: int, r: int):
 
 
 @wp.func
-def pull_share(F: wp.mat33, mu: float, lam: float, direction: wp.vec3, gradient: wp.vec3):
+def pull_share(t: TissueArrays, b: int, e: int, F: wp.mat33, direction: wp.vec3, gradient: wp.vec3):
     """Return a . P A / L of an element, N/m^3."""
-    return wp.dot(direction, first_piola(F, mu, lam) * gradient)
+    P = first_piola(F, t.mu[b, e], t.lam[b, e]) + fibre_stress(F, t.fibre[b, e], t.collagen[b, e])
+    return wp.dot(direction, P * gradient)
 
 
 @wp.func
@@ -103,7 +105,7 @@ def add_pulls(t: TissueArrays, b: int):
             if wp.length(direction) > SLACK_STRETCH * t.segment_volume[b, k, r]:
                 F = deformation_gradient(t, b, e, t.position[b])
                 gradient = t.segment_gradient[b, k, r]
-                share = pull_share(F, t.mu[b, e], t.lam[b, e], wp.normalize(direction), gradient)
+                share = pull_share(t, b, e, F, wp.normalize(direction), gradient)
                 t.segment_pull[b, k, r] = t.segment_pull[b, k, r] + share * t.volume[b, e]
 
 

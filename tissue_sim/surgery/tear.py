@@ -1,8 +1,7 @@
 """A tube under too much pull tears at its weakest section.
 
 The mesh's walls are thicker and softer than the real ones, so the limit is a force: the real wall's
-ultimate strength times its section. A linear wall stretches further before it carries that force
-than a real wall, which stiffens.
+ultimate strength times its section.
 """
 
 from __future__ import annotations
@@ -13,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.patient.material import WALL_THICKNESS_M
+from tissue_sim.patient.collagen import strength_n
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
-from tissue_sim.thresholds import STRENGTH_PA
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,19 +41,13 @@ class Tear(Opening):
     holds_n: float
 
 
-def wall_section_m2(tube: str, radius_m: float) -> float:
-    """Return the section of the real wall of a tube of this outer radius."""
-    t = WALL_THICKNESS_M[tube]
-    return np.pi * t * (2.0 * radius_m - t)
-
-
 def worst_load(tubes: Tubes, tube: str) -> Load:
     """Return the load nearest to a tear, of those that `Tissue.load_walls` found.
 
     A real pull acts on neighbouring segments too: a load on one segment alone comes from jaws that
     deform it.
     """
-    whole_n = STRENGTH_PA[tube] * wall_section_m2(tube, tubes.radius_m(tube))
+    whole_n = strength_n(tube, tubes.radius_m(tube))
     pulls = tubes.tissue.host("segment_pull")[tubes.b, tubes.organ.hollow.index(tube)]
     if not pulls.any():
         return Load(tube=tube, segment=0, pull_n=0.0, holds_n=whole_n)

@@ -33,12 +33,16 @@ class Potential(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Elements:
-    """Fixed-corotated tetrahedra: mu |F - R|^2 + lambda / 2 (J - 1)^2 per volume, F = R S.
+    """Fixed-corotated tetrahedra with fibres.
+
+    The energy per volume, with F = R S and s = |F A|, is
+    mu |F - R|^2 + lambda / 2 (J - 1)^2 + c / 4 max(s - 1, 0)^4.
 
     Attributes:
         tets: (n_tet, 4).
         gradients: (n_tet, 4, 3), of the corners' shape functions at rest, 1/m.
-        volume: (n_tet,), m^3; mu, lam: (n_tet,), Pa.
+        volume: (n_tet,), m^3; mu, lam, collagen (c): (n_tet,), Pa.
+        fibre: (n_tet, 3), A.
     """
 
     tets: Indices
@@ -46,6 +50,8 @@ class Elements:
     volume: Array
     mu: Array
     lam: Array
+    fibre: Array
+    collagen: Array
 
     def deformation(self, x: Array) -> Array:
         """Return F of every element, (n_tet, 3, 3)."""
@@ -55,12 +61,16 @@ class Elements:
         F = self.deformation(x)
         shear = ((F - _rotation(F)[0]) ** 2).sum(axis=(1, 2))
         dJ = np.linalg.det(F) - 1.0
-        return float((self.volume * (self.mu * shear + 0.5 * self.lam * dJ**2)).sum())
+        over = np.maximum(self._stretch(F)[0] - 1.0, 0.0)
+        psi = self.mu * shear + 0.5 * self.lam * dJ**2 + 0.25 * self.collagen * over**4
+        return float((self.volume * psi).sum())
 
     def gradient(self, x: Array) -> Array:
         F = self.deformation(x)
         pressure = self.lam * (np.linalg.det(F) - 1.0)
         P = 2 * _scale(self.mu, F - _rotation(F)[0]) + _scale(pressure, _cofactor(F))
+        stretch, to = self._stretch(F)
+        P += _scale(self.collagen * np.maximum(stretch - 1.0, 0.0) ** 3, to)
         forces = np.einsum("e,eij,eaj->eai", self.volume, P, self.gradients)
         return _gather(self.tets, forces, len(x))
 
@@ -71,9 +81,25 @@ class Elements:
         pressure = self.lam * (np.linalg.det(F) - 1.0)
         H = 2 * _scale(self.mu, np.eye(9) - turn) + _scale(pressure, _cofactor_slope(F))
         H += _scale(self.lam, cofactor[:, :, None] * cofactor[:, None, :])
+        H += self._fibre_hessian(F)
         H = _scale(self.volume, _project(H) if projected else H).reshape(-1, 3, 3, 3, 3)
         blocks = np.einsum("eaj,eijkl,ebl->eaibk", self.gradients, H, self.gradients, optimize=True)
         return _assemble(self.tets, blocks, len(x))
+
+    def _stretch(self, F: Array) -> tuple[Array, Array]:
+        """Return s (n,) and its derivative ds/dF (n, 3, 3); a fibre's direction is 0 where none."""
+        drawn = np.einsum("eij,ej->ei", F, self.fibre)
+        s = np.linalg.norm(drawn, axis=1)
+        return s, np.einsum("ei,ej->eij", drawn / np.maximum(s, _FLATTEST)[:, None], self.fibre)
+
+    def _fibre_hessian(self, F: Array) -> Array:
+        """Return d2/dF2 of the fibres' energy, (n, 9, 9): c (3 o^2 s' s' + o^3 s'')."""
+        s, slope = self._stretch(F)
+        over, slope = np.maximum(s - 1.0, 0.0), slope.reshape(-1, 9)
+        direction = np.einsum("ij,ek,el->eikjl", np.eye(3), self.fibre, self.fibre)
+        outer = slope[:, :, None] * slope[:, None, :]
+        bend = (direction.reshape(-1, 9, 9) - outer) / np.maximum(s, _FLATTEST)[:, None, None]
+        return _scale(3 * self.collagen * over**2, outer) + _scale(self.collagen * over**3, bend)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -145,10 +145,9 @@ def _elements(tissue: Tissue, b: int) -> Elements:
     edges = (rest[tets[:, 1:]] - rest[tets[:, :1]]).transpose(0, 2, 1)
     inverse = np.linalg.inv(edges)
     gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
-    mu, lam = (tissue.host(name)[b, : len(alive)][alive].astype(float) for name in ("mu", "lam"))
-    return Elements(
-        tets=tets, gradients=gradients, volume=signed_volumes(rest, tets), mu=mu, lam=lam
-    )
+    names = "mu", "lam", "fibre", "collagen"
+    given = {k: tissue.host(k)[b, : len(alive)][alive].astype(float) for k in names}
+    return Elements(tets=tets, gradients=gradients, volume=signed_volumes(rest, tets), **given)
 
 
 def _ties(tissue: Tissue, b: int) -> Springs:

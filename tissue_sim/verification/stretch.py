@@ -1,4 +1,4 @@
-"""A bar pulled at both ends, against the stationary point of its energy."""
+"""A bar pulled at both ends, with fibres or without, against its energy's stationary point."""
 
 from __future__ import annotations
 
@@ -37,35 +37,45 @@ class Stretch:
     tolerance: float
 
 
-def stretch(poisson: float, stress_over_young: Sequence[float]) -> Stretch:
+def stretch(
+    poisson: float, stress_over_young: Sequence[float], collagen_over_young: float = 0.0
+) -> Stretch:
     """Pull a bar evenly: F is then uniform, which linear elements represent exactly.
 
-    The bar is only pulled, as a free body under pressure turns over.
+    The bar is only pulled, as a free body under pressure turns over. Its fibres lie along it.
     """
     material = Material(young_pa=YOUNG_PA, poisson=poisson)
-    pulled = [_pull(material, share * YOUNG_PA) for share in stress_over_young]
+    collagen_pa = collagen_over_young * YOUNG_PA
+    pulled = [_pull(material, collagen_pa, share * YOUNG_PA) for share in stress_over_young]
     return Stretch(
         poisson=poisson,
         stress_over_young=np.array(stress_over_young),
         measured=np.array([s for s, _ in pulled]),
-        expected=np.array([stretches(share * YOUNG_PA, material) for share in stress_over_young]),
+        expected=np.array(
+            [stretches(share * YOUNG_PA, material, collagen_pa) for share in stress_over_young]
+        ),
         uneven=np.array([uneven for _, uneven in pulled]),
         # the noise of a force is eps times its largest stress
         tolerance=100 * SETTLED_M / SIZE_M[0] + 100 * EPS / (1 - 2 * poisson),
     )
 
 
-def stretches(stress_pa: float, material: Material) -> tuple[float, float]:
-    """Return the stretches along and across a bar.
+def stretches(
+    stress_pa: float, material: Material, collagen_pa: float = 0.0
+) -> tuple[float, float]:
+    """Return the stretches along and across a bar that is pulled.
 
-    They minimise mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 - P s_1.
+    They minimise mu sum (s_i - 1)^2 + lambda / 2 (J - 1)^2 + c / 4 (s_1 - 1)^4 - P s_1.
     """
     mu, lam = material.lame
+
+    def fibres(s: float) -> float:
+        return collagen_pa * (s - 1) ** 3
 
     def unbalanced(s: Sequence[float]) -> list[float]:
         dJ = s[0] * s[1] ** 2 - 1
         return [
-            (2 * mu * (s[0] - 1) + lam * dJ * s[1] ** 2 - stress_pa) / mu,
+            (2 * mu * (s[0] - 1) + lam * dJ * s[1] ** 2 + fibres(s[0]) - stress_pa) / mu,
             (2 * mu * (s[1] - 1) + lam * dJ * s[0] * s[1]) / mu,
         ]
 
@@ -74,13 +84,15 @@ def stretches(stress_pa: float, material: Material) -> tuple[float, float]:
     return along, across
 
 
-def _pull(material: Material, stress_pa: float) -> tuple[Array, float]:
+def _pull(material: Material, collagen_pa: float, stress_pa: float) -> tuple[Array, float]:
     """Return the principal stretches (3,) of the settled bar, and how uneven they are."""
     rest, tets = box(SIZE_M, (5, 2, 2))
     load = np.zeros_like(rest)
     ends = face_share(rest, tets, 0, SIZE_M[0]) - face_share(rest, tets, 0, 0.0)
     load[:, 0] = stress_pa * ends
-    x = settle(overdamped(rest, tets, material), load)
+    tissue = overdamped(rest, tets, material)
+    tissue.host("fibre")[:], tissue.host("collagen")[:] = (1.0, 0.0, 0.0), collagen_pa
+    x = settle(tissue, load)
     x, rest = x - x.mean(axis=0), rest - rest.mean(axis=0)
     F = np.linalg.lstsq(rest, x, rcond=None)[0].T
     return np.linalg.svd(F)[1], float(np.abs(x - rest @ F.T).max() / SIZE_M[0])

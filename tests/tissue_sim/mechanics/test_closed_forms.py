@@ -8,11 +8,18 @@ import pytest
 
 from tissue_sim.patient.material import Material
 from tissue_sim.verification.bodies import EPS, SETTLED_M, box, face_share, overdamped, settle
-from tissue_sim.verification.cantilever import LENGTH_M, LOADINGS, cantilever, timoshenko_m
+from tissue_sim.verification.cantilever import (
+    LENGTH_M,
+    LOADINGS,
+    WIDTH_M,
+    cantilever,
+    timoshenko_m,
+)
 from tissue_sim.verification.clip_closure import squeezed_block
 from tissue_sim.verification.cut_strip import slit, whole_cut
 from tissue_sim.verification.friction_cone import FRICTION_ERROR, friction_cone
 from tissue_sim.verification.stretch import stretch
+from tissue_sim.verification.tented import tented
 from tissue_sim.verification.volume import volume
 
 
@@ -21,6 +28,28 @@ def test_a_pulled_bar_stretches_as_its_energy_predicts(poisson: float) -> None:
     bar = stretch(poisson, [0.02, 0.3])
     np.testing.assert_allclose(bar.measured, bar.expected[:, [0, 1, 1]], atol=bar.tolerance)
     assert bar.uneven.max() < bar.tolerance
+
+
+def test_a_wall_with_collagen_stiffens_as_its_energy_predicts() -> None:
+    soft, wall = (stretch(0.45, [0.1, 0.5, 1.5], c) for c in (0.0, 8.0))
+    np.testing.assert_allclose(wall.measured, wall.expected[:, [0, 1, 1]], atol=wall.tolerance)
+    assert wall.uneven.max() < wall.tolerance
+    drawn = wall.measured[:, 0] - 1
+    assert np.all(drawn < soft.measured[:, 0] - 1)
+    secant = wall.stress_over_young / drawn
+    assert np.all(np.diff(secant) > 0.25)  # the further, the stiffer
+    assert secant[0] == pytest.approx(
+        soft.stress_over_young[0] / (soft.measured[0, 0] - 1), rel=0.1
+    )
+
+
+def test_a_tube_drawn_out_of_its_bed_rises_as_a_beam_on_a_foundation() -> None:
+    """Check that the lift converges from below to the closed form."""
+    duct = tented()
+    assert duct.expected_m < 0.1 * WIDTH_M  # small enough for a linear theory
+    assert np.all(np.diff(duct.lifted_m) > 0)
+    assert np.all((duct.excess > 0) & (duct.excess < duct.max_excess))
+    assert duct.excess[-1] < 0.06
 
 
 @pytest.mark.parametrize("stress_over_young", [-0.25, -0.1, 0.2])

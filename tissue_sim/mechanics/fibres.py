@@ -1,0 +1,47 @@
+"""Collagen fibres in a wall: they carry nothing until they are stretched, then stiffen.
+
+    psi(F) = c / 4 (s - 1)^4  for s > 1, else 0,      s = |F A|
+
+with the fibres' direction A at rest. Fibres that act in tension alone: Holzapfel, Gasser and
+Ogden, "A new constitutive framework for arterial wall mechanics", 2000; here the law is a power
+instead of their exponential, which overflows in a step that overshoots. A crushed lumen, whose
+wall is pressed and bent but not drawn out along the tube, does not stiffen.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def fibre_stress(F: wp.mat33, along: wp.vec3, c: float):
+    """Return the fibres' first Piola-Kirchhoff stress, in the unit of c."""
+    drawn = F * along
+    stretch = wp.length(drawn)
+    over = stretch - 1.0
+    if over <= 0.0:
+        return wp.mat33()
+    return wp.outer(drawn * (c * over * over * over / stretch), along)
+
+
+@wp.func
+def fibre_stiffness(F: wp.mat33, along: wp.vec3, c: float):
+    """Return M such that the block of corners with rest gradients g and h is (g.A) (h.A) M."""
+    drawn = F * along
+    stretch = wp.length(drawn)
+    over = stretch - 1.0
+    if over <= 0.0:
+        return wp.mat33()
+    n = drawn / stretch
+    tension = c * over * over * over / stretch
+    slope = 3.0 * c * over * over
+    return wp.diag(wp.vec3(tension, tension, tension)) + wp.outer(n, n) * (slope - tension)
+
+
+@wp.func
+def fibre_energy(F: wp.mat33, along: wp.vec3, c: float):
+    """Return psi, in the unit of c."""
+    over = wp.max(wp.length(F * along) - 1.0, 0.0)
+    return 0.25 * c * over * over * over * over
