@@ -24,7 +24,7 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0022}  # off the common bile duct, the hepatic artery
+LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0038}  # the applier stays off what is at risk
 HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this; assumed

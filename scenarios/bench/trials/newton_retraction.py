@@ -24,6 +24,7 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.axes import UP
 from tissue_sim.patient.material import DENSITY_KG_M3, TIE_STIFFNESS, lame_of
 from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.at_risk import AT_RISK, BRANCHES
 from tissue_sim.patient.organ import REGIONS, Organ, build_organ
 from tissue_sim.periods import CONTROL_PERIOD_S
 
@@ -75,11 +76,13 @@ def height_m(step: int) -> float:
 
 
 def body_of(anatomy: Anatomy) -> RetractedBody:
-    """Return the organ held at its ends, liver and grasper, with springs in place of ties."""
+    """Return the organ held at trunks, liver and grasper, with springs in place of the sac's ties."""
     organ = build_organ(anatomy)
     drawn = organ.sac_rings[GRASPED_RINGS].ravel()
     held = organ.fixed.copy()
     held[organ.anchored] = held[drawn] = True
+    held[np.concatenate([organ.rings[part].ravel() for part in AT_RISK])] = True
+    held[np.concatenate([organ.rings[branch][0] for branch in BRANCHES.values()])] = True
     weights = np.maximum(organ.tie_weights, 0.0)
     tie, corner = np.nonzero(weights > MIN_WEIGHT)
     return RetractedBody(

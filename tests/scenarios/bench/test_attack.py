@@ -17,13 +17,14 @@ from scenarios.bench.trials.attack_trial import AttackRun, AttackTrial, Pair, lo
 from scenarios.bench.trials.run_trials import TrialAttempt
 from scenarios.cli import main
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 POINT = np.array([[0.01, -0.005, 0.0]])
 TARGETS = AttackTargets(
     T_world_rcm=T_WORLD_RCM,
     instruments=TOOLS,
-    points_m={name: POINT for name in ("liver", "port wall", "common bile duct", "tubes")},
+    points_m={name: POINT for name in ("liver", "port wall", "tubes", *AT_RISK)},
 )
 STRAIGHT = ("at the liver", "at the port wall", "at the common bile duct", "at the tubes")
 

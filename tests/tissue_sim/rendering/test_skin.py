@@ -51,8 +51,9 @@ def test_whole_organ_is_closed_outward_and_near_its_true_volume() -> None:
         there, back = (set(map(tuple, e.tolist())) for e in (edges, edges[:, ::-1]))
         assert there == back  # every edge has a neighbour, turned the same way
         chords = signed_volumes(organ.vertices, organ.tets)[organ.region // 2 == k].sum()
-        # The mesh is a prism; the circle through its corners has at most 1.21 of its area.
-        assert 1.0 < enclosed_volume(surfaces[part][0], triangles) / chords < 1.25
+        # The mesh is a prism; the circle through its corners has at most 1.21 of its area, and a
+        # curved axis a little more than its chords.
+        assert 1.0 < enclosed_volume(surfaces[part][0], triangles) / chords < 1.26
 
 
 def test_tube_of_six_sides_is_round_to_three_percent() -> None:

@@ -124,7 +124,7 @@ def test_a_cut_makes_two_parts_and_keeps_volume_and_mass(tubes: Tubes, tube: str
     np.testing.assert_allclose(after, before, rtol=10 * EPS)
     assert tubes.tissue.n_vertex() == n + 13
     label = components(tubes.tissue.n_vertex(), tubes.tissue.tets())
-    assert len(np.unique(label)) == 4  # sac, the other tube, and two stumps
+    assert len(np.unique(label)) == 6  # sac, the other tube, two trunks, and two stumps
 
 
 @pytest.mark.parametrize("tube", TUBES)
