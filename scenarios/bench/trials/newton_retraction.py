@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.at_risk import AT_RISK, BRANCHES
 from tissue_sim.patient.axes import UP
 from tissue_sim.patient.material import DENSITY_KG_M3, TIE_STIFFNESS, lame_of
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.patient.at_risk import AT_RISK, BRANCHES
 from tissue_sim.patient.organ import REGIONS, Organ, build_organ
 from tissue_sim.periods import CONTROL_PERIOD_S
 
@@ -76,7 +76,7 @@ def height_m(step: int) -> float:
 
 
 def body_of(anatomy: Anatomy) -> RetractedBody:
-    """Return the organ held at trunks, liver and grasper, with springs in place of the sac's ties."""
+    """Return the organ held at trunks, liver and grasper, with springs for the sac's ties."""
     organ = build_organ(anatomy)
     drawn = organ.sac_rings[GRASPED_RINGS].ravel()
     held = organ.fixed.copy()

@@ -27,6 +27,7 @@ from scenarios.run_episode import begin
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import UP
+from tissue_sim.patient.organ import TUBES
 
 
 class Kitchen:
@@ -191,8 +192,8 @@ def test_held_vertices_stay_and_drawn_ones_go_up(body, retracted):
     np.testing.assert_allclose(
         moved[body.drawn], np.tile(RETRACTION_M * UP, (len(body.drawn), 1)), atol=1e-8
     )
-    for tube, rings in body.organ.rings.items():  # the springs pull both tubes along
-        upper = rings[body.organ.neck_ring[tube] // 2]
+    for tube in TUBES:  # the springs pull both tubes along
+        upper = body.organ.rings[tube][body.organ.neck_ring[tube] // 2]
         assert (moved[upper] @ UP > 0.25 * RETRACTION_M).all()
 
 

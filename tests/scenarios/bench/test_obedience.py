@@ -19,7 +19,7 @@ from scenarios.demonstration.labels import THRESHOLD_RAD
 from scenarios.loop.episode_config import EpisodeConfig
 
 SEED = 10_001
-HELD_BACK = [c for c in CORRECTIONS if c.text == "move right arm away from me"]
+HELD_BACK = [c for c in CORRECTIONS if c.text == "move right arm lower"]
 DIRECTIONS = {"left": (1, 0, 0), "right": (-1, 0, 0), "higher": (0, 1, 0), "lower": (0, -1, 0)} | {
     "away": (0, 0, 1),
     "towards": (0, 0, -1),

@@ -1,11 +1,14 @@
 """Tests of a demonstration: the expert's frames are marked; failures are flagged until undone."""
 
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, takewhile
 
 import numpy as np
 import pytest
 
+from controller.diffusion.checkpoint import save_checkpoint
+from controller.diffusion.policy import Policy
+from controller.diffusion.training import PRESETS
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
 from scenarios.demonstration.demonstrate import begun, run
@@ -99,8 +102,14 @@ def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
         assert (moved[axis] > 0) == (c.direction in ("left", "higher", "away"))
 
 
-def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learned_planner(nominal):
-    turns = islice(begun(PlannedDemonstration(seed=SEED + 1, kind="turns")).steps(), 450)
+def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learned_planner(
+    nominal, tmp_path
+):
+    untrained = tmp_path / "policy.safetensors"
+    save_checkpoint(untrained, Policy(PRESETS["smoke"].policy))
+    turned = PlannedDemonstration(seed=SEED + 1, kind="turns", checkpoint=str(untrained))
+    steps = islice(begun(turned).steps(), 450)
+    turns = takewhile(lambda step: not step.exchange, steps)  # an exchange shifts the seconds
     assert past_the_second(step.instruction for step in turns) == {0.0}
     assert past_the_second(step.instruction for step in nominal.steps) > {0.0}
 

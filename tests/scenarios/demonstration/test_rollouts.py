@@ -20,7 +20,7 @@ from scenarios.demonstration.rollout_recorder import RolloutRecorder
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-SEED, SLIPPING = 10_001, 10_003
+SEED, SLIPPING, DEEPER = 10_001, 10_003, 10_000
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
 
@@ -77,7 +77,7 @@ def test_a_wrong_task_does_not_change_the_due_task():
 
 
 def test_an_overshoot_lasts_while_the_applier_is_deeper_than_its_goal():
-    episode = begun(PlannedDemonstration(seed=SEED, kind="recovery:overshoot", noise=False))
+    episode = begun(PlannedDemonstration(seed=DEEPER, kind="recovery:overshoot", noise=False))
     failing, stood, deeper_m = FailureTracker(), [], []
     for step in islice(episode.steps(), 600):
         task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
