@@ -8,8 +8,17 @@ NOTHING = "–"
 
 
 def counts(summary: Summary) -> str:
-    """Return how many episodes passed of those without error."""
-    return f"{summary.passed} of {summary.episodes - summary.errors}"
+    """Return how many episodes passed, of those that passed or failed; and how many called."""
+    told = f"{summary.passed} of {summary.judged}"
+    return f"{told}, {summary.called} called" if summary.called else told
+
+
+def called(summary: Summary) -> str:
+    """Return how many episodes called for a person, their share, and how many without need."""
+    if not summary.called:
+        return "0"
+    told = f"{summary.called} ({rate(summary.called / summary.episodes)})"
+    return f"{told}, {summary.needless} without need" if summary.needless else told
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:
