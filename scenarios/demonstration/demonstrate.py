@@ -41,12 +41,15 @@ class DemonstrationOutcome:
 
     Attributes:
         success: whether the procedure succeeded; failed ones do not enter the dataset.
+        called: why a person must be called for this patient, who is not demonstrated; None for
+            others.
         error: why it broke off; None if it did not.
         unwritable: why its file could not be written; None if it could.
     """
 
     demonstration: PlannedDemonstration
     success: bool = False
+    called: str | None = None
     error: str | None = None
     unwritable: str | None = None
     frames: int = 0
@@ -64,13 +67,20 @@ def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
 
 
 def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
-    """Run it and write its file to `out`; an exception in the episode becomes its error."""
+    """Run it and write its file to `out`; an exception in the episode becomes its error.
+
+    There is no file of a patient for whom a person must be called.
+    """
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from controller.dataset.part import part_bytes
+    from tissue_sim.outcome.room import why_call
 
     start_s = time.perf_counter()
     try:
-        episode = run(demonstration)
+        running = begun(demonstration)
+        if (why := why_call(running.world.anatomy)) is not None:
+            return DemonstrationOutcome(demonstration=demonstration, called=why)
+        episode = run(demonstration, running)
     except Exception as error:
         trace = traceback.format_exc().encode()
         return _written(
@@ -90,8 +100,8 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
     return _written(outcome, path, part_bytes(episode))
 
 
-def run(demonstration: PlannedDemonstration) -> Demonstrated:
-    """Run the demonstration; return its frames."""
+def run(demonstration: PlannedDemonstration, episode: Running) -> Demonstrated:
+    """Run the begun episode of a demonstration; return its frames."""
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.rollout_recorder import RolloutRecorder
@@ -101,7 +111,6 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
     from scenarios.run_episode import play
 
     seed, kind = demonstration.seed, demonstration.kind
-    episode = begun(demonstration)
     make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
     recorder = make(lambda: expert_acts(episode.controller))
     result = play(episode, [recorder], time.perf_counter())

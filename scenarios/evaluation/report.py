@@ -38,6 +38,8 @@ class Climb:
     Attributes:
         held: the largest magnitude at which at least half passed; None if the first failed.
         breaking: the smallest magnitude at which fewer passed; None if none was found.
+        declined: the magnitude at which the planner called for a person on every patient, which
+            ends the climb; None if there was none.
     """
 
     axis: str
@@ -45,6 +47,7 @@ class Climb:
     rungs: tuple[Rung, ...]
     held: float | None
     breaking: float | None
+    declined: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,6 +189,9 @@ def _climb(
         rungs=tuple(rungs),
         held=max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None),
         breaking=min((magnitude for magnitude, rate in known if rate < HOLDS), default=None),
+        declined=next(
+            (r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0), None
+        ),
     )
 
 

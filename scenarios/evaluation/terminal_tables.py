@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.words import called, interval, number, rate, signed
+from scenarios.evaluation.words import called, end_of, interval, number, rate, signed
 
 Row = Sequence[str]
 
@@ -18,7 +18,7 @@ def tables(report: Report) -> Iterator[Table]:
     several = (
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
-        _table("how far each can go", ("axis", "arm"), ("holds", "breaks at", ""), _climbs(report)),
+        _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
         _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
@@ -93,7 +93,7 @@ def _climbs(report: Report) -> Iterator[Row]:
 
 def _climb(climb: Climb) -> Row:
     held = "nothing" if climb.held is None else f"{climb.held:g}"
-    return held, "never" if climb.breaking is None else f"{climb.breaking:g}", climb.unit
+    return held, end_of(climb), climb.unit
 
 
 def _said(report: Report) -> Iterator[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from scenarios.evaluation.report import Climb
 from scenarios.loop.results import Summary
 
 NOTHING = "–"
@@ -19,6 +20,13 @@ def called(summary: Summary) -> str:
         return "0"
     told = f"{summary.called} ({rate(summary.called / summary.episodes)})"
     return f"{told}, {summary.needless} without need" if summary.needless else told
+
+
+def end_of(climb: Climb) -> str:
+    """Return what ended a climb: it broke, or the planner called for a person on every patient."""
+    if climb.breaking is not None:
+        return f"breaks at {climb.breaking:g}"
+    return "holds" if climb.declined is None else f"calls at {climb.declined:g}"
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:
