@@ -153,15 +153,12 @@ def _report(
 ) -> list[str]:
     broken = [outcome for outcome in outcomes if outcome.error]
     passed = sum(outcome.success for outcome in outcomes)
-    called = sum(outcome.called is not None for outcome in outcomes)
     lines = [f"{o.demonstration.name} broke off: {o.error}" for o in broken]
     if outcomes:
         lines.append(
             f"collected {len(outcomes)} episodes in {wall_s:.0f} s: {passed} passed,"
-            f" {len(outcomes) - passed - called - len(broken)} failed and are kept separately"
+            f" {len(outcomes) - passed - len(broken)} failed and are kept separately"
         )
-    if called:
-        lines.append(f"{called} patients need a person and are not demonstrated")
     if there := len(asked) - len(outcomes):
         lines.append(f"{there} existed already")
     return lines

@@ -41,15 +41,12 @@ class DemonstrationOutcome:
 
     Attributes:
         success: whether the procedure succeeded; failed ones do not enter the dataset.
-        called: why a person must be called for this patient, who is not demonstrated; None for
-            others.
         error: why it broke off; None if it did not.
         unwritable: why its file could not be written; None if it could.
     """
 
     demonstration: PlannedDemonstration
     success: bool = False
-    called: str | None = None
     error: str | None = None
     unwritable: str | None = None
     frames: int = 0
@@ -67,20 +64,13 @@ def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
 
 
 def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
-    """Run it and write its file to `out`; an exception in the episode becomes its error.
-
-    There is no file of a patient for whom a person must be called.
-    """
+    """Run it and write its file to `out`; an exception in the episode becomes its error."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from controller.dataset.part import part_bytes
-    from tissue_sim.outcome.room import why_call
 
     start_s = time.perf_counter()
     try:
-        running = begun(demonstration)
-        if (why := why_call(running.world.anatomy)) is not None:
-            return DemonstrationOutcome(demonstration=demonstration, called=why)
-        episode = run(demonstration, running)
+        episode = run(demonstration)
     except Exception as error:
         trace = traceback.format_exc().encode()
         return _written(
@@ -100,8 +90,8 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
     return _written(outcome, path, part_bytes(episode))
 
 
-def run(demonstration: PlannedDemonstration, episode: Running) -> Demonstrated:
-    """Run the begun episode of a demonstration; return its frames."""
+def run(demonstration: PlannedDemonstration) -> Demonstrated:
+    """Run the demonstration; return its frames."""
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.rollout_recorder import RolloutRecorder
@@ -111,6 +101,7 @@ def run(demonstration: PlannedDemonstration, episode: Running) -> Demonstrated:
     from scenarios.run_episode import play
 
     seed, kind = demonstration.seed, demonstration.kind
+    episode = begun(demonstration)
     make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
     recorder = make(lambda: expert_acts(episode.controller))
     result = play(episode, [recorder], time.perf_counter())

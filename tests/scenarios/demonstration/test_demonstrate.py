@@ -136,7 +136,7 @@ def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
 @pytest.mark.slow
 def test_the_tubes_may_come_in_another_order_and_all_is_done():
     demonstration = PlannedDemonstration(seed=902, kind="order", noise=False)
-    shown = run(demonstration, begun(demonstration))
+    shown = run(demonstration)
     tasks = [TASKS[index - 1] for index in dict.fromkeys(shown.columns["task"].tolist())]
     assert shown.header.success
     assert set(tasks) == set(TASKS)
