@@ -22,7 +22,11 @@ class Planner(Protocol[Observation_contra]):
         ...
 
     def plan(self, observation: Observation_contra) -> Instruction:
-        """Return what to do now, given this observation and those before it."""
+        """Return what to do now, given this observation and those before it.
+
+        An instruction with `call` declines and asks for a person; before anything irreversible is
+        done, this is an outcome of its own, and no failure.
+        """
         ...
 
 

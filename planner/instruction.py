@@ -8,6 +8,7 @@ from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.task import TASKS, Task, task_from_text
 
 __all__ = [
+    "CALL",
     "CORRECTIONS",
     "HOLD",
     "TASKS",
@@ -20,6 +21,7 @@ __all__ = [
 
 Source = Literal["planner", "human"]
 HOLD = "hold"
+CALL = "call for a person"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +38,13 @@ class Instruction:
         overrides: Names of safety interlocks that a person has explicitly overridden.
         assessment: How the planner judges the task; None if it does not judge it.
         hold: Both arms stay where they are; the controller is not asked.
+        call: The planner declines and asks for a person, who finds the reason in `remark`. It goes
+            with `hold`, and ends the episode.
         remark: Of the source, for a person to read: why this instruction, or why to hold.
 
     Raises:
-        ValueError: The planner overrides interlocks, or a correction is given with a hold.
+        ValueError: The planner overrides interlocks, a correction is given with a hold, or a call
+            comes without a hold or a reason, or from a person.
     """
 
     task: Task
@@ -50,6 +55,7 @@ class Instruction:
     overrides: frozenset[str] = frozenset()
     assessment: Assessment | None = None
     hold: bool = False
+    call: bool = False
     remark: str = ""
 
     def __post_init__(self) -> None:
@@ -57,10 +63,14 @@ class Instruction:
             raise ValueError(f"only a person may set interlocks aside, not the {self.source}")
         if self.hold and self.correction:
             raise ValueError(f"arms that stay cannot {self.correction.text!r}")
+        if self.call and not (self.hold and self.remark and self.source == "planner"):
+            raise ValueError("a call is the planner's: it needs hold=True and a reason in `remark`")
 
     @property
     def text(self) -> str:
-        """Return the one string that the controller hears, or `HOLD`, which it never hears."""
+        """Return the string that the controller hears; `HOLD` and `CALL` it never hears."""
+        if self.call:
+            return CALL
         if self.hold:
             return HOLD
         return self.correction.text if self.correction else self.task.text

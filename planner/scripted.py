@@ -8,7 +8,13 @@ from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from planner.policy_setup import PolicySetup, privileged
-from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tube_severed
+from tissue_sim.outcome.predicates import (
+    gallbladder_held,
+    right_arm_back,
+    tube_severed,
+    untouched,
+)
+from tissue_sim.outcome.room import why_call
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
@@ -18,7 +24,8 @@ class PlannerScripted:
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
     the same task again; when the gallbladder has slipped out of the grasper, to go back and to
-    grab it again.
+    grab it again. Where three clips and a cut do not fit, or there is a second artery, it calls for
+    a person before the first clip.
     """
 
     privileged = True
@@ -43,6 +50,8 @@ class PlannerScripted:
     def plan(self, observation: Observation) -> Instruction:
         """Return the first task in the order that is not over; the last one when all are over."""
         task, now_s = self._order[self._index], observation.time_s
+        if (why := why_call(self._world.anatomy)) is not None and untouched(self._world):
+            return Instruction(task=task, hold=True, call=True, remark=why, time_s=now_s)
         if self._backing_off:
             if right_arm_back(self._world):
                 self._backing_off, self._since_s = False, now_s

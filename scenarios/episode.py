@@ -68,6 +68,7 @@ class Episode:
             safety_filter=self.config.safety_filter,
         )
         self._begun = False
+        self._instruction = Instruction(task=TASKS[0])  # until the planner is asked
         self._chunk: deque[ToolAction] = deque()
         self._guided: GuidedArm | None = None  # a person leads this arm now
         self._heard: list[Heard] = []  # observers do not know these yet
@@ -94,6 +95,11 @@ class Episode:
                 return
             if self._has_news(step) or self._plan_is_due():
                 self._follow(self._plan())
+
+    @property
+    def instruction(self) -> Instruction:
+        """Return the instruction in force."""
+        return self._instruction
 
     def _begin(self) -> None:
         duct = "left" if self.world.anatomy.structure("left") == "duct" else "right"
@@ -228,12 +234,12 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether all is done, a task is out of time, or nothing is left to cut.
+        """Return whether all is done, a task is out of time, a person is called, or all is cut.
 
         The last task alone is not the end: it is also how the arm backs off from the last cut.
         """
         task = step.instruction.task
-        if self.tasks.results[task.index].time_s > self.config.task_cap_s:
+        if step.instruction.call or self.tasks.results[task.index].time_s > self.config.task_cap_s:
             return True
         if task != TASKS[-1] or not step.outcome.task_done:
             return False

@@ -18,11 +18,12 @@ from scenarios.loop.inbox import Inbox
 from scenarios.loop.motion_metrics import MotionMetrics
 from scenarios.loop.observer import Observer
 from scenarios.loop.policies import make_controller, make_planner, name_of
-from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult
+from scenarios.loop.results import CallResult, EpisodeResult, InjuryResult, SafetyResult
 from scenarios.loop.script import read_script
 from scenarios.perturbation.effects import Effects
-from tissue_sim.outcome.predicates import stumps_hold
+from tissue_sim.outcome.predicates import stumps_hold, untouched
 from tissue_sim.outcome.retention import pull_all_clips
+from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.sensing.observation import Observation
@@ -128,6 +129,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         controller=config.controller,
         privileged=tuple(role for role, policy in policies.items() if is_privileged(policy)),
         success=record.is_complete and stumps_hold(world) and not injuries,
+        call=_call(episode),
         tasks=tasks,
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
@@ -140,6 +142,17 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         ),
         safety=_safety(episode),
         anatomy_hash=world.anatomy.hash,
+    )
+
+
+def _call(episode: Episode) -> CallResult | None:
+    said, world = episode.instruction, episode.world
+    if not said.call:
+        return None
+    return CallResult(
+        reason=said.remark,
+        in_time=untouched(world),
+        needed=why_call(world.anatomy) is not None,
     )
 
 

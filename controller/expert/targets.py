@@ -11,12 +11,18 @@ from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import straightness
+from tissue_sim.outcome.room import (
+    CUT_ROOM_M,
+    HIGH_MARGIN_M,
+    LOW_MARGIN_M,
+    NEARER_M,
+    SPACING_M,
+)
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
-from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
@@ -24,12 +30,7 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0038}  # the applier stays off what is at risk
-HIGH_MARGIN_M = 0.0042  # from the gallbladder to the middle of a clip
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
-NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this; assumed
-SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.00015  # between clips
-CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # between the clips beside the cut
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
@@ -199,16 +200,18 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     """Return where the three clips go: two low, the third near the gallbladder, less so if aside.
 
     The spare length of a tube is divided about equally; the cut has a part on both sides. If it
-    is scarce, the third clip goes nearer to the gallbladder, less so if aside.
+    is scarce, the third clip goes nearer to the gallbladder, less so if aside. A tube of
+    `needed_m` has just room for all three.
     """
     first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
-    spare = max(third - first - SPACING_M - CUT_ROOM_M, 0.0)
+    spare = third - first - SPACING_M - CUT_ROOM_M
     nearer = (1.0 - aside) * float(np.clip(SCARCE_M - spare, 0.0, NEARER_M))
+    shared = max(spare + nearer, 0.0)
     below, between, above = SHARES
     return (
-        first + below * (spare + nearer),
-        first + (below + between) * (spare + nearer) + SPACING_M,
-        third + nearer - (above + 0.3 * aside) * spare,
+        first + below * shared,
+        first + (below + between) * shared + SPACING_M,
+        third + nearer - (above + 0.3 * aside) * max(spare, 0.0),
     )
 
 

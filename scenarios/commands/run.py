@@ -29,6 +29,7 @@ from scenarios.loop.results import EpisodeResult, summarise, write_results
 from scenarios.loop.script import read_script
 from scenarios.recording.attempt import attempt_episode, broken_off
 from scenarios.recording.result_tables import (
+    call_lines,
     episode_table,
     error_lines,
     injury_table,
@@ -50,7 +51,8 @@ VIDEO_SUFFIX = ".mp4"
 class Run:
     """Run one or more autonomous episodes.
 
-    Exit code: 0 all passed, 1 some failed, 2 bad input, 3 some ended in error, 130 interrupted.
+    Exit code: 0 all passed or rightly called for a person, 1 some failed or called without need, 2
+    bad input, 3 some ended in error, 130 interrupted.
     """
 
     planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
@@ -216,11 +218,11 @@ def _attempted(
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:
-    """Return 3 if any episode ended in error, else 1 if any failed, else 0."""
+    """Return 3 after any error, else 1 after any failure or call without need, else 0."""
     summary = summarise(episodes)
     if summary.errors:
         return 3
-    return 0 if summary.passed == summary.episodes else 1
+    return 0 if summary.passed == summary.judged and not summary.needless else 1
 
 
 def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
@@ -234,6 +236,7 @@ def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
     elif episodes:
         console.print(episode_table(episodes))
     for line in (
+        *call_lines(episodes),
         *error_lines(episodes),
         summary_line(summarise(episodes)),
         f"results: {out / 'results.json'}",

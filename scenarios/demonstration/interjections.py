@@ -56,6 +56,8 @@ class PlannerInterjecting:
     def plan(self, observation: Observation) -> Instruction:
         """Return the other planner's instruction, sometimes with a correction."""
         said, now_s = self._planner.plan(observation), observation.time_s
+        if said.hold:
+            return said
         if self._correction is not None and now_s >= self._until_s - 1e-9:
             self._correction = None
         elif now_s >= self._until_s + BETWEEN_S and self._rng.uniform() < CHANCE:

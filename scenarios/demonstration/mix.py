@@ -90,7 +90,10 @@ def demonstrations(
     planner: str = "",
     artery_below_m: float = math.inf,
 ) -> list[PlannedDemonstration]:
-    """Plan one for each training seed with a short enough artery; more episodes only add some."""
+    """Plan one for each training seed with a short enough artery; more episodes only add some.
+
+    Patients for whom a person must be called are left out.
+    """
     turns = MIXES[mix]
     made = []
     for seed in islice(_patients(first_seed, artery_below_m), episodes):
@@ -111,7 +114,10 @@ def demonstrations(
 
 
 def _patients(first_seed: int, artery_below_m: float) -> Iterator[int]:
-    """Yield training seeds of patients whose artery is shorter than this."""
+    """Yield training seeds of operable patients whose artery is shorter than this."""
+    from tissue_sim.outcome.room import why_call
+
     for seed in range(first_seed, TRAINING_SEEDS.stop):
-        if anatomy_from_seed(seed).artery_length_m < artery_below_m:
+        anatomy = anatomy_from_seed(seed)
+        if anatomy.artery_length_m < artery_below_m and why_call(anatomy) is None:
             yield seed

@@ -41,7 +41,7 @@ class ArmComparison:
     """An arm compared with the reference arm in one suite.
 
     Attributes:
-        pairs: patients on which both ran without error.
+        pairs: patients on which each of both passed or failed; neither called nor broke off.
         both, neither, only_arm, only_reference: number of pairs by who passed.
         difference: of the pass rates, arm minus reference; None without pairs.
         tango_95: interval of the difference.
@@ -91,11 +91,11 @@ def compare(
 
 
 def _of(arm: str, suite: str, results: Mapping[Case, EpisodeResult]) -> dict[Place, EpisodeResult]:
-    """Return an arm's episodes without error."""
+    """Return an arm's episodes that passed or failed."""
     return {
         (case.suite, case.condition.name, case.seed): result
         for case, result in results.items()
-        if (case.arm.name, case.suite) == (arm, suite) and result.error is None
+        if (case.arm.name, case.suite) == (arm, suite) and result.is_judged
     }
 
 

@@ -73,11 +73,11 @@ class Detection:
 
 
 def detection(results: Sequence[EpisodeResult]) -> Detection | None:
-    """Score the episodes without error; return None if the planner gave no chance.
+    """Score the episodes that passed or failed; return None if the planner gave no chance.
 
     The order of `results` must not depend on their outcomes.
     """
-    scored = [r for r in results if r.error is None and score(r) is not None]
+    scored = [r for r in results if r.is_judged and score(r) is not None]
     if not scored:
         return None
     passes, failures = [r for r in scored if r.success], [r for r in scored if not r.success]

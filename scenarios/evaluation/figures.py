@@ -15,7 +15,7 @@ RIGHT = 1  # the arm that clips and cuts
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """Figures of episodes without error; None if no episode has the figure.
+    """Figures of episodes that passed or failed; None if no episode has the figure.
 
     Attributes:
         time_s: mean time of the passed episodes, without exchanges.
@@ -38,7 +38,7 @@ class Figures:
 
 def figures(results: Sequence[EpisodeResult]) -> Figures:
     """Return the figures of some episodes."""
-    judged = [r for r in results if r.error is None]
+    judged = [r for r in results if r.is_judged]
     passed = [r for r in judged if r.success]
     return Figures(
         time_s=mean(r.procedure_time_s for r in passed),

@@ -6,14 +6,17 @@ from planner.task import TASKS
 from scenarios.loop.results import EpisodeResult, TaskResult
 
 NOT_HOLDING = "a clip or a stump does not hold in the end"
+CALLED_LATE = "called for a person too late"
 
 
 def reason(result: EpisodeResult) -> str | None:
-    """Return the first injury, else the task not done in time; None if it did not fail."""
-    if result.success or result.error is not None:
+    """Return the first injury, else a late call or the task not done; None if it did not fail."""
+    if result.outcome != "failed":
         return None
     if result.injuries:
         return f"injury: {result.injuries[0].event}"
+    if result.call is not None:
+        return CALLED_LATE
     task = first_not_done(result)
     return NOT_HOLDING if task is None else f"not done in time: {task}"
 
@@ -28,12 +31,15 @@ def in_detail(result: EpisodeResult) -> str:
     """Return the outcome in one line, with numbers."""
     if result.error is not None:
         return f"error: {result.error}"
+    if result.outcome == "called" and result.call is not None:
+        return result.call.in_words
     if result.success:
         return f"passed in {result.procedure_time_s:.0f} s, {result.corrections} corrections"
     parts = [
         f"{injury.event} at {injury.time_s:.1f} s ({injury.value:.3g}, limit {injury.limit:.3g})"
         for injury in result.injuries[:1]
     ]
+    parts += [] if result.call is None else [result.call.in_words]
     if (task := _last(result)) is not None and first_not_done(result) is not None:
         parts.append(
             f"{first_not_done(result)} not done; {task.time_s:.0f} s at {task.instruction}"

@@ -38,6 +38,8 @@ class Climb:
     Attributes:
         held: the largest magnitude at which at least half passed; None if the first failed.
         breaking: the smallest magnitude at which fewer passed; None if none was found.
+        declined: the magnitude at which the planner called for a person on every patient, which
+            ends the climb; None if there was none.
     """
 
     axis: str
@@ -45,6 +47,7 @@ class Climb:
     rungs: tuple[Rung, ...]
     held: float | None
     breaking: float | None
+    declined: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,6 +91,7 @@ class ArmReport:
     Attributes:
         suites: suite reports by name.
         worst: failed episodes, the earliest first; then the slowest that passed.
+        called: episodes in which the planner called for a person in time, with its reason.
         errors: episodes that broke off, which do not count as failures.
         detection: over all suites; None if the planner gives no chance of failure.
     """
@@ -95,6 +99,7 @@ class ArmReport:
     arm: StudyArm
     suites: dict[str, SuiteReport]
     worst: tuple[ReportedEpisode, ...]
+    called: tuple[ReportedEpisode, ...]
     errors: tuple[ReportedEpisode, ...]
     detection: Detection | None
 
@@ -133,14 +138,15 @@ def report_of(plan: Plan, results: Results, folder: Path) -> Report:
 
 def _of_arm(plan: Plan, arm: StudyArm, results: Results, folder: Path) -> ArmReport:
     mine = {case: result for case, result in results.items() if case.arm == arm}
-    ended = {case: result for case, result in mine.items() if result.error is None}
-    worst = sorted(ended.items(), key=lambda pair: _badness(pair[1]), reverse=True)
+    judged = {case: result for case, result in mine.items() if result.is_judged}
+    worst = sorted(judged.items(), key=lambda pair: _badness(pair[1]), reverse=True)
     return ArmReport(
         arm=arm,
         suites={suite.name: _of_suite(plan, arm, suite, mine, folder) for suite in plan.suites},
         worst=tuple(_episode(case, result) for case, result in worst[:WORST]),
-        errors=tuple(_episode(c, r) for c, r in mine.items() if r.error is not None),
-        detection=detection(list(ended.values())),
+        called=tuple(_episode(c, r) for c, r in mine.items() if r.outcome == "called"),
+        errors=tuple(_episode(c, r) for c, r in mine.items() if r.outcome == "error"),
+        detection=detection(list(judged.values())),
     )
 
 
@@ -183,6 +189,9 @@ def _climb(
         rungs=tuple(rungs),
         held=max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None),
         breaking=min((magnitude for magnitude, rate in known if rate < HOLDS), default=None),
+        declined=next(
+            (r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0), None
+        ),
     )
 
 
@@ -205,13 +214,16 @@ def _episode(case: Case, result: EpisodeResult) -> ReportedEpisode:
 def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
     """Return the lowest pass rate of any arm in any suite, with both names; None without one.
 
-    Ladders are left out, because each arm climbs them until it fails.
+    Ladders are left out, because each arm climbs them until it fails. Calls without need count as
+    not passed here, so that nobody raises the rate by declining.
     """
     rates = (
-        (rate, arm, suite.name)
+        (summary.passed / operable, arm, suite.name)
         for arm, found in report.arms.items()
         for suite in report.suites
-        if not suite.ladders and (rate := found.suites[suite.name].summary.pass_rate) is not None
+        if not suite.ladders
+        and (summary := found.suites[suite.name].summary)
+        and (operable := summary.judged + summary.needless)
     )
     return min(rates, default=None)
 
@@ -227,6 +239,7 @@ def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
                 "arm": found.arm,
                 "suites": {suite: _suite_document(s) for suite, s in found.suites.items()},
                 "worst": found.worst,
+                "called": found.called,
                 "errors": found.errors,
                 "failure_detection": found.detection,
             }

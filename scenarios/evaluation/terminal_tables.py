@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.words import counts, interval, number, rate, signed
+from scenarios.evaluation.words import called, end_of, interval, number, rate, signed
 
 Row = Sequence[str]
 
@@ -18,10 +18,11 @@ def tables(report: Report) -> Iterator[Table]:
     several = (
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
-        _table("how far each can go", ("axis", "arm"), ("holds", "breaks at", ""), _climbs(report)),
+        _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
         _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
+        _table("called for a person", ("arm", "call", "recording"), (), _called(report)),
         _table("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
     )
     return (table for table in several if table.row_count)
@@ -31,6 +32,7 @@ _RATES = (
     "passed",
     "rate",
     "95 % Wilson",
+    "called",
     "errors",
     "not run",
     "time (s)",
@@ -61,9 +63,10 @@ def _rates(report: Report) -> Iterator[Row]:
 
 def _rate_figures(suite: SuiteReport) -> Row:
     return (
-        counts(suite.summary),
+        f"{suite.summary.passed} of {suite.summary.judged}",
         rate(suite.summary.pass_rate),
         interval(suite.summary.wilson_95, 3),
+        called(suite.summary),
         str(suite.summary.errors),
         str(suite.missing),
         number(suite.figures.time_s, 1),
@@ -90,7 +93,7 @@ def _climbs(report: Report) -> Iterator[Row]:
 
 def _climb(climb: Climb) -> Row:
     held = "nothing" if climb.held is None else f"{climb.held:g}"
-    return held, "never" if climb.breaking is None else f"{climb.breaking:g}", climb.unit
+    return held, end_of(climb), climb.unit
 
 
 def _said(report: Report) -> Iterator[Row]:
@@ -113,6 +116,12 @@ def _reasons(report: Report) -> Iterator[Row]:
 def _worst(report: Report) -> Iterator[Row]:
     for arm, found in report.arms.items():
         for episode in found.worst:
+            yield arm, episode.outcome, episode.recording
+
+
+def _called(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for episode in found.called:
             yield arm, episode.outcome, episode.recording
 
 

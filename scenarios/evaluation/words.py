@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+from scenarios.evaluation.report import Climb
 from scenarios.loop.results import Summary
 
 NOTHING = "–"
 
 
 def counts(summary: Summary) -> str:
-    """Return how many episodes passed of those without error."""
-    return f"{summary.passed} of {summary.episodes - summary.errors}"
+    """Return how many episodes passed, of those that passed or failed; and how many called."""
+    told = f"{summary.passed} of {summary.judged}"
+    return f"{told}, {summary.called} called" if summary.called else told
+
+
+def called(summary: Summary) -> str:
+    """Return how many episodes called for a person, their share, and how many without need."""
+    if not summary.called:
+        return "0"
+    told = f"{summary.called} ({rate(summary.called / summary.episodes)})"
+    return f"{told}, {summary.needless} without need" if summary.needless else told
+
+
+def end_of(climb: Climb) -> str:
+    """Return what ended a climb: it broke, or the planner called for a person on every patient."""
+    if climb.breaking is not None:
+        return f"breaks at {climb.breaking:g}"
+    return "holds" if climb.declined is None else f"calls at {climb.declined:g}"
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:

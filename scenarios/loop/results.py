@@ -1,16 +1,19 @@
 """The result of an episode, and the file results.json."""
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from controller.safety.ledger import Entry
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import dumps
 from scenarios.files.versions import versions
 from scenarios.files.wilson import wilson_interval
+
+Outcome = Literal["passed", "failed", "called", "error"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +70,33 @@ class SafetyResult:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CallResult:
+    """The planner's call for a person, with which the episode ended.
+
+    Attributes:
+        reason: In the planner's words.
+        in_time: Nothing irreversible had been done; an episode that called later has failed.
+        needed: By the anatomy the procedure cannot be done, see `tissue_sim.outcome.room`.
+    """
+
+    reason: str
+    in_time: bool
+    needed: bool
+
+    @property
+    def in_words(self) -> str:
+        """Return the reason, and whether the call was right."""
+        manner = "too late" if not self.in_time else "rightly" if self.needed else "without need"
+        return f"called {manner}: {self.reason}"
+
+
+@dataclass(frozen=True, kw_only=True)
 class EpisodeResult:
     """The result of one episode.
 
     Attributes:
-        success: All tasks done, clips holding, no leak, no injury; False when in error.
+        success: All tasks done, clips holding, no leak, no injury; False when called or in error.
+        call: The planner's call for a person; None if it made none.
         error: Why the episode broke off, which is not a failure of the surgeon; None if it did not.
         procedure_time_s: Simulated time without exchanges.
         exchange_time_s: Simulated time of tool exchanges and clip reloads.
@@ -88,6 +113,7 @@ class EpisodeResult:
     planner: str
     controller: str
     success: bool
+    call: CallResult | None = None
     error: str | None = None
     tasks: tuple[TaskResult, ...] = ()
     procedure_time_s: float = 0.0
@@ -101,28 +127,66 @@ class EpisodeResult:
     sense: str = "exact"
     privileged: tuple[str, ...] = ()
 
+    @property
+    def outcome(self) -> Outcome:
+        """Return how it ended; "called" means in time, whether or not it was needed."""
+        if self.error is not None:
+            return "error"
+        if self.call is not None and self.call.in_time:
+            return "called"
+        return "passed" if self.success else "failed"
+
+    @property
+    def is_judged(self) -> bool:
+        """Return whether it passed or failed, and so counts in a pass rate."""
+        return self.outcome in ("passed", "failed")
+
+    @property
+    def is_needless_call(self) -> bool:
+        """Return whether it was called, although the procedure could have been done."""
+        return self.outcome == "called" and self.call is not None and not self.call.needed
+
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """The pass rate over the episodes without error; None if there are none."""
+    """How episodes ended, and the pass rate over those that passed or failed.
+
+    Attributes:
+        called: Number in which the planner called for a person in time.
+        needless: Number of these in which the procedure could have been done.
+        pass_rate: None if no episode passed or failed.
+        wilson_95: Of the pass rate.
+    """
 
     episodes: int
     passed: int
+    called: int
+    needless: int
     errors: int
     pass_rate: float | None
     wilson_95: tuple[float, float]
 
+    @property
+    def judged(self) -> int:
+        """Return the number of episodes that passed or failed."""
+        return self.episodes - self.called - self.errors
+
 
 def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
-    """Summarise episodes; errors leave the pass rate, as they say nothing about the surgeon."""
-    judged = [episode for episode in episodes if episode.error is None]
-    passed = sum(episode.success for episode in judged)
+    """Summarise episodes.
+
+    Errors leave the pass rate, as they say nothing about the surgeon; calls are counted apart.
+    """
+    outcomes = Counter(episode.outcome for episode in episodes)
+    passed, judged = outcomes["passed"], outcomes["passed"] + outcomes["failed"]
     return Summary(
         episodes=len(episodes),
         passed=passed,
-        errors=len(episodes) - len(judged),
-        pass_rate=passed / len(judged) if judged else None,
-        wilson_95=wilson_interval(passed, len(judged)),
+        called=outcomes["called"],
+        needless=sum(episode.is_needless_call for episode in episodes),
+        errors=outcomes["error"],
+        pass_rate=passed / judged if judged else None,
+        wilson_95=wilson_interval(passed, judged),
     )
 
 
@@ -150,6 +214,7 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
         safety=_safety(entry["safety"]),
         privileged=tuple(entry.get("privileged", ())),
+        call=None if entry.get("call") is None else CallResult(**entry["call"]),
     )
 
 

@@ -10,7 +10,7 @@ from scenarios.loop.results import EpisodeResult, Summary
 
 def task_table(episode: EpisodeResult) -> Table:
     """Return a table with one row for each task."""
-    table = Table(title=f"seed {episode.seed}: {verdict(episode)}")
+    table = Table(title=f"seed {episode.seed}: {episode.outcome}")
     for heading in ("task", "instruction", "done"):
         table.add_column(heading)
     for heading in ("time (s)", "corrections"):
@@ -64,7 +64,7 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
     for episode in episodes:
         table.add_row(
             str(episode.seed),
-            verdict(episode),
+            episode.outcome,
             str(sum(task.success for task in episode.tasks)),
             f"{episode.procedure_time_s:.1f}",
             str(episode.corrections),
@@ -73,13 +73,6 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
             f"{episode.wall_s:.1f}",
         )
     return table
-
-
-def verdict(episode: EpisodeResult) -> str:
-    """Return the outcome in one word."""
-    if episode.error is not None:
-        return "error"
-    return "passed" if episode.success else "failed"
 
 
 def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
@@ -91,9 +84,25 @@ def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
     ]
 
 
+def call_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
+    """Return one line for each episode in which the planner called for a person."""
+    return [
+        f"seed {episode.seed} {episode.call.in_words}"
+        for episode in episodes
+        if episode.call is not None
+    ]
+
+
 def summary_line(summary: Summary) -> str:
-    """Return the pass rate with its 95 % Wilson interval, and the number of errors."""
-    judged = summary.episodes - summary.errors
+    """Return the pass rate with its 95 % Wilson interval, and the numbers of calls and errors."""
     low, high = summary.wilson_95
-    line = f"passed {summary.passed} of {judged} (95 % Wilson interval {low:.3f} to {high:.3f})"
-    return f"{line}, {summary.errors} ended in error" if summary.errors else line
+    parts = [
+        f"passed {summary.passed} of {summary.judged}"
+        f" (95 % Wilson interval {low:.3f} to {high:.3f})"
+    ]
+    if summary.called:
+        share = 100.0 * summary.called / summary.episodes
+        parts += [f"{summary.called} called for a person ({share:.0f} %)"]
+    parts += [f"{summary.needless} of them without need"] if summary.needless else []
+    parts += [f"{summary.errors} ended in error"] if summary.errors else []
+    return ", ".join(parts)

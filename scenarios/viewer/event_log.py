@@ -27,7 +27,7 @@ class LogLine:
     """One event.
 
     Attributes:
-        detail: confidence, size or reply; "" for none.
+        detail: confidence, size, reply or reason; "" for none.
     """
 
     time_s: float
@@ -159,7 +159,9 @@ def verdict(result: EpisodeResult) -> str:
     """Return the result in words."""
     if result.error is not None:
         return f"broke off: {result.error}"
-    return "passed" if result.success else "failed"
+    if result.call is None:
+        return result.outcome
+    return ("" if result.call.in_time else "failed, ") + result.call.in_words
 
 
 def progress_of(status: EpisodeStatus) -> float:
@@ -174,7 +176,8 @@ def _is_new(now: Instruction, before: Instruction | None) -> bool:
 
 
 def _line_of(instruction: Instruction) -> tuple[Kind, str, str]:
-    return instruction.source, instruction.text, f"{instruction.confidence:.0%}"
+    detail = instruction.remark if instruction.call else f"{instruction.confidence:.0%}"
+    return instruction.source, instruction.text, detail
 
 
 def _kind(heard: Heard) -> Kind:

@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from scenarios.loop.results import episode_from
 from scenarios.recording.recorder import Recording
 from scenarios.recording.rerun_commands import CommandRerun
+from scenarios.viewer.event_log import verdict
 from scenarios.viewer.frame import Frame, frame_of, patient_of
 
 
@@ -97,4 +99,4 @@ def marks_of(recording: Recording) -> tuple[TimelineMark, ...]:
 def _end(recording: Recording) -> str:
     if recording.result is None:
         return f"broke off: {recording.error}"
-    return "passed" if recording.result["success"] else "failed"
+    return verdict(episode_from(recording.result))

@@ -11,7 +11,6 @@ from controller.expert.targets import (
     APPROACHES,
     OFF_CENTRE_M,
     SAC_ROOM_M,
-    SPACING_M,
     Approach,
     applier_opening_rad,
     catches_another,
@@ -26,6 +25,7 @@ from controller.expert.targets import (
 from controller.kinematics import inverse_kinematics
 from planner.task import task_from_text
 from tissue_sim.frames import inverse_pose
+from tissue_sim.outcome.room import CUT_ROOM_M, SPACING_M, needed_m
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
@@ -164,6 +164,29 @@ def test_every_approach_leaves_room_for_clips_and_cuffs(
     share = (cut - low) @ (high - low) / ((high - low) @ (high - low))
     room = (0.5 * CLIP_WIDTH_M + CUFF_MIN_M) / (third - second)
     assert room - 0.05 < share < 1 - room + 0.05
+
+
+@pytest.mark.parametrize("tube", TUBES)
+@pytest.mark.parametrize("longer_m", [0.0, 0.0004, 0.002, 0.02])
+def test_whatever_the_rule_lets_pass_has_room_for_each_clip_and_the_cut(
+    world: World, tube: str, longer_m: float
+) -> None:
+    world.tubes.length_m[tube] = needed_m(tube) + longer_m
+    first, second, third = clip_stations_m(world.tubes, tube)
+    edge_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
+    assert edge_m <= first
+    assert third <= world.tubes.length_m[tube] - edge_m
+    assert second - first >= SPACING_M - 1e-9
+    assert third - second >= CUT_ROOM_M - 1e-9
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_on_a_tube_that_the_rule_refuses_the_cut_has_too_little_room(
+    world: World, tube: str
+) -> None:
+    world.tubes.length_m[tube] = needed_m(tube) - 0.0002
+    _, second, third = clip_stations_m(world.tubes, tube)
+    assert third - second < CUT_ROOM_M
 
 
 def test_the_cut_goes_into_the_widest_gap_above_two_clips(world: World) -> None:

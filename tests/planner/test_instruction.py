@@ -7,6 +7,7 @@ import pytest
 
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import (
+    CALL,
     CORRECTIONS,
     TASKS,
     Instruction,
@@ -104,6 +105,28 @@ def test_the_correction_is_heard_in_place_of_the_task():
     task, correction = TASKS[1], CORRECTIONS[0]
     assert Instruction(task=task).text == task.text
     assert Instruction(task=task, correction=correction).text == correction.text
+
+
+def test_a_call_is_told_apart_from_all_that_the_controller_hears():
+    call = Instruction(task=TASKS[0], hold=True, call=True, remark="the duct is too short")
+    assert call.text == CALL
+    assert CALL not in {entry.text for entry in (*TASKS, *CORRECTIONS)}
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"hold": False},
+        {"remark": ""},
+        {"source": "human"},
+        {"correction": CORRECTIONS[0]},
+    ],
+)
+def test_a_call_holds_gives_its_reason_and_is_the_planners(wrong):
+    call = {"task": TASKS[0], "hold": True, "call": True, "remark": "the duct is too short"}
+    Instruction(**call)
+    with pytest.raises(ValueError, match=r"a call is the planner's|arms that stay"):
+        Instruction(**call | wrong)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Tests of the override: a person comes first for a time; the planner goes on unaffected."""
 
+from dataclasses import dataclass
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -30,6 +32,18 @@ class PlannerCounting:
         self.asked_s.append(observation.time_s)
         task = TASKS[min(len(self.asked_s), len(TASKS)) - 1]
         return Instruction(task=task, time_s=observation.time_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerFixed:
+    instruction: Instruction
+    hears_of_success: bool = False
+
+    def reset(self):
+        pass
+
+    def plan(self, observation):
+        return self.instruction
 
 
 @pytest.fixture
@@ -83,6 +97,17 @@ def test_a_later_instruction_replaces_the_earlier_one_for_its_own_5_seconds(plan
     assert planner.in_force(1.5).correction == HIGHER.correction
     assert planner.in_force(1.4 + HOLD_S).source == "human"
     assert planner.in_force(1.5 + HOLD_S).source == "planner"
+
+
+def test_an_order_comes_before_a_call_which_is_still_there_afterwards():
+    why = "the duct is too short"
+    call = Instruction(task=TASKS[0], hold=True, call=True, remark=why)
+    planner = PlannerOverridden(PlannerFixed(instruction=call))
+    assert planner.plan(clipped()) == call
+    say(planner, HIGHER.text, 1.0)
+    ordered = planner.in_force(1.0)
+    assert (ordered.correction, ordered.call, ordered.hold) == (HIGHER.correction, False, False)
+    assert planner.in_force(1.0 + HOLD_S) == call
 
 
 @pytest.mark.parametrize("word", ["stop", "pause"])

@@ -14,9 +14,13 @@ from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
 from tissue_sim.outcome.predicates import right_arm_back
+from tissue_sim.outcome.room import needed_m, why_call
+from tissue_sim.patient.variants import variant
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride
+from tissue_sim.world import World
 
 GRAB, FIRST_CLIP, BACK_FROM_FIRST_CLIP, SECOND_CLIP = TASKS[:4]
 OUT_INSERTION_M = 0.05
@@ -121,6 +125,25 @@ def test_after_a_slip_no_task_is_given_that_is_still_done():
             break
     back_from_second = TASKS[SECOND_CLIP.index]
     assert said == [*TASKS[:4], back_from_second, GRAB, SECOND_CLIP]
+
+
+@pytest.mark.parametrize("change", ["short duct", "short artery", "second artery"])
+def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouched, change):
+    asked = untouched.anatomy
+    hopeless = {
+        "short duct": replace(asked, duct_length_m=needed_m("duct") - 1e-6),
+        "short artery": replace(asked, artery_length_m=needed_m("artery") - 1e-6),
+        "second artery": variant("two-arteries", asked),
+    }[change]
+    world = World()
+    world.reset(hopeless)
+    planner = PlannerScripted(world)
+    said = planner.plan(world.observe())
+    assert (said.call, said.hold, said.remark) == (True, True, why_call(hopeless))
+    middle_m = 0.5 * world.tubes.length_m["duct"]
+    T = astride(world.tubes, "duct", middle_m, beyond_m=0.5 * CLIP_LENGTH_M)
+    world.record = replace(world.record, clips=(latch(world.tubes, T, number=1, time_s=0.0),))
+    assert not planner.plan(world.observe()).call
 
 
 def test_an_instruction_carries_the_time_it_was_given(untouched):

@@ -1,8 +1,8 @@
-"""Results of three episodes: one passed, one failed, and one ended in an error."""
+"""Results of five episodes: one passed, one failed, two were called, one ended in an error."""
 
 from dataclasses import replace
 
-from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.results import CallResult, EpisodeResult, InjuryResult, SafetyResult, TaskResult
 
 PASSED = EpisodeResult(
     scenario="nominal",
@@ -28,4 +28,12 @@ FAILED = replace(
     success=False,
     injuries=(InjuryResult(event="pinch", time_s=12.0, value=41.0, limit=37.0),),
 )
+CALLED = replace(
+    PASSED,
+    seed=20_003,
+    success=False,
+    call=CallResult(reason="The duct is 9.0 mm long.", in_time=True, needed=True),
+    tasks=(),
+)
+NEEDLESS = replace(CALLED, call=CallResult(reason="I am unsure.", in_time=True, needed=False))
 ERROR = replace(PASSED, seed=20_002, success=False, error="ValueError: no such thing", tasks=())

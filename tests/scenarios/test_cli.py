@@ -11,7 +11,7 @@ from scenarios.cli import main, parse
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
 from scenarios.loop.episode_config import EpisodeConfig
-from tests.scenarios.example_results import ERROR, FAILED, PASSED
+from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
 
 HEAVY = (
     "torch",
@@ -171,7 +171,12 @@ def test_the_library_refuses_the_same(wrong, said):
     ("episodes", "code"),
     [
         ([PASSED], 0),
+        ([PASSED, CALLED], 0),
+        ([CALLED], 0),
+        ([PASSED, NEEDLESS], 1),
         ([PASSED, FAILED], 1),
+        ([FAILED, CALLED], 1),
+        ([CALLED, ERROR], 3),
         ([PASSED, ERROR], 3),
         ([PASSED, FAILED, ERROR], 3),
     ],

@@ -17,7 +17,7 @@ CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     "document": {"episodes", "summary", "config", "versions"},
     "episode": {
         *("scenario", "seed", "planner", "controller", "sense", "privileged"),
-        *("success", "error", "tasks"),
+        *("success", "call", "error", "tasks"),
         *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
         *("dropped_clips", "injuries", "safety"),
         "anatomy_hash",
@@ -27,7 +27,10 @@ CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
         *("path_m", "jerk_m_s3", "failure_chance", "alarm_s"),
     },
     "safety": {"filter", "interventions", "min_clearance_m", "ledger"},
-    "summary": {"episodes", "passed", "errors", "pass_rate", "wilson_95"},
+    "summary": {
+        *("episodes", "passed", "called", "needless", "errors", "pass_rate"),
+        "wilson_95",
+    },
 }
 
 

@@ -135,6 +135,13 @@ def stumps_hold(field: Field) -> bool:
     return firm and not field.record.leaks
 
 
+def untouched(field: Field) -> bool:
+    """Return whether nothing irreversible is done: no clip on tissue, no cut, no injury."""
+    r = field.record
+    clipped = any(clip.crossings or clip.on_sac for clip in r.clips)
+    return not (clipped or r.cuts or r.injuries)
+
+
 def procedure_flags(field: Field) -> dict[str, bool]:
     """Return what of the procedure is done now, whatever happened before."""
     flags = {"gallbladder grasped": gallbladder_grasped(field)}

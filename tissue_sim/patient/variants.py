@@ -34,7 +34,7 @@ class Variant:
 
 VARIANTS: dict[str, Variant] = {
     # the shortest duct has just enough room for three clips and a cut
-    "short-duct": Variant(drawn={"duct_length_m": (0.0160, 0.0190)}),
+    "short-duct": Variant(drawn={"duct_length_m": (0.0161, 0.0190)}),
     "wide-duct": Variant(drawn={"duct_diameter_m": (0.0042, 0.0050)}),
     # the artery crosses at the neck: below it, duct and artery spread to their usual sides
     "artery-in-front": Variant(
@@ -65,7 +65,7 @@ VARIANTS: dict[str, Variant] = {
             "artery_angle_rad": (0.45, 0.55),
         }
     ),
-    # the second artery is thin, deep, and enters the sac higher: leave it alone
+    # the second artery is thin, deep, and enters the sac higher: a person must deal with it
     "two-arteries": Variant(
         second_artery={
             "length_m": (0.022, 0.030),

@@ -27,7 +27,9 @@ def conditions(report: Report) -> str:
     ]
     head = ("suite", "condition", *map(escape, report.arms))
     return section(
-        "Condition by condition", "Passed, of the episodes without error.", table(head, 9, rows)
+        "Condition by condition",
+        "Passed, of the episodes that passed or failed; how many called for a person.",
+        table(head, 9, rows),
     )
 
 

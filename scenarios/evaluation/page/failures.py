@@ -23,12 +23,13 @@ def failures(report: Report) -> str:
     episodes = [
         (arm_name(k, arm), _place(episode), escape(episode.outcome))
         for k, (arm, found) in enumerate(report.arms.items())
-        for episode in (*found.errors, *found.worst)
+        for episode in (*found.errors, *found.called, *found.worst)
     ]
     return section(
         "Why, and which to look at",
-        "What went wrong first in each failed episode. Below, errors and the worst episodes: those"
-        " that failed earliest, then the slowest that passed. Watch one with"
+        "What went wrong first in each failed episode. Below, errors, episodes in which the planner"
+        " called for a person, and the worst episodes: those that failed earliest, then the slowest"
+        " that passed. Watch one with"
         " <code>calot replay FILE --view</code>.",
         table(("arm", "suite", "reason", "episodes"), 3, reasons)
         + "<div style='height:18px'></div>"

@@ -9,6 +9,7 @@ from scenarios.evaluation.page.parts import legend, section
 from scenarios.evaluation.page.plots import PlotLine, ladder
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Climb, Report
+from scenarios.evaluation.words import end_of
 
 
 def ladders(report: Report) -> str:
@@ -44,14 +45,10 @@ def _ladder(climbs: Sequence[Climb], most: float) -> str:
         for k, climb in enumerate(climbs)
     ]
     breaks = "".join(
-        f"<span class='once'><span class='dot arm{k % N_COLOURS}'></span>{_broken(climb)}</span> "
+        f"<span class='once'><span class='dot arm{k % N_COLOURS}'></span>{end_of(climb)}</span> "
         for k, climb in enumerate(climbs)
     )
     return (
         f"<figure><h3>{escape(climbs[0].axis)}</h3>{ladder(lines, most)}"
         f"<figcaption>{escape(climbs[0].unit)}<br>{breaks}</figcaption></figure>"
     )
-
-
-def _broken(climb: Climb) -> str:
-    return "holds" if climb.breaking is None else f"breaks at {climb.breaking:g}"

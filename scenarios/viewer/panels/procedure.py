@@ -35,7 +35,8 @@ class ProcedurePanel:
 def _now(status: EpisodeStatus, paused: bool) -> str:
     clock = f'<span class="dim">{status.time_s:.1f} s</span>'
     if status.result is not None:
-        return f'<div class="now">{escape(verdict(status.result).capitalize())}</div>{clock}'
+        ended = verdict(status.result)
+        return f'<div class="now">{escape(ended[:1].upper() + ended[1:])}</div>{clock}'
     if status.instruction is None:
         return '<div class="now">Ready: press Start</div>the patient lies on the table'
     instruction = status.instruction

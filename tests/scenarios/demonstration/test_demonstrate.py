@@ -11,11 +11,13 @@ from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
 from planner.correction import CORRECTIONS, correction_from_text
 from planner.instruction import TASKS, Instruction
+from planner.policy_setup import PolicySetup
 from scenarios.demonstration.demonstrate import begun, run
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
 from scenarios.demonstration.interjections import PlannerInterjecting, is_harmless
 from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.turns import expert_acts
+from tests.scenarios.calling import PlannerCalls
 
 SEED = 10_001
 SEEN_TIPS = slice(14, 38)  # in `Observation.vector`: (2, 3, 4)
@@ -140,6 +142,15 @@ def test_corrections_come_now_and_then_last_as_said_and_do_no_harm(nominal):
     assert lengths[1::2].min() >= 2
     able = {c.text for c in CORRECTIONS if is_harmless(c, world)}
     assert {c.text for c in given if c} == able
+
+
+def test_a_call_is_passed_on_without_a_correction(nominal):
+    world, seen = nominal.episode.world, nominal.episode.observation
+    calls = PlannerCalls(PolicySetup())
+    planner = PlannerInterjecting(calls, world, np.random.default_rng(0))
+    for time_s in np.arange(0.0, 100.0):
+        now = replace(seen, time_s=time_s)
+        assert planner.plan(now) == calls.plan(now)
 
 
 @pytest.mark.slow

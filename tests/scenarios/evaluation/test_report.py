@@ -13,11 +13,11 @@ from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.comparison import compare
 from scenarios.evaluation.page.whole import page
-from scenarios.evaluation.reasons import NOT_HOLDING, in_detail, reason
+from scenarios.evaluation.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.files.strict_json import dumps
-from scenarios.loop.results import episode_from, summarise
+from scenarios.loop.results import CallResult, episode_from, summarise
 from scenarios.suites import SUITES
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
 
@@ -55,6 +55,61 @@ def test_errors_are_counted_apart_and_leave_rate_and_pairs(report):
     (pair,) = (c for c in report.comparisons if c.suite == "nominal")
     assert (pair.pairs, pair.only_arm, pair.only_reference) == (9, 1, 4)
     assert (pair.both, pair.neither) == (4, 0)
+
+
+def declines(case: Case):
+    """Return a result: arm 1 always calls, needlessly on odd seeds; arm 2 always passes."""
+    call = CallResult(reason="<too> short.", in_time=True, needed=case.seed % 2 == 0)
+    made = episode(case)
+    return replace(made, success=False, call=call, tasks=()) if case.arm == FIRST else made
+
+
+def test_calls_are_listed_with_their_reason_and_leave_rate_pairs_and_worst():
+    declined = report_of(plan("nominal"), results_of(plan("nominal"), declines), NOWHERE)
+    found = declined.arms["first"]
+    summary = found.suites["nominal"].summary
+    assert (summary.called, summary.needless, summary.pass_rate) == (10, 5, None)
+    assert found.suites["nominal"].reasons == {}
+    assert [c.outcome for c in found.called][:2] == [
+        "called rightly: <too> short.",
+        "called without need: <too> short.",
+    ]
+    assert (found.worst, found.errors) == ((), ())
+    (pair,) = declined.comparisons
+    assert (pair.pairs, pair.difference) == (0, None)
+    assert "10 (100 %), 5 without need" in in_text(declined)
+    assert "0 of 0, 10 called, 5 without need" in page(declined, MADE_WITH)
+    assert "called rightly: &lt;too&gt; short." in page(declined, MADE_WITH)
+
+
+def test_nobody_raises_the_lowest_rate_by_calling_without_need():
+    def calls_unless_easy(case: Case):
+        return episode(case) if case.seed == 0 else declines(case)
+
+    nominal = plan("nominal", arms=(FIRST,))
+    found = report_of(nominal, results_of(nominal, calls_unless_easy), NOWHERE)
+    assert found.arms["first"].suites["nominal"].summary.pass_rate == 1.0
+    assert lowest_pass_rate(found) == (1 / 6, "first", "nominal")
+
+
+def test_a_late_call_is_the_reason_of_a_failure():
+    failed = replace(episode(plan("nominal").due({})[0], passed=False), injuries=())
+    late = replace(failed, call=CallResult(reason="Too short.", in_time=False, needed=True))
+    assert reason(late) == CALLED_LATE
+    assert "called too late: Too short." in in_detail(late)
+
+
+def test_a_climb_that_ends_with_calls_alone_did_not_break():
+    def calls_when_strong(case: Case):
+        return declines(case) if (case.condition.magnitude or 0.0) > 0.5 else episode(case)
+
+    ladders = plan("perturbation", arms=(FIRST,))
+    found = report_of(ladders, results_of(ladders, calls_when_strong), NOWHERE)
+    climbs = {c.axis: c for c in found.arms["first"].suites["perturbation"].climbs}
+    short = climbs["short-tubes"]
+    assert (short.held, short.breaking, short.declined) == (0.5, None, 1.0)
+    assert climbs["overshoot"].declined is None
+    assert "calls at 1" in in_text(found)
 
 
 def test_an_episode_not_run_is_neither_a_failure_nor_an_error(results):
@@ -171,15 +226,20 @@ def test_words_of_others_are_no_markup_on_the_page(report):
     assert "<no>" not in html
 
 
-def test_tables_and_page_tell_the_same_rates(report):
+def in_text(report) -> str:
+    """Return the tables as the terminal shows them."""
     console = Console(width=240, record=True, file=StringIO())
     for table in tables(report):
         console.print(table)
-    text, html = console.export_text(), page(report, MADE_WITH)
+    return console.export_text()
+
+
+def test_tables_and_page_tell_the_same_rates(report):
+    text, html = in_text(report), page(report, MADE_WITH)
     for arm in report.arms.values():
         for name in ("nominal", "variants"):
             summary = arm.suites[name].summary
-            told = f"{summary.passed} of {summary.episodes - summary.errors}"
+            told = f"{summary.passed} of {summary.judged}"
             assert told in text
             assert told in html
 

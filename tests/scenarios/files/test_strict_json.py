@@ -39,10 +39,20 @@ def test_numbers_that_json_does_not_have_become_null(value):
 def test_numpy_dataclasses_and_paths_have_a_form():
     assert plain(np.arange(4).reshape(2, 2)) == [[0, 1], [2, 3]]
     assert plain(np.bool_(True)) is True
-    summary = Summary(episodes=2, passed=0, errors=2, pass_rate=None, wilson_95=(0.0, 1.0))
+    summary = Summary(
+        episodes=3,
+        passed=0,
+        called=1,
+        needless=0,
+        errors=2,
+        pass_rate=None,
+        wilson_95=(0.0, 1.0),
+    )
     assert plain(summary) == {
-        "episodes": 2,
+        "episodes": 3,
         "passed": 0,
+        "called": 1,
+        "needless": 0,
         "errors": 2,
         "pass_rate": None,
         "wilson_95": [0.0, 1.0],

@@ -6,7 +6,7 @@ from dataclasses import replace
 from controller.safety.ledger import Entry
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.results import SafetyResult, read_results, summarise, write_results
-from tests.scenarios.example_results import ERROR, FAILED, PASSED
+from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
 
 
 def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():
@@ -14,6 +14,24 @@ def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():
     assert (with_error.episodes, with_error.passed, with_error.errors) == (3, 1, 1)
     assert with_error.pass_rate == without.pass_rate == 0.5
     assert with_error.wilson_95 == without.wilson_95 == wilson_interval(1, 2)
+
+
+def test_calls_are_counted_apart_and_leave_the_pass_rate_alone():
+    without, with_calls = summarise([PASSED, FAILED]), summarise([PASSED, FAILED, CALLED, NEEDLESS])
+    assert (with_calls.episodes, with_calls.judged) == (4, 2)
+    assert (with_calls.called, with_calls.needless) == (2, 1)
+    assert with_calls.pass_rate == without.pass_rate == 0.5
+    assert with_calls.wilson_95 == without.wilson_95
+
+
+def test_a_call_after_something_irreversible_is_a_failure():
+    late = replace(CALLED, call=replace(CALLED.call, in_time=False))
+    assert (CALLED.outcome, late.outcome) == ("called", "failed")
+    assert (summarise([late]).called, summarise([late]).pass_rate) == (0, 0.0)
+
+
+def test_an_error_after_a_call_is_an_error():
+    assert replace(CALLED, error="ValueError").outcome == "error"
 
 
 def test_with_errors_only_the_pass_rate_is_unknown():
@@ -24,8 +42,18 @@ def test_with_errors_only_the_pass_rate_is_unknown():
 
 def test_what_is_written_is_read_back(tmp_path):
     path = tmp_path / "results.json"
-    write_results(path, [PASSED, FAILED, ERROR], config={})
-    assert read_results(path) == (PASSED, FAILED, ERROR)
+    write_results(path, [PASSED, FAILED, CALLED, ERROR], config={})
+    assert read_results(path) == (PASSED, FAILED, CALLED, ERROR)
+
+
+def test_a_file_from_before_there_were_calls_is_read(tmp_path):
+    path = tmp_path / "results.json"
+    write_results(path, [PASSED, FAILED], config={})
+    document = json.loads(path.read_text())
+    for episode in document["episodes"]:
+        del episode["call"]
+    path.write_text(json.dumps(document))
+    assert read_results(path) == (PASSED, FAILED)
 
 
 def test_the_ledger_is_read_back(tmp_path):
@@ -47,6 +75,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "planner",
         "controller",
         "success",
+        "call",
         "error",
         "tasks",
         "procedure_time_s",
@@ -60,7 +89,15 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "sense",
         "privileged",
     ]
-    assert list(document["summary"]) == ["episodes", "passed", "errors", "pass_rate", "wilson_95"]
+    assert list(document["summary"]) == [
+        "episodes",
+        "passed",
+        "called",
+        "needless",
+        "errors",
+        "pass_rate",
+        "wilson_95",
+    ]
     assert list(document["episodes"][0]["injuries"][0]) == ["event", "time_s", "value", "limit"]
     assert document["config"] == {"seed": 20_001}
     assert {"python", "calot", "sapien", "torch"} <= document["versions"].keys()

@@ -9,12 +9,13 @@ import pytest
 
 from controller.dataset.part import read_part
 from controller.dataset.reader import read_episodes
-from planner.instruction import CORRECTIONS
+from planner.instruction import CALL, CORRECTIONS
 from scenarios.loop.inbox import LONGEST
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import load
 from scenarios.viewer.event_log import KEPT
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
+from tissue_sim.outcome.room import MUST_DEAL
 
 
 @pytest.fixture
@@ -104,6 +105,15 @@ def test_an_episode_that_breaks_off_is_logged_and_the_next_one_begins(session):
     wait_until(lambda: session.watcher.status().result is None)
     session.pace.go_on()
     run_to(session, 0.2)
+
+
+def test_an_episode_in_which_a_person_is_called_ends_and_says_why(session):
+    session.pace.restart(replace(session.config, scenario="two-arteries"))
+    session.pace.go_on()
+    wait_until(lambda: session.watcher.status().result is not None)
+    *_, called, end = session.watcher.status().lines
+    assert (called.kind, called.text, called.detail) == ("planner", CALL, MUST_DEAL)
+    assert (end.kind, end.text) == ("end", f"called rightly: {MUST_DEAL}")
 
 
 def test_each_save_adds_an_episode_of_training_data(session):

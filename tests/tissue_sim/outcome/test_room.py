@@ -1,0 +1,116 @@
+"""Tests of the rule for calling a person: what must fit on a tube, and who is told why."""
+
+from dataclasses import replace
+
+import pytest
+
+from tissue_sim.outcome.predicates import untouched
+from tissue_sim.outcome.room import MUST_DEAL, needed_m, why_call
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.variants import variant
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
+from tissue_sim.surgery.injury import Injury
+from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.verification.bodies import astride
+from tissue_sim.world import World
+
+SEED = 10_004
+HAIR_M = 1e-6
+
+
+def patient(**lengths_m: float) -> Anatomy:
+    return replace(anatomy_from_seed(SEED), **lengths_m)
+
+
+@pytest.fixture
+def world(one_world: World) -> World:
+    one_world.reset(variant("two-arteries", anatomy_from_seed(SEED)))
+    return one_world
+
+
+def clip(world: World, tube: str, **how: float) -> None:
+    middle_m = 0.3 * world.tubes.length_m[tube]
+    T = astride(world.tubes, tube, middle_m, **({"beyond_m": 0.5 * CLIP_LENGTH_M} | how))
+    made = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=0.0)
+    world.record = replace(world.record, clips=(*world.record.clips, made))
+
+
+def cut(world: World, tube: str) -> None:
+    T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=BLADE_LENGTH_M / 2)
+    made = sever(world.tubes, T, time_s=0.0)
+    world.record = replace(world.record, cuts=(*world.record.cuts, *made))
+
+
+def events(world: World, steps: int = 3) -> list[str]:
+    for _ in range(steps):
+        world.step(JointCommand(joints=world.target))
+    return [injury.event for injury in world.record.injuries]
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_a_tube_that_is_long_enough_takes_what_the_judge_asks_for(tube: str) -> None:
+    asked_m = 2 * CUFF_MIN_M + 3 * CLIP_WIDTH_M + CLIP_MIN_GAP_M + 2 * CUFF_MIN_M
+    assert needed_m(tube) > asked_m
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_a_person_is_called_for_a_tube_that_is_a_hair_too_short(tube: str) -> None:
+    assert why_call(patient(**{f"{tube}_length_m": needed_m(tube) + HAIR_M})) is None
+    why = why_call(patient(**{f"{tube}_length_m": needed_m(tube) - HAIR_M})) or ""
+    assert why.startswith(f"The {tube} is ")
+    assert "three clips and a cut need" in why
+
+
+def test_the_reason_names_both_lengths() -> None:
+    why = why_call(patient(duct_length_m=0.0125))
+    assert why == (
+        f"The duct is 12.5 mm long: three clips and a cut need {1e3 * needed_m('duct'):.1f} mm."
+    )
+
+
+def test_a_second_artery_is_a_reason_beside_a_short_tube() -> None:
+    two = variant("two-arteries", patient(duct_length_m=0.0125))
+    assert why_call(variant("two-arteries", patient())) == MUST_DEAL
+    assert (why_call(two) or "").endswith(MUST_DEAL)
+    assert (why_call(two) or "").startswith("The duct is 12.5 mm")
+
+
+def test_nothing_irreversible_is_done_until_a_clip_holds_tissue(world: World) -> None:
+    assert untouched(world)
+    world.drop_clip()
+    assert world.record.dropped_clips == 1
+    assert untouched(world)
+    clip(world, "duct")
+    assert world.record.clips[-1].crossings
+    assert not untouched(world)
+
+
+def test_a_cut_or_an_injury_cannot_be_undone(world: World) -> None:
+    begun = world.record
+    cut(world, "duct")
+    assert not untouched(world)
+    bruise = Injury(event="pinch", time_s=1.0, value=40.0, limit=37.0)
+    world.record = replace(begun, injuries=(bruise,))
+    assert not untouched(world)
+
+
+def test_a_cut_beside_a_second_artery_overlooks_it_once(world: World) -> None:
+    assert "second artery overlooked" not in events(world)
+    cut(world, "artery")
+    assert events(world).count("second artery overlooked") == 1
+
+
+def test_a_clipped_second_artery_is_not_overlooked(world: World) -> None:
+    clip(world, "second artery")
+    cut(world, "artery")
+    assert "second artery overlooked" not in events(world)
+
+
+def test_one_artery_cannot_be_overlooked(one_world: World) -> None:
+    one_world.reset(anatomy_from_seed(SEED))
+    cut(one_world, "artery")
+    assert "leak" in events(one_world)
+    assert "second artery overlooked" not in events(one_world)
