@@ -16,6 +16,7 @@ MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane me
 # A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
 # tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
+STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over so many segments, 5 mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,23 @@ class Tubes:
         """Return the (n_ring, 3) centreline up to the neck, world frame, m."""
         rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
         return self.tissue.positions(self.b)[rings].astype(np.float64)
+
+    def stretch(self, tube: str) -> float:
+        """Return the largest stretch of the centreline of a tube that is not severed.
+
+        It is averaged over a few segments, because jaws and clips also move single rings.
+        """
+        now_m = np.linalg.norm(np.diff(self.centres(tube), axis=0), axis=1)
+        rest_m = np.diff(self.stations_m[tube][: len(now_m) + 1])
+        window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
+        return float(
+            (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
+        )
+
+    def vertices(self, tube: str) -> Indices:
+        """Return the vertices of a tube up to the neck, on both sides of its cuts."""
+        rings = slice(self.organ.neck_ring[tube] + 1)
+        return np.union1d(self.below[tube][rings], self.above[tube][rings])
 
     def radius_m(self, tube: str) -> float:
         """Return the outer radius at rest."""
