@@ -63,8 +63,9 @@ MAX_STRETCH = 1.27
 them (Anttila et al., Acta Biomaterialia 2019). Assumed for the duct too."""
 BLUNT_MAX_N = 1.5
 """Assumed: the right instrument on tissue; three times the largest force of normal use, 0.46 N."""
-PIERCED_M = 0.004
-"""Assumed: depth of a tip in the gallbladder; its meshed wall is 3 to 5 mm thick."""
+PIERCED_M = 0.003
+"""Depth of the right jaws in the gallbladder: a healthy wall is at most 3 mm thick (textbook value
+of ultrasound)."""
 LIVER_MAX_N = 2.0
 """Assumed: instrument on liver, or tissue on liver beyond the value at rest."""
 INSTRUMENT_CONTACT_MAX_N = 0.5

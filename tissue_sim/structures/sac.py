@@ -28,6 +28,7 @@ class Sac:
         self._one_tet = np.unique(self._patch, return_index=True)[1][-n_patches(organ) :]
         volume = tissue.host("volume")[b, : len(organ.tets)]
         self._skin, _ = boundary_faces(organ.tets[organ.region <= 1])
+        self._outer = np.unique(self._skin)
         self.contents_m3 = float(volume[organ.region == 1].sum())
 
     def stretch(self) -> float:
@@ -49,13 +50,19 @@ class Sac:
         first = self._corners[self.open_patches()[0]]
         return self.tissue.positions(self.b)[first].reshape(-1, 3).mean(axis=0).astype(float)
 
-    def depth_m(self, point_m: Array) -> float:
-        """Return how deep a point (3,) lies below the outer surface; 0 outside, world frame."""
-        skin = self.tissue.positions(self.b)[self._skin].astype(float)
-        low, high = skin.min(axis=(0, 1)), skin.max(axis=(0, 1))
-        if (point_m < low).any() or (point_m > high).any() or not encloses(skin, point_m):
+    def depth_m(self, points_m: Array) -> float:
+        """Return how deep the deepest of points (n, 3) lies below the outer surface; 0 outside.
+
+        World frame. The surface is the whole one: holes do not count as outside.
+        """
+        x = self.tissue.positions(self.b)
+        outer = x[self._outer]
+        near = ((points_m > outer.min(axis=0)) & (points_m < outer.max(axis=0))).all(axis=1)
+        if not near.any():
             return 0.0
-        return float(distances_to_triangles(skin, point_m).min())
+        skin = x[self._skin].astype(float)
+        inside = [point for point in points_m[near] if encloses(skin, point)]
+        return max((float(distances_to_triangles(skin, p).min()) for p in inside), default=0.0)
 
     def tear(self) -> None:
         """Open the most stretched patch; the other patches may then hold."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip
-from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, pinch_n
+from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
 from tissue_sim.surgery.injury import LimitReading
 from tissue_sim.surgery.record import Record
 from tissue_sim.thresholds import (
@@ -22,6 +22,8 @@ from tissue_sim.thresholds import (
     PIERCED_M,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+FINGER_PLACES = (1.0, 0.6, 0.2)  # shares of a finger's length, from the jaws' hinge to the tip
 
 
 def readings(field: Field, r: Record) -> Iterator[LimitReading]:
@@ -48,17 +50,16 @@ def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
     """
     empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not _closes_clip(field, r)
     arms = {LEFT_ARM: LEFT_FINGERS} | ({RIGHT_ARM: RIGHT_FINGERS} if empty else {})
+    tools = field.arms.T_world_tool()
     touching = np.unique(field.tissue.host("contact_shape")[0])
     for tube in field.organ.tubes:
         pinches = [
-            pinch_n(
-                field.tissue, field.tubes.vertices(tube), fingers, field.arms.T_world_tool()[arm]
-            )
+            min(inward_n(field.tissue, field.tubes.vertices(tube), fingers, tools[arm]))
             for arm, fingers in arms.items()
             if np.isin(fingers, touching).all()
         ]
-        value = max(pinches, default=0.0)
-        yield LimitReading(event=f"crush of {tube}", value=value, limit=CRUSH_MAX_N)
+        pinch_n = max([0.0, *pinches])
+        yield LimitReading(event=f"crush of {tube}", value=pinch_n, limit=CRUSH_MAX_N)
 
 
 def stretched(field: Field) -> Iterator[LimitReading]:
@@ -98,6 +99,6 @@ def _blunt_n(field: Field) -> float:
 
 
 def _stab_m(field: Field) -> float:
-    """Return how deep the deeper tip of the right jaws is in the gallbladder, m."""
-    tips = field.tissue.tool_ends()[list(RIGHT_FINGERS)].astype(float)
-    return max(field.sac.depth_m(tip) for tip in tips)
+    """Return how deep the deepest place of the right fingers is in the gallbladder, m."""
+    near, far = (ends[list(RIGHT_FINGERS)].astype(float) for ends in field.tissue.tool_axes())
+    return field.sac.depth_m(np.concatenate([near + s * (far - near) for s in FINGER_PLACES]))
