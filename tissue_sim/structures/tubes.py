@@ -70,14 +70,19 @@ class Tubes:
     def stretch(self, tube: str) -> float:
         """Return the largest stretch of the centreline of a tube that is not severed.
 
-        It is averaged over a few segments, because jaws and clips also move single rings.
+        It is averaged over a few segments, as jaws also move single rings. Segments under clips are
+        left out: what a clip squeezes out lengthens them by up to a half, without any pull.
         """
-        now_m = np.linalg.norm(np.diff(self.centres(tube), axis=0), axis=1)
-        rest_m = np.diff(self.stations_m[tube][: len(now_m) + 1])
+        centres = self.centres(tube)
+        covered = self.tissue.host("covered")[self.b, self.below[tube][: len(centres)]].any(axis=1)
+        free = ~(covered[:-1] | covered[1:])
+        now_m = np.linalg.norm(np.diff(centres, axis=0), axis=1)[free]
+        rest_m = np.diff(self.stations_m[tube][: len(centres)])[free]
+        if not len(now_m):
+            return 1.0
         window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
-        return float(
-            (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
-        )
+        now_m, rest_m = (np.convolve(x, window, "valid") for x in (now_m, rest_m))
+        return float((now_m / rest_m).max())
 
     def vertices(self, tube: str) -> Indices:
         """Return the vertices of a tube up to the neck, on both sides of its cuts."""

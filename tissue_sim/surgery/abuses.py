@@ -63,11 +63,11 @@ def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
 
 
 def stretched(field: Field) -> Iterator[LimitReading]:
-    """Yield the stretch of each tube that is not severed; 1 is its length at rest."""
+    """Yield the elongation of each tube that is not severed, over its length at rest."""
     for tube in field.organ.tubes:
         if not len(field.tubes.severed_rings(tube)):
-            stretch = field.tubes.stretch(tube)
-            yield LimitReading(event=f"stretch of {tube}", value=stretch, limit=MAX_STRETCH)
+            longer = field.tubes.stretch(tube) - 1.0
+            yield LimitReading(event=f"stretch of {tube}", value=longer, limit=MAX_STRETCH - 1.0)
 
 
 def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:

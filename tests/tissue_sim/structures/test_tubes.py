@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.patients import cut_at, settled
+from tests.tissue_sim.patients import clip_at, cut_at, run, settled
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import STRETCHED_SEGMENTS
 from tissue_sim.verification.bodies import put
@@ -35,6 +35,19 @@ def test_one_longer_segment_counts_by_its_share_of_the_window(tube: str) -> None
     spacing = np.diff(tubes.stations_m[tube][:7])[-1] / tubes.ring_spacing_m(tube)
     expected = 1.0 + spacing / STRETCHED_SEGMENTS
     assert tubes.stretch(tube) == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_a_clips_squeeze_is_not_a_stretch_but_a_pull_beside_it_is(tube: str) -> None:
+    tubes = settled(SEED)
+    clip = clip_at(tubes, tube)
+    run(tubes)
+    assert tubes.stretch(tube) < 1.1
+    x, rings = tubes.tissue.positions().astype(float), tubes.below[tube]
+    above = max(clip.rings[0]) + 2
+    x[rings[above:].ravel()] += 3.0 * (x[rings[above, 0]] - x[rings[above - 1, 0]])
+    put(tubes.tissue, x)
+    assert tubes.stretch(tube) > 1.1
 
 
 def test_the_vertices_of_a_cut_tube_are_on_both_sides_of_the_cut() -> None:
