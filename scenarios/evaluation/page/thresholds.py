@@ -20,7 +20,8 @@ def thresholds(report: Report) -> str:
         " episodes again and runs none: a robot that acts on another limit might act otherwise. A"
         " laxer limit counts a failure as a pass only if injuries of that limit are all that was"
         " wrong, so a clip that was set again because of a limit stays as it was. Limits of zero"
-        " (leaks, torn attachments) are left out; of a stretch, the elongation is the limit. Sources: <code>docs/physics.md</code>.",
+        " (leaks, torn attachments) are left out; of a stretch, the elongation is limited. Sources:"
+        " <code>docs/physics.md</code>.",
         table(head, 3, _rows(report)),
     )
 
