@@ -60,8 +60,8 @@ class Sac:
         near = ((points_m > outer.min(axis=0)) & (points_m < outer.max(axis=0))).all(axis=1)
         if not near.any():
             return 0.0
-        skin = x[self._skin].astype(float)
-        inside = [point for point in points_m[near] if encloses(skin, point)]
+        skin, points_m = x[self._skin].astype(float), points_m[near]
+        inside = points_m[encloses(skin, points_m)]
         return max((float(distances_to_triangles(skin, p).min()) for p in inside), default=0.0)
 
     def tear(self) -> None:

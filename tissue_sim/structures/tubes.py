@@ -76,18 +76,22 @@ class Tubes:
         centres = self.centres(tube)
         covered = self.tissue.host("covered")[self.b, self.below[tube][: len(centres)]].any(axis=1)
         free = ~(covered[:-1] | covered[1:])
-        now_m = np.linalg.norm(np.diff(centres, axis=0), axis=1)[free]
-        rest_m = np.diff(self.stations_m[tube][: len(centres)])[free]
-        if not len(now_m):
+        if not free.any():
             return 1.0
+        steps = centres[1:] - centres[:-1]
+        now_m = np.sqrt(np.einsum("ij,ij->i", steps, steps))[free]
+        rest_m = np.diff(self.stations_m[tube][: len(centres)])[free]
         window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
-        now_m, rest_m = (np.convolve(x, window, "valid") for x in (now_m, rest_m))
-        return float((now_m / rest_m).max())
+        return float(
+            (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
+        )
 
     def vertices(self, tube: str) -> Indices:
         """Return the vertices of a tube up to the neck, on both sides of its cuts."""
         rings = slice(self.organ.neck_ring[tube] + 1)
-        return np.union1d(self.below[tube][rings], self.above[tube][rings])
+        in_tube = np.zeros(self.tissue.n_vertex(self.b), bool)
+        in_tube[self.below[tube][rings]] = in_tube[self.above[tube][rings]] = True
+        return np.flatnonzero(in_tube).astype(np.int32)
 
     def radius_m(self, tube: str) -> float:
         """Return the outer radius at rest."""

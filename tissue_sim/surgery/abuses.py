@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tissue_sim.field import Field
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip
+from tissue_sim.mechanics.layout import N_SHAPES
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip
 from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
 from tissue_sim.surgery.injury import LimitReading
 from tissue_sim.surgery.record import Record
@@ -23,7 +24,7 @@ from tissue_sim.thresholds import (
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-FINGER_PLACES = (1.0, 0.6, 0.2)  # shares of a finger's length, from the jaws' hinge to the tip
+FINGER_PLACES = (1.0, 0.5)  # shares of a finger's length, from the jaws' hinge to the tip
 
 
 def readings(field: Field, r: Record) -> Iterator[LimitReading]:
@@ -35,7 +36,7 @@ def readings(field: Field, r: Record) -> Iterator[LimitReading]:
     """
     yield from crushed(field, r)
     if r.pull is None:  # the judge's own test pull stretches the tube between clip and clamp
-        yield from stretched(field)
+        yield from stretched(field, r)
     yield LimitReading(event="blunt force", value=_blunt_n(field), limit=BLUNT_MAX_N)
     yield LimitReading(event="perforation of gallbladder", value=_stab_m(field), limit=PIERCED_M)
     lost = sum(clip.lost for clip in r.clips)
@@ -45,27 +46,21 @@ def readings(field: Field, r: Record) -> Iterator[LimitReading]:
 def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
     """Yield the pinch on each tube between the two fingers of a tool, N.
 
-    The applier crushes the tube under its clip, which is what clips are for: it counts only when it
-    has no clip to close. Scissors cut what is between them.
+    An applier that closes its clip crushes the tube, which is what clips are for: it counts only
+    without a clip. Scissors cut what is between them.
     """
-    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not _closes_clip(field, r)
-    arms = {LEFT_ARM: LEFT_FINGERS} | ({RIGHT_ARM: RIGHT_FINGERS} if empty else {})
-    tools = field.arms.T_world_tool()
-    touching = np.unique(field.tissue.host("contact_shape")[0])
+    pinching = _pinching(field, r)
     for tube in field.organ.tubes:
-        pinches = [
-            min(inward_n(field.tissue, field.tubes.vertices(tube), fingers, tools[arm]))
-            for arm, fingers in arms.items()
-            if np.isin(fingers, touching).all()
-        ]
-        pinch_n = max([0.0, *pinches])
-        yield LimitReading(event=f"crush of {tube}", value=pinch_n, limit=CRUSH_MAX_N)
+        pinches = [_pinch_n(field, tube, *tool) for tool in pinching]
+        value = max(pinches, default=0.0)
+        yield LimitReading(event=f"crush of {tube}", value=value, limit=CRUSH_MAX_N)
 
 
-def stretched(field: Field) -> Iterator[LimitReading]:
+def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
     """Yield the elongation of each tube that is not severed, over its length at rest."""
+    opened = {opening.tube for opening in r.openings}
     for tube in field.organ.tubes:
-        if not len(field.tubes.severed_rings(tube)):
+        if tube not in opened or not len(field.tubes.severed_rings(tube)):
             longer = field.tubes.stretch(tube) - 1.0
             yield LimitReading(event=f"stretch of {tube}", value=longer, limit=MAX_STRETCH - 1.0)
 
@@ -80,17 +75,22 @@ def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
                 yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
 
 
-def _closes_clip(field: Field, r: Record) -> bool:
-    """Tell whether the applier's jaws hold a clip, or have not opened since one latched in them."""
-    if r.clip_loaded:
-        return True
-    T = field.arms.T_world_tool()[RIGHT_ARM]
-    middle = T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2]
-    return not r.jaws_opened and any(
-        np.linalg.norm(field.clip_position_m(c) - middle) < CLIP_LENGTH_M
-        for c in r.clips
-        if not c.lost
-    )
+def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
+    """Return arm and fingers of each tool that can crush and touches tissue with both fingers."""
+    touched = np.bincount(field.tissue.host("contact_shape")[0] + 1, minlength=N_SHAPES + 1)[1:]
+    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not r.clip_loaded
+    tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
+    return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]
+
+
+def _pinch_n(field: Field, tube: str, arm: int, fingers: tuple[int, int]) -> float:
+    """Return the force with which each finger presses a tube from its side; 0 if one does not."""
+    vertices = field.tubes.vertices(tube)
+    touching = field.tissue.host("contact_shape")[0, vertices]
+    if not all((touching == finger).any() for finger in fingers):
+        return 0.0
+    T_world_tool = field.arms.T_world_tool()[arm]
+    return max(min(inward_n(field.tissue, vertices, fingers, T_world_tool)), 0.0)
 
 
 def _blunt_n(field: Field) -> float:

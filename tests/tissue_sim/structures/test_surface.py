@@ -28,7 +28,7 @@ def test_inside_and_distance_are_those_of_a_box(x: float, y: float, z: float) ->
     inside = bool((beyond < 0.0).all())
     expected = -beyond.max() if inside else np.linalg.norm(np.maximum(beyond, 0.0))
     skin, point = SKIN @ TURNED.T, TURNED @ point
-    assert encloses(skin, point) == inside
+    assert encloses(skin, np.stack([point, point + 99.0])).tolist() == [inside, False]
     assert distances_to_triangles(skin, point).min() == pytest.approx(expected, abs=1e-9)
 
 
