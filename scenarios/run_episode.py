@@ -18,9 +18,16 @@ from scenarios.loop.inbox import Inbox
 from scenarios.loop.motion_metrics import MotionMetrics
 from scenarios.loop.observer import Observer
 from scenarios.loop.policies import make_controller, make_planner, name_of
-from scenarios.loop.results import CallResult, EpisodeResult, InjuryResult, SafetyResult
+from scenarios.loop.results import (
+    CallResult,
+    EpisodeResult,
+    InjuryResult,
+    PeakResult,
+    SafetyResult,
+)
 from scenarios.loop.script import read_script
 from scenarios.perturbation.effects import Effects
+from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
 from tissue_sim.outcome.retention import pull_all_clips
 from tissue_sim.outcome.room import why_call
@@ -140,6 +147,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
             for i in injuries
         ),
+        peaks=_peaks(world),
         safety=_safety(episode),
         anatomy_hash=world.anatomy.hash,
     )
@@ -154,6 +162,16 @@ def _call(episode: Episode) -> CallResult | None:
         in_time=untouched(world),
         needed=why_call(world.anatomy) is not None,
     )
+
+
+def _peaks(world: World) -> tuple[PeakResult, ...]:
+    """Return the peaks of what can be an injury, and the margins of the clips."""
+    injuries = (PeakResult(event=p.event, value=p.value, limit=p.limit) for p in world.record.peaks)
+    clips = (
+        PeakResult(event=m.measure, value=m.value, limit=m.limit, at_least=m.at_least)
+        for m in margins(world)
+    )
+    return (*injuries, *clips)
 
 
 def _safety(episode: Episode) -> SafetyResult:

@@ -321,3 +321,15 @@ def _texts() -> Iterator[Path]:
         for kind in ("*.md", "*.py"):
             yield from (p for p in (ROOT / folder).rglob(kind) if p != Path(__file__))
     yield from NOTEBOOKS
+
+
+def test_the_docs_list_every_threshold_once_with_its_source():
+    """Check `docs/physics.md` against `tissue_sim/thresholds.py`: a name, a value and a source."""
+    names = re.findall(r"^([A-Z_]+) = ", (ROOT / "tissue_sim" / "thresholds.py").read_text(), re.M)
+    rows = re.findall(
+        r"^\| `([A-Z_]+)`: [^|]+ \| [^|]+ \| [^|]{3,} \|$",
+        (ROOT / "docs" / "physics.md").read_text(),
+        re.M,
+    )
+    assert names
+    assert sorted(rows) == sorted(names)

@@ -1,44 +1,87 @@
-"""Define every number that decides success or injury, with its source."""
+"""Define every number that decides success or injury, with its source.
+
+`docs/physics.md` has all of them in one table.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-# Clips: Hem-o-lok instructions for use as summarised in the reference sheet.
+# Clips.
 CLIP_MAX_TILT_RAD = np.deg2rad(30.0)
-CLIP_MIN_GAP_M = 0.0015  # between neighbouring clips
-CUFF_MIN_M = 0.001  # tissue between a clip and the cut, or a clip and a tube's end
-LUMEN_CLOSED = 0.10  # at most: area of the lumen over its area at rest
-CLIP_MAX_SLIP_M = 0.0005  # under a pull, assumed
-TEST_PULL_N = 1.0  # every clip must hold this pull at the end
+"""Assumed: polymer clips hold when square to the vessel and fail more often at 45 deg (burst tests
+of the Hem-o-lok on porcine vessels, Nuffield Department of Surgical Sciences, Oxford, publication
+414045)."""
+CLIP_MIN_GAP_M = 0.0015
+"""Assumed: between neighbouring clips, more than half a clip's width, so that legs stay apart."""
+CUFF_MIN_M = 0.001
+"""Tissue between a clip and the cut, or a clip and a tube's end. Clips leaked or burst where the
+vessel was cut flush, and held with 1 mm (the same burst tests; also Jellison et al., "Comparison of
+Nonabsorbable Polymer Ligating and Standard Titanium Clips with and without a Vascular Cuff")."""
+LUMEN_CLOSED = 0.10
+"""Assumed: largest area of the lumen over its area at rest; by Poiseuille's law 1 % of the flow."""
+CLIP_MAX_SLIP_M = 0.0005
+"""Assumed: under a pull."""
+TEST_PULL_N = 1.0
+"""Assumed: every clip must hold this pull at the end."""
+CLIPS_LEFT_MAX = 2
+"""Assumed: clips that lie in the abdomen at once; a surgeon picks a lost clip up."""
+
 
 # Grasp.
 GRASP_HOLD_S = 1.0
-GRASP_MAX_JAW_RAD = 0.6  # assumed; between wider jaws, tissue is wedged and not grasped
-HELD_PINCH_N = 0.5  # assumed; below it the grasper touches but does not hold
-GRASP_MIN_TRACTION_N = 0.15  # assumed: enough to take up the tubes' slack
-GRASP_MAX_SLIP_M = 0.0015  # assumed
-SPREAD_MIN_M = 0.004  # assumed: between the tubes' walls at mid-length
-TAUT_MIN = 0.975  # assumed: a tube's end-to-end distance over its length at rest
+"""Assumed: how long the grasp must hold, see the procedure in `docs/physics.md`."""
+GRASP_MAX_JAW_RAD = 0.6
+"""Assumed: between wider jaws, tissue is wedged and not grasped."""
+HELD_PINCH_N = 0.5
+"""Assumed: below it the grasper touches but does not hold."""
+GRASP_MIN_TRACTION_N = 0.15
+"""Assumed: enough to take up the tubes' slack."""
+GRASP_MAX_SLIP_M = 0.0015
+"""Assumed."""
+SPREAD_MIN_M = 0.004
+"""Assumed: between the tubes' walls at mid-length."""
+TAUT_MIN = 0.975
+"""Assumed: a tube's end-to-end distance over its length at rest."""
 
 # Retracting the right arm.
-RETRACTED_M = 0.015  # distance of the right tip from the tubes
+RETRACTED_M = 0.015
+"""Assumed: distance of the right tip from the tubes."""
 
 # Injury.
-PINCH_MAX_N = 15.0  # grasping sheet: a pinch of 15-37 N damages bowel
-TRACTION_MAX_N = 5.0  # grasping sheet: pulls of 5 N
-LIVER_MAX_N = 2.0  # assumed: instrument on liver, or tissue on liver beyond the value at rest
-INSTRUMENT_CONTACT_MAX_N = 0.5  # assumed: between the two arms
-JOINT_MARGIN_RAD = 1.0e-3  # rounding in the simulator's own limits
-LEAK_MAX_M3 = 0.0  # any leak is an injury
-TORN_MAX = 0  # broken attachments of a tube to the sac, or of the sac to the liver bed
+PINCH_MAX_N = 15.0
+"""Pinch that damages a pig's bowel between the smallest jaws; 37 N between the largest (Heijnsdijk
+et al., Surgical Endoscopy 18, 2004, p. 974-979)."""
+TRACTION_MAX_N = 5.0
+"""Pull at which those pinches were measured (the same paper): not tested beyond it."""
+CRUSH_MAX_N = 2.5
+"""500 kPa over 5 mm^2, a tube's area under the jaws (assumed). Bowel suffers from about 500 kPa
+(BMJ Surgery, Interventions & Health Technologies 2021, 000084); tips of graspers reach 210 to
+650 kPa (Cartmill et al., Australian and New Zealand Journal of Surgery 69, 1999, p. 127-130)."""
+MAX_STRETCH = 1.27
+"""Of a tube: damage begins in femoropopliteal arteries of people over 50 at 1.27 +- 0.09, along
+them (Anttila et al., Acta Biomaterialia, 2019). Assumed for the duct too."""
+BLUNT_MAX_N = 1.5
+"""Assumed: the right instrument on tissue; the expert reaches 1.0 N as it closes a clip."""
+PIERCED_M = 0.003
+"""Depth of the right jaws in the gallbladder: a healthy wall is at most 3 mm thick (textbook value
+of ultrasound)."""
+LIVER_MAX_N = 2.0
+"""Assumed: instrument on liver, or tissue on liver beyond the value at rest."""
+INSTRUMENT_CONTACT_MAX_N = 0.5
+"""Assumed: between the two arms."""
+JOINT_MARGIN_RAD = 1.0e-3
+"""Rounding in the simulator's own limits."""
+LEAK_MAX_M3 = 0.0
+"""Any leak is an injury."""
+TORN_MAX = 0
+"""Broken attachments of a tube to the sac, or of the sac to the liver bed."""
 
 # Ultimate strength.
-STRENGTH_PA = {
-    "duct": 1.4e6,  # assumed equal to the artery's, the weaker of the two measured walls
-    "artery": 1.4e6,  # reference sheet
-    "second artery": 1.4e6,
-    "common bile duct": 1.4e6,
-    "hepatic artery": 1.4e6,
-}
-SAC_MAX_STRETCH = 2.0  # assumed: of a patch of the gallbladder's wall, see `material`
+STRENGTH_PA = dict.fromkeys(
+    ("duct", "artery", "second artery", "common bile duct", "hepatic artery"), 1.4e6
+)
+"""Of an artery's wall, as the reference sheet has it. The ducts' is assumed equal: the artery's is
+the weaker of the two measured walls."""
+SAC_MAX_STRETCH = 2.0
+"""Assumed: of a patch of the gallbladder's wall, see `material`."""

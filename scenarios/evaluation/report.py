@@ -17,6 +17,7 @@ from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_fig
 from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
 from scenarios.evaluation.reasons import in_detail, reason
+from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
@@ -69,6 +70,7 @@ class SuiteReport:
         missing: number of episodes not run because the evaluation was interrupted.
         conditions: pass rates by condition, without ladders.
         reasons: reasons of failures, the most frequent first.
+        sensitivity: of the pass rate to each threshold.
         tasks: figures of the kinds of task that SRT-H reports, by SRT-H's names.
         results: the episodes by condition, in the order of seeds.
     """
@@ -80,6 +82,7 @@ class SuiteReport:
     climbs: tuple[Climb, ...]
     audit: tuple[AuditLine, ...]
     reasons: dict[str, int]
+    sensitivity: tuple[ThresholdSensitivity, ...]
     tasks: dict[str, TaskFigures]
     results: tuple[tuple[str, EpisodeResult], ...]
 
@@ -164,6 +167,7 @@ def _of_suite(
         climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),
+        sensitivity=sensitivity(list(here.values())),
         tasks={task.name: task_figures(here.values(), task) for task in TASKS},
         results=tuple((case.condition.name, result) for case, result in here.items()),
     )

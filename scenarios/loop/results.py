@@ -52,6 +52,26 @@ class InjuryResult:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PeakResult:
+    """The value of a limited quantity that came nearest to its limit, or went furthest beyond it.
+
+    Attributes:
+        event: The injury that it becomes beyond the limit, or a measure of the clips in place.
+        at_least: Whether the limit is a lower one.
+    """
+
+    event: str
+    value: float
+    limit: float
+    at_least: bool = False
+
+    def breaks(self, factor: float) -> bool:
+        """Tell whether it breaks the limit times a factor."""
+        limit = factor * self.limit
+        return self.value < limit if self.at_least else self.value > limit
+
+
+@dataclass(frozen=True, kw_only=True)
 class SafetyResult:
     """What the safety filter did in an episode.
 
@@ -102,7 +122,10 @@ class EpisodeResult:
         exchange_time_s: Simulated time of tool exchanges and clip reloads.
         wall_s: Wall time.
         corrections: Sum over the tasks.
-        dropped_clips: Clips that closed on nothing or fell from the applier; no failure by itself.
+        dropped_clips: Clips that closed on nothing or fell from the applier; more than
+            `CLIPS_LEFT_MAX` of them are an injury.
+        peaks: How near each limited quantity came to its limit; empty if an older version wrote
+            the result.
         anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
         sense: What planner and controller were told: "exact" is the simulator's own state.
         privileged: Which of "planner" and "controller" also read the hidden state.
@@ -122,6 +145,7 @@ class EpisodeResult:
     corrections: int = 0
     dropped_clips: int = 0
     injuries: tuple[InjuryResult, ...] = ()
+    peaks: tuple[PeakResult, ...] = ()
     safety: SafetyResult = SafetyResult()
     anatomy_hash: str | None = None
     sense: str = "exact"
@@ -212,6 +236,7 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         EpisodeResult(**entry),
         tasks=tuple(map(_task, entry["tasks"])),
         injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
+        peaks=tuple(PeakResult(**peak) for peak in entry.get("peaks", ())),
         safety=_safety(entry["safety"]),
         privileged=tuple(entry.get("privileged", ())),
         call=None if entry.get("call") is None else CallResult(**entry["call"]),

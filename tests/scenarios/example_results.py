@@ -2,7 +2,14 @@
 
 from dataclasses import replace
 
-from scenarios.loop.results import CallResult, EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.results import (
+    CallResult,
+    EpisodeResult,
+    InjuryResult,
+    PeakResult,
+    SafetyResult,
+    TaskResult,
+)
 
 PASSED = EpisodeResult(
     scenario="nominal",
@@ -19,6 +26,10 @@ PASSED = EpisodeResult(
     exchange_time_s=40.0,
     wall_s=62.0,
     corrections=2,
+    peaks=(
+        PeakResult(event="pinch", value=3.1, limit=37.0),
+        PeakResult(event="cuff", value=0.0012, limit=0.001, at_least=True),
+    ),
     safety=SafetyResult(interventions=3, min_clearance_m=0.0012),
     anatomy_hash="0123456789ab",
 )
@@ -27,6 +38,7 @@ FAILED = replace(
     seed=20_001,
     success=False,
     injuries=(InjuryResult(event="pinch", time_s=12.0, value=41.0, limit=37.0),),
+    peaks=(PeakResult(event="pinch", value=41.0, limit=37.0),),
 )
 CALLED = replace(
     PASSED,

@@ -33,6 +33,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clip import detach
 from tissue_sim.surgery.injury import Injury
+from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import joint_limits
@@ -53,6 +54,14 @@ def test_the_expert_does_all_tasks_and_injures_nothing(procedure):
     assert [task.success for task in procedure.result.tasks] == [True] * len(TASKS)
     assert procedure.result.injuries == ()
     assert procedure.result.success
+
+
+def test_a_passed_procedure_tells_how_near_it_came_to_each_limit(procedure):
+    peaks = {peak.event: peak for peak in procedure.result.peaks}
+    assert not any(peak.breaks(1.0) for peak in peaks.values())
+    assert {"pinch", "traction", "blunt force", "crush of duct", "stretch of artery"} < set(peaks)
+    assert {"clip tilt", "lumen", "clip slip", "clip gap", "cuff", "clip hold"} < set(peaks)
+    assert peaks["pinch"].value > HELD_PINCH_N  # it held the gallbladder
 
 
 def test_each_task_has_its_entry_in_order(procedure):

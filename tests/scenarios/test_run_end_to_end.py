@@ -19,7 +19,7 @@ CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
         *("scenario", "seed", "planner", "controller", "sense", "privileged"),
         *("success", "call", "error", "tasks"),
         *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
-        *("dropped_clips", "injuries", "safety"),
+        *("dropped_clips", "injuries", "peaks", "safety"),
         "anatomy_hash",
     },
     "task": {

@@ -139,6 +139,10 @@ class Tissue:
         """Return the (8, 4, 4) poses of the instruments' links at the last placement."""
         return self._tools("T_world_link")[b].copy()
 
+    def tool_axes(self, b: int = 0) -> tuple[Array, Array]:
+        """Return the near and far ends (8, 3) of the contact shapes' axes at the last placement."""
+        return self._tools("a")[b], self._tools("b")[b]
+
     def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
         """Return force (8, 3) N and torque (8, 3) N m on the tools, about each link's origin."""
         return self._tools("force")[b], self._tools("torque")[b]

@@ -93,7 +93,7 @@ def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
 
 def clip_placed(field: Field, tube: str, k: int) -> bool:
     """Return whether the first k clips (1 to 3) are good, each further from the fixed end."""
-    stations = [_station(c, tube) for c in good_clips(field, tube)][:k]
+    stations = [station_m(c, tube) for c in good_clips(field, tube)][:k]
     return len(stations) == k and all(a < b for a, b in pairwise(stations))
 
 
@@ -116,8 +116,8 @@ def tube_cut(field: Field, tube: str) -> bool:
     clips = good_clips(field, tube)
     if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not field.tubes.in_two_parts(tube):
         return False
-    low, high = sorted(_station(c, tube) for c in clips)[1:3]
-    return _cuffs_m(cuts[0], low, high) >= CUFF_MIN_M
+    low, high = sorted(station_m(c, tube) for c in clips)[1:3]
+    return cuffs_m(cuts[0], low, high) >= CUFF_MIN_M
 
 
 def tube_severed(field: Field, tube: str) -> bool:
@@ -165,29 +165,29 @@ def _well_placed(tubes: Tubes, clip: Clip, tube: str) -> bool:
         and not clip.on_sac
         and crossing.tilt_rad <= CLIP_MAX_TILT_RAD
         and closure(tubes, clip, tube) < LUMEN_CLOSED
-        and _edge_m(tubes, clip, tube) >= CUFF_MIN_M
+        and edge_m(tubes, clip, tube) >= CUFF_MIN_M
     )
 
 
-def _edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
+def edge_m(tubes: Tubes, clip: Clip, tube: str) -> float:
     """Return the distance from the clip's edge to the nearer end of the tube."""
-    s = _station(clip, tube)
+    s = station_m(clip, tube)
     return min(s, tubes.length_m[tube] - s) - 0.5 * CLIP_WIDTH_M
 
 
 def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:
     least = CLIP_MIN_GAP_M + CLIP_WIDTH_M
-    return all(abs(_station(clip, tube) - _station(p, tube)) >= least for p in placed)
+    return all(abs(station_m(clip, tube) - station_m(p, tube)) >= least for p in placed)
 
 
-def _station(clip: Clip, tube: str) -> float:
+def station_m(clip: Clip, tube: str) -> float:
     crossing = clip.on(tube)
     if crossing is None:
         raise ValueError(f"clip {clip.number} is not on the {tube}")
     return crossing.station_m
 
 
-def _cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
+def cuffs_m(cut: Cut, low_m: float, high_m: float) -> float:
     """Return the shorter stump's length beyond its clip; negative: the cut is not between them."""
     return min(cut.station_m - low_m, high_m - cut.station_m) - 0.5 * CLIP_WIDTH_M
 

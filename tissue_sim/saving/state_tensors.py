@@ -21,7 +21,7 @@ from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
-from tissue_sim.surgery.injury import Injury
+from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.surgery.record import Record
@@ -31,8 +31,8 @@ from tissue_sim.surgery.tear import Tear
 SAVED_CLASSES = {
     kind.__name__: kind
     for kind in (
-        Anatomy, Artery, Clip, Conditions, Crossing, Cut, Grasp, Injury, Leak, Opening, Pull,
-        Record, Tear,
+        Anatomy, Artery, Clip, Conditions, Crossing, Cut, Grasp, Injury, Leak, LimitReading,
+        Opening, Pull, Record, Tear,
     )
 }  # fmt: skip
 """The classes that a state holds, by their names in saved states."""

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
+from tissue_sim.structures.surface import distances_to_triangles, encloses
 from tissue_sim.structures.tubes import MEETING_HALF_GAP_M
 
 BLADE_SAMPLES = 9  # sample points on the blades' trace across a patch
@@ -25,6 +27,8 @@ class Sac:
         self._patch = np.where(row == SAC, piece, -1)
         self._one_tet = np.unique(self._patch, return_index=True)[1][-n_patches(organ) :]
         volume = tissue.host("volume")[b, : len(organ.tets)]
+        self._skin, _ = boundary_faces(organ.tets[organ.region <= 1])
+        self._outer = np.unique(self._skin)
         self.contents_m3 = float(volume[organ.region == 1].sum())
 
     def stretch(self) -> float:
@@ -45,6 +49,20 @@ class Sac:
         """Return the centre (3,) of the first open patch, world frame."""
         first = self._corners[self.open_patches()[0]]
         return self.tissue.positions(self.b)[first].reshape(-1, 3).mean(axis=0).astype(float)
+
+    def depth_m(self, points_m: Array) -> float:
+        """Return how deep the deepest of points (n, 3) lies below the outer surface; 0 outside.
+
+        World frame. The surface is the whole one: holes do not count as outside.
+        """
+        x = self.tissue.positions(self.b)
+        outer = x[self._outer]
+        near = ((points_m > outer.min(axis=0)) & (points_m < outer.max(axis=0))).all(axis=1)
+        if not near.any():
+            return 0.0
+        skin, points_m = x[self._skin].astype(float), points_m[near]
+        inside = points_m[encloses(skin, points_m)]
+        return max((float(distances_to_triangles(skin, p).min()) for p in inside), default=0.0)
 
     def tear(self) -> None:
         """Open the most stretched patch; the other patches may then hold."""

@@ -17,6 +17,7 @@ MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane me
 # A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
 # tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
+STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over so many segments, 5 mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +74,32 @@ class Tubes:
         """Return the (n_ring, 3) centreline up to the neck, world frame, m."""
         rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
         return self.tissue.positions(self.b)[rings].astype(np.float64)
+
+    def stretch(self, tube: str) -> float:
+        """Return the largest stretch of the centreline of a tube that is not severed.
+
+        It is averaged over a few segments, as jaws also move single rings. Segments under clips are
+        left out: what a clip squeezes out lengthens them by up to a half, without any pull.
+        """
+        centres = self.centres(tube)
+        covered = self.tissue.host("covered")[self.b, self.below[tube][: len(centres)]].any(axis=1)
+        free = ~(covered[:-1] | covered[1:])
+        if not free.any():
+            return 1.0
+        steps = centres[1:] - centres[:-1]
+        now_m = np.sqrt(np.einsum("ij,ij->i", steps, steps))[free]
+        rest_m = np.diff(self.stations_m[tube][: len(centres)])[free]
+        window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
+        return float(
+            (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
+        )
+
+    def vertices(self, tube: str) -> Indices:
+        """Return the vertices of a tube up to the neck, on both sides of its cuts."""
+        rings = slice(self.organ.neck_ring[tube] + 1)
+        in_tube = np.zeros(self.tissue.n_vertex(self.b), bool)
+        in_tube[self.below[tube][rings]] = in_tube[self.above[tube][rings]] = True
+        return np.flatnonzero(in_tube).astype(np.int32)
 
     def radius_m(self, tube: str) -> float:
         """Return the outer radius at rest."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
-from tissue_sim.surgery import injuries
+from tissue_sim.surgery import abuses, injuries
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import follow_grasp
@@ -40,7 +40,7 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     """
     r = field.record
     time_s = r.time_s + step_s
-    monitor = InjuryMonitor(r.injuries, r.broken_limits)
+    monitor = InjuryMonitor(r.injuries, r.broken_limits, r.peaks)
     r = _use_right_tool(field, time_s, intended, monitor)
     field.tissue.load_walls()
     loads = [worst_load(field.tubes, tube) for tube in field.organ.hollow]
@@ -54,12 +54,14 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     T_world_tool = field.arms.T_world_tool()[LEFT_ARM]
     grasp = follow_grasp(r.grasp, field.tissue, field.organ, T_world_tool, time_s)
     monitor.watch(injuries.other_readings(field, r, grasp, beyond_rad), time_s)
+    monitor.watch(abuses.readings(field, r), time_s)
     return replace(
         r,
         time_s=time_s,
         grasp=grasp,
         injuries=tuple(monitor.events),
         broken_limits=frozenset(monitor.broken),
+        peaks=tuple(monitor.peaks.values()),
     )
 
 
@@ -88,7 +90,7 @@ def _clip(
     T = field.arms.T_world_tool()[RIGHT_ARM]
     clip = latch(field.tubes, T, number=len(r.clips) + 1, time_s=time_s)
     meant = intended if intended is not None else field.tubes.nearest(T, CLIP_LENGTH_M)
-    for reading in injuries.wrongly_clipped(clip, meant):
+    for reading in (*injuries.wrongly_clipped(clip, meant), *abuses.clipped_twice(r.clips, clip)):
         monitor.add(reading, time_s)
     return replace(r, clips=(*r.clips, clip), clip_loaded=False)
 

@@ -59,12 +59,11 @@ def pulled_loose(before: Clip, clip: Clip) -> Iterator[LimitReading]:
 
 
 def wall_loads(field: Field, loads: Sequence[Load]) -> Iterator[LimitReading]:
-    """Yield the load on each wall: N for the tubes, stretch for the gallbladder."""
+    """Yield the load on each wall: N for the tubes, elongation for the gallbladder."""
     for load in loads:
         yield LimitReading(event=f"avulsion of {load.tube}", value=load.pull_n, limit=load.holds_n)
-    yield LimitReading(
-        event="tear of gallbladder", value=field.sac.stretch(), limit=SAC_MAX_STRETCH
-    )
+    longer = field.sac.stretch() - 1.0
+    yield LimitReading(event="tear of gallbladder", value=longer, limit=SAC_MAX_STRETCH - 1.0)
 
 
 def other_readings(

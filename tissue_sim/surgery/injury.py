@@ -24,17 +24,36 @@ class LimitReading:
     value: float
     limit: float
 
+    @property
+    def demand(self) -> float:
+        """Return the value over its limit; above 1 it is an injury."""
+        return self.value / self.limit
+
 
 class InjuryMonitor:
-    """Turns readings into events: one each time that a quantity newly exceeds its limit."""
+    """Turns readings into events: one each time that a quantity newly exceeds its limit.
 
-    def __init__(self, events: Iterable[Injury] = (), broken: Iterable[str] = ()) -> None:
+    Attributes:
+        events: the injuries so far.
+        broken: names of the limits that are exceeded now.
+        peaks: for each event, the reading that came nearest to its limit, or went furthest beyond
+            it. An event without tolerance (limit 0) has none.
+    """
+
+    def __init__(
+        self,
+        events: Iterable[Injury] = (),
+        broken: Iterable[str] = (),
+        peaks: Iterable[LimitReading] = (),
+    ) -> None:
         self.events = list(events)
         self.broken = set(broken)
+        self.peaks = {peak.event: peak for peak in peaks}
 
     def watch(self, readings: Iterator[LimitReading], time_s: float) -> None:
-        """Add an event for each reading that newly exceeds its limit."""
+        """Add an event for each reading that newly exceeds its limit, and keep its peak."""
         for reading in readings:
+            self._keep_peak(reading)
             if reading.value <= reading.limit:
                 self.broken.discard(reading.event)
             elif reading.event not in self.broken:
@@ -46,3 +65,10 @@ class InjuryMonitor:
         self.events.append(
             Injury(event=reading.event, time_s=time_s, value=reading.value, limit=reading.limit)
         )
+
+    def _keep_peak(self, reading: LimitReading) -> None:
+        if reading.limit <= 0.0:
+            return
+        peak = self.peaks.get(reading.event)
+        if peak is None or reading.demand > peak.demand:
+            self.peaks[reading.event] = reading

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from tissue_sim.surgery.clip import Clip
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
-from tissue_sim.surgery.injury import Injury
+from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.surgery.slip import Pull
@@ -27,6 +27,7 @@ class Record:
         drained_m3: the gallbladder's share of it.
         bed_rest_n: force of the gallbladder on the liver bed before the first contact.
         broken_limits: names of the limits that are exceeded now.
+        peaks: for each event with a limit above 0, the reading nearest to or furthest beyond it.
     """
 
     time_s: float = 0.0
@@ -43,6 +44,7 @@ class Record:
     bed_rest_n: float = 0.0
     injuries: tuple[Injury, ...] = ()
     broken_limits: frozenset[str] = frozenset()
+    peaks: tuple[LimitReading, ...] = ()
 
     @property
     def dropped_clips(self) -> int:

@@ -17,6 +17,7 @@ from scenarios.evaluation.page.parts import section
 from scenarios.evaluation.page.pass_rates import pass_rates
 from scenarios.evaluation.page.sheet import sheet
 from scenarios.evaluation.page.srt_h import beside_srt_h
+from scenarios.evaluation.page.thresholds import thresholds
 from scenarios.evaluation.page.times import times
 from scenarios.evaluation.report import Report
 from scenarios.files.strict_json import dumps
@@ -33,6 +34,7 @@ def page(report: Report, made_with: Mapping[str, Any]) -> str:
         language(report),
         times(report),
         failures(report),
+        thresholds(report),
         foresight(report),
         _made(made_with),
     )

@@ -10,7 +10,7 @@ from planner.task import TASKS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
-from scenarios.loop.results import EpisodeResult, InjuryResult, SafetyResult, TaskResult
+from scenarios.loop.results import EpisodeResult, InjuryResult, PeakResult, SafetyResult, TaskResult
 from scenarios.recording.recorder import Recorder
 from scenarios.suites import SUITES
 
@@ -29,6 +29,8 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
         done = (*done[:-1], replace(done[-1], success=False, time_s=90.0))
     if chance is not None:
         done = (*done[:-1], replace(done[-1], failure_chance=chance))
+    force_n = float(rng.uniform(0.1, 1.9)) if passed else 2.4
+    peak = PeakResult(event="force on the liver", value=force_n, limit=2.0)
     injury = InjuryResult(event="force on the liver", time_s=31.0, value=2.4, limit=2.0)
     return EpisodeResult(
         scenario=case.condition.scenario,
@@ -42,6 +44,7 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
         wall_s=12.0,
         corrections=int(rng.integers(3)),
         injuries=() if passed else (injury,),
+        peaks=(peak,),
         safety=SafetyResult(interventions=3, min_clearance_m=float(rng.uniform(3e-4, 2e-3))),
         anatomy_hash=f"{case.seed}",
     )

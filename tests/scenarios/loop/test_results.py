@@ -84,6 +84,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "corrections",
         "dropped_clips",
         "injuries",
+        "peaks",
         "safety",
         "anatomy_hash",
         "sense",

@@ -1,0 +1,76 @@
+"""How much does the pass rate depend on each threshold? A reading of the same episodes.
+
+No episode is run again: a robot that was told of other limits might have acted otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scenarios.evaluation.reasons import first_not_done
+from scenarios.loop.results import EpisodeResult
+
+FACTORS = (0.5, 1.0, 2.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThresholdSensitivity:
+    """What a threshold times each of `FACTORS` would make of the same episodes.
+
+    Attributes:
+        threshold: what is limited.
+        limit: in SI units; None if it differs between patients.
+        at_least: whether the limit is a lower one.
+        closest: value over limit that came nearest to the limit, or went furthest beyond it.
+        passed: number of episodes that would pass, for each of `FACTORS`.
+        episodes: number of episodes without error.
+    """
+
+    threshold: str
+    limit: float | None
+    at_least: bool
+    closest: float
+    passed: tuple[int, ...]
+    episodes: int
+
+
+def sensitivity(results: Sequence[EpisodeResult]) -> tuple[ThresholdSensitivity, ...]:
+    """Return the sensitivity to each threshold of which the episodes have a peak.
+
+    Limits of zero have no peak: any value exceeds them, whatever the factor.
+    """
+    judged = [r for r in results if r.error is None]
+    names = dict.fromkeys(threshold_of(p.event) for r in judged for p in r.peaks)
+    return tuple(_of_threshold(judged, name) for name in names)
+
+
+def passes(result: EpisodeResult, threshold: str, factor: float) -> bool:
+    """Tell whether an episode would pass if one threshold were multiplied by a factor.
+
+    A laxer limit makes a failure a pass only if injuries of this threshold are all that was wrong.
+    """
+    if not result.success and (not result.injuries or first_not_done(result) is not None):
+        return False
+    mine = [p for p in result.peaks if threshold_of(p.event) == threshold]
+    others = [i for i in result.injuries if threshold_of(i.event) != threshold]
+    return not others and not any(peak.breaks(factor) for peak in mine)
+
+
+def threshold_of(event: str) -> str:
+    """Return what an event limits, without its structure: "crush of duct" is a crush."""
+    return event.partition(" of ")[0]
+
+
+def _of_threshold(judged: Sequence[EpisodeResult], name: str) -> ThresholdSensitivity:
+    peaks = [p for r in judged for p in r.peaks if threshold_of(p.event) == name]
+    limits, at_least = {p.limit for p in peaks}, peaks[0].at_least
+    shares = [p.value / p.limit for p in peaks]
+    return ThresholdSensitivity(
+        threshold=name,
+        limit=limits.pop() if len(limits) == 1 else None,
+        at_least=at_least,
+        closest=min(shares) if at_least else max(shares),
+        passed=tuple(sum(passes(r, name, factor) for r in judged) for factor in FACTORS),
+        episodes=len(judged),
+    )

@@ -1,0 +1,311 @@
+"""Tests of abuses: what a careless hand does is an injury, and its careful counterpart is not.
+
+Each abuse is done with bare hands, without a safety filter, on a patient at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.expert.targets import grasp_pose
+from tests.tissue_sim.hands import close, move, put, wait
+from tissue_sim.frames import Array, pose, unit
+from tissue_sim.outcome.predicates import procedure_flags
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.surgery.cut import BLADE_LENGTH_M
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.verification.bodies import astride
+from tissue_sim.world import World
+
+SEED = 10_003
+OPEN_RAD = 0.6
+PRESSED_RAD = -0.3
+
+
+@pytest.fixture(scope="module")
+def at_rest(one_world: World) -> dict[str, Any]:
+    one_world.reset(anatomy_from_seed(SEED))
+    return one_world.state()
+
+
+@pytest.fixture
+def world(one_world: World, at_rest: dict[str, Any]) -> World:
+    one_world.restore(at_rest)
+    return one_world
+
+
+def across(world: World, tube: str, share: float = 0.4, beyond_m: float = 0.004) -> Array:
+    """Return `T_world_tool` of jaws astride a tube at a share of its length."""
+    return astride(world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=beyond_m)
+
+
+def before_sac(world: World, ring: int, beyond_m: float) -> Array:
+    """Return `T_world_tool` of a tool that points at the gallbladder's front, this far beyond."""
+    rings, x = world.organ.sac_rings, world.tissue.positions().astype(float)
+    outer = x[rings[ring - 1 : ring + 1, 11:]].reshape(-1, 3)
+    front = outer[np.argmin(outer @ AWAY)]
+    along = unit(x[rings[ring + 1, 0]] - x[rings[ring - 1, 0]])
+    z = unit(AWAY - (AWAY @ along) * along)
+    return pose(np.stack([along, np.cross(z, along), z], axis=1), front + beyond_m * z)
+
+
+def beside_sac(world: World) -> Array:
+    """Return `T_world_tool` of a tool that points at the bare liver, 20 mm in front of it."""
+    bed = world.organ.bed
+    place = bed.point_m + (bed.edge_m + 0.03) * bed.along + 0.035 * RIGHT - 0.02 * AWAY
+    y = unit(np.cross(AWAY, RIGHT))
+    return pose(np.stack([np.cross(y, AWAY), y, AWAY], axis=1), place)
+
+
+def use(world: World, T_world_tool: Array, intended: str, tool: str) -> None:
+    """Close a fresh clip, or the scissors, at a pose, and take the tool away."""
+    world.equip(tool)
+    put(world, RIGHT_ARM, T_world_tool, OPEN_RAD)
+    close(world, RIGHT_ARM, PRESSED_RAD, steps=20, intended=intended)
+
+
+def clip(world: World, tube: str, share: float) -> None:
+    use(world, across(world, tube, share, CLIP_LENGTH_M / 2), tube, "clip_applier")
+
+
+def cut(world: World, tube: str, share: float, intended: str | None = None) -> None:
+    use(world, across(world, tube, share, BLADE_LENGTH_M / 2), intended or tube, "scissors")
+
+
+def grasp(world: World) -> None:
+    put(world, LEFT_ARM, grasp_pose(world), 1.0)
+    close(world, LEFT_ARM, 0.1, steps=25)
+
+
+def drag(world: World, distance_m: float, speed_m_s: float, way: Array) -> None:
+    """Grasp the gallbladder and draw it away."""
+    grasp(world)
+    move(world, LEFT_ARM, distance_m * way, speed_m_s=speed_m_s)
+    wait(world, 3)
+
+
+def squeeze(world: World, arm: int, tube: str, jaw_rad: float) -> None:
+    """Take a tube between the jaws of the grasper or of the empty applier."""
+    if arm == RIGHT_ARM:
+        world.drop_clip()
+    put(world, arm, across(world, tube), OPEN_RAD)
+    close(world, arm, jaw_rad, steps=15)
+    wait(world, 5)
+
+
+def poke(world: World, tool: str, ring: int, depth_m: float) -> None:
+    """Drive a closed tool straight at the gallbladder, so far beyond its surface."""
+    world.equip(tool)
+    T = before_sac(world, ring, -0.008)
+    put(world, RIGHT_ARM, T, 0.0)
+    move(world, RIGHT_ARM, (0.008 + depth_m) * T[:3, 2], speed_m_s=0.1)
+
+
+def lose_clips(world: World, count: int) -> None:
+    for _ in range(count):
+        world.equip("clip_applier")
+        world.drop_clip()
+        wait(world, 5)
+
+
+def clip_often(world: World, *shares: float) -> None:
+    """Put clips on the duct at these shares of its length."""
+    for share in shares:
+        clip(world, "duct", share)
+
+
+def sweep(world: World, distance_m: float, speed_m_s: float) -> None:
+    """Draw the closed applier from outside across the duct and on to the artery."""
+    inwards = RIGHT if world.anatomy.structure("left") == "duct" else LEFT
+    T = across(world, "duct", 0.5, 0.010)
+    T[:3, 3] -= 0.012 * inwards
+    put(world, RIGHT_ARM, T, 0.0)
+    move(world, RIGHT_ARM, distance_m * inwards, speed_m_s=speed_m_s)
+    wait(world, 2)
+
+
+def scratch_liver(world: World, distance_m: float) -> None:
+    """Drive the closed scissors at the bare liver."""
+    world.equip("scissors")
+    put(world, RIGHT_ARM, beside_sac(world), 0.0)
+    move(world, RIGHT_ARM, distance_m * AWAY, speed_m_s=0.05)
+
+
+def ram_the_grasper(world: World, share: float) -> None:
+    """Drive the applier a share of the way to the grasper."""
+    left, right = world.arms.T_world_tool()[:, :3, 3]
+    move(world, RIGHT_ARM, share * (left - right), speed_m_s=0.1)
+
+
+def push_on_tube(world: World, tube: str, distance_m: float) -> None:
+    """Push the closed applier straight at a tube."""
+    T = across(world, tube, 0.5, -0.006)
+    put(world, RIGHT_ARM, T, 0.0)
+    move(world, RIGHT_ARM, (0.006 + distance_m) * T[:3, 2], speed_m_s=0.05)
+
+
+def clip_both(world: World, gap_m: float) -> None:
+    """Close a clip on the duct while the artery lies beside it, with this gap."""
+    world.equip("clip_applier")
+    T = across(world, "duct", 0.4, CLIP_LENGTH_M - 0.002)
+    put(world, RIGHT_ARM, T, OPEN_RAD)
+    points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in ("duct", "artery")]
+    radii_m = world.tubes.radius_m("duct") + world.tubes.radius_m("artery")
+    shift = points[0] + (gap_m + radii_m) * T[:3, 2] - points[1]
+    world.tissue.positions()[world.tubes.below["artery"]] += shift.astype(np.float32)
+    close(world, RIGHT_ARM, 0.0, steps=1, intended="duct")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Abuse:
+    """One way to hurt.
+
+    Attributes:
+        event: the injury that must follow.
+        careless: what does it.
+        careful: the same with care, which must not be an injury of any kind.
+    """
+
+    event: str
+    careless: Callable[[World], None]
+    careful: Callable[[World], None]
+
+
+def cut_between_clips(world: World) -> None:
+    clip_often(world, 0.15, 0.34, 0.75)
+    cut(world, "duct", 0.55)
+    wait(world, 10)
+
+
+def cut_unclipped(world: World) -> None:
+    cut(world, "duct", 0.55)
+    wait(world, 10)
+
+
+OFF_LIVER = unit(0.5 * LEFT - AWAY)
+
+ABUSES = {
+    "the grasper crushes the duct": Abuse(
+        event="crush of duct",
+        careless=lambda w: squeeze(w, LEFT_ARM, "duct", PRESSED_RAD),
+        careful=lambda w: squeeze(w, LEFT_ARM, "duct", 0.1),
+    ),
+    "the empty applier crushes the duct": Abuse(
+        event="crush of duct",
+        careless=lambda w: squeeze(w, RIGHT_ARM, "duct", PRESSED_RAD),
+        careful=lambda w: squeeze(w, RIGHT_ARM, "duct", 0.12),
+    ),
+    "the gallbladder is dragged at 0.3 m/s": Abuse(
+        event="stretch of artery",
+        careless=lambda w: drag(w, 0.030, 0.3, LEFT),
+        careful=lambda w: drag(w, 0.008, 0.02, LEFT),
+    ),
+    "the gallbladder is pulled off its bed": Abuse(
+        event="detachment from liver bed",
+        careless=lambda w: drag(w, 0.060, 0.3, LEFT),
+        careful=lambda w: drag(w, 0.010, 0.02, OFF_LIVER),
+    ),
+    "the gallbladder is pressed on the liver": Abuse(
+        event="liver force through gallbladder",
+        careless=lambda w: drag(w, 0.020, 0.05, -w.organ.bed.normal),
+        careful=lambda w: drag(w, 0.005, 0.02, -w.organ.bed.normal),
+    ),
+    "the gallbladder is pulled too hard": Abuse(
+        event="traction",
+        careless=lambda w: drag(w, 0.040, 0.05, -w.organ.bed.normal),
+        careful=lambda w: drag(w, 0.010, 0.02, LEFT),
+    ),
+    "ten clips are lost": Abuse(
+        event="clips left in the body",
+        careless=lambda w: lose_clips(w, 10),
+        careful=lambda w: lose_clips(w, 2),
+    ),
+    "clips at one station": Abuse(
+        event="clip on clip",
+        careless=lambda w: clip_often(w, 0.4, 0.4, 0.4, 0.4),
+        careful=lambda w: clip_often(w, 0.15, 0.34, 0.53, 0.72),
+    ),
+    "scissors rammed into the neck of the gallbladder": Abuse(
+        event="perforation of gallbladder",
+        careless=lambda w: poke(w, "scissors", 4, 0.012),
+        careful=lambda w: poke(w, "scissors", 4, 0.001),
+    ),
+    "scissors rammed into the body of the gallbladder": Abuse(
+        event="perforation of gallbladder",
+        careless=lambda w: poke(w, "scissors", 8, 0.012),
+        careful=lambda w: poke(w, "scissors", 8, 0.001),
+    ),
+    "the applier rammed into the gallbladder": Abuse(
+        event="perforation of gallbladder",
+        careless=lambda w: poke(w, "clip_applier", 6, 0.012),
+        careful=lambda w: poke(w, "clip_applier", 6, 0.001),
+    ),
+    "a sweep across both tubes": Abuse(
+        event="blunt force",
+        careless=lambda w: sweep(w, 0.040, 0.3),
+        careful=lambda w: sweep(w, 0.010, 0.02),
+    ),
+    "the closed applier pushed at the artery": Abuse(
+        event="stretch of artery",
+        careless=lambda w: push_on_tube(w, "artery", 0.015),
+        careful=lambda w: push_on_tube(w, "artery", 0.001),
+    ),
+    "scissors on the liver": Abuse(
+        event="liver force",
+        careless=lambda w: scratch_liver(w, 0.030),
+        careful=lambda w: scratch_liver(w, 0.020),
+    ),
+    "instruments rammed together": Abuse(
+        event="instrument contact",
+        careless=lambda w: ram_the_grasper(w, 0.9),
+        careful=lambda w: ram_the_grasper(w, 0.3),
+    ),
+    "a clip on the gallbladder": Abuse(
+        event="clip on gallbladder",
+        careless=lambda w: use(w, before_sac(w, 3, 0.005), "duct", "clip_applier"),
+        careful=lambda w: clip(w, "duct", 0.4),
+    ),
+    "a cut on the gallbladder": Abuse(
+        event="cut on gallbladder",
+        careless=lambda w: use(w, before_sac(w, 5, 0.004), "duct", "scissors"),
+        careful=lambda w: use(w, before_sac(w, 5, -0.004), "duct", "scissors"),
+    ),
+    "a clip across both tubes": Abuse(
+        event="clip on artery",
+        careless=lambda w: clip_both(w, 0.0),
+        careful=lambda w: clip(w, "duct", 0.4),
+    ),
+    "a cut before the clips": Abuse(
+        event="leak",
+        careless=cut_unclipped,
+        careful=cut_between_clips,
+    ),
+    "a cut on the wrong tube": Abuse(
+        event="cut on artery",
+        careless=lambda w: cut(w, "artery", 0.5, intended="duct"),
+        careful=cut_between_clips,
+    ),
+}
+
+
+@pytest.mark.parametrize("abuse", ABUSES.values(), ids=ABUSES)
+def test_an_abuse_fails_the_episode_for_its_reason(world: World, abuse: Abuse) -> None:
+    abuse.careless(world)
+    hurt = [injury for injury in world.record.injuries if injury.event == abuse.event]
+    assert hurt
+    assert not procedure_flags(world)["no injury"]
+    peaks = {peak.event: peak.value for peak in world.record.peaks}
+    assert all(peaks[i.event] >= i.value > i.limit for i in hurt if i.limit > 0.0)
+
+
+@pytest.mark.parametrize("abuse", ABUSES.values(), ids=ABUSES)
+def test_the_same_with_care_is_no_injury(world: World, abuse: Abuse) -> None:
+    abuse.careful(world)
+    assert world.record.injuries == ()

@@ -1,0 +1,80 @@
+"""How far are the clips in place from the limits of success?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+from tissue_sim.field import Field
+from tissue_sim.outcome.predicates import cuffs_m, edge_m, good_clips, station_m
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure, grip_n, holding_forces_n
+from tissue_sim.thresholds import (
+    CLIP_MAX_SLIP_M,
+    CLIP_MAX_TILT_RAD,
+    CLIP_MIN_GAP_M,
+    CUFF_MIN_M,
+    LUMEN_CLOSED,
+    TEST_PULL_N,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margin:
+    """The worst value of a measure over the clips in place, with its limit, in SI units.
+
+    Attributes:
+        at_least: whether the limit is a lower one.
+    """
+
+    measure: str
+    value: float
+    limit: float
+    at_least: bool
+
+
+def margins(field: Field) -> Iterator[Margin]:
+    """Yield the margin of each measure that some clip has; call it after the test pull."""
+    placed = [(tube, clip) for tube in field.organ.tubes for clip in good_clips(field, tube)]
+    for measure, values, limit in (
+        ("clip tilt", [c.crossings[0].tilt_rad for _, c in placed], CLIP_MAX_TILT_RAD),
+        ("lumen", [closure(field.tubes, c, tube) for tube, c in placed], LUMEN_CLOSED),
+        ("clip slip", [c.slid_m for c in field.record.clips if c.crossings], CLIP_MAX_SLIP_M),
+    ):
+        if values:
+            yield Margin(measure=measure, value=float(max(values)), limit=limit, at_least=False)
+    for measure, values, limit in (
+        (
+            "clip gap",
+            [g for tube in field.organ.tubes for g in _gaps_m(field, tube)],
+            CLIP_MIN_GAP_M,
+        ),
+        ("cuff", [c for tube in field.organ.tubes for c in _cuffs_m(field, tube)], CUFF_MIN_M),
+        ("clip hold", [_hold_n(field, c) for _, c in placed], TEST_PULL_N),
+    ):
+        if values:
+            yield Margin(measure=measure, value=float(min(values)), limit=limit, at_least=True)
+
+
+def _gaps_m(field: Field, tube: str) -> list[float]:
+    """Return the distances between the edges of neighbouring clips."""
+    stations = sorted(station_m(c, tube) for c in good_clips(field, tube))
+    return [high - low - CLIP_WIDTH_M for low, high in pairwise(stations)]
+
+
+def _cuffs_m(field: Field, tube: str) -> list[float]:
+    """Return the tissue between the clips' edges and the tube's ends, and beside a cut."""
+    clips = good_clips(field, tube)
+    stations = [station_m(clip, tube) for clip in clips]
+    cuffs = [edge_m(field.tubes, clip, tube) for clip in clips]
+    for cut in (c for c in field.record.cuts if c.tube == tube):
+        low = max((s for s in stations if s < cut.station_m), default=None)
+        high = min((s for s in stations if s > cut.station_m), default=None)
+        if low is not None and high is not None:
+            cuffs.append(cuffs_m(cut, low, high))
+    return cuffs
+
+
+def _hold_n(field: Field, clip: Clip) -> float:
+    """Return the largest pull that a clip holds, along its tube or across it."""
+    return min(holding_forces_n(field.tubes, clip, grip_n(field.tubes, clip)))

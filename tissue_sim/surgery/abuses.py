@@ -1,0 +1,104 @@
+"""Rough handling that tears nothing at once: crush, stretch, blunt force, stabs, and stray clips.
+
+Nothing here acts: every quantity is read from the field, as in `injuries`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tissue_sim.field import Field
+from tissue_sim.mechanics.layout import N_SHAPES
+from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip
+from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
+from tissue_sim.surgery.injury import LimitReading
+from tissue_sim.surgery.record import Record
+from tissue_sim.thresholds import (
+    BLUNT_MAX_N,
+    CLIPS_LEFT_MAX,
+    CRUSH_MAX_N,
+    MAX_STRETCH,
+    PIERCED_M,
+)
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+FINGER_PLACES = (1.0, 0.5)  # shares of a finger's length, from the jaws' hinge to the tip
+
+
+def readings(field: Field, r: Record) -> Iterator[LimitReading]:
+    """Yield every quantity of this file that can exceed its limit in any step.
+
+    Args:
+        field: after the step.
+        r: its new record.
+    """
+    yield from crushed(field, r)
+    if r.pull is None:  # the judge's own test pull stretches the tube between clip and clamp
+        yield from stretched(field, r)
+    yield LimitReading(event="blunt force", value=_blunt_n(field), limit=BLUNT_MAX_N)
+    yield LimitReading(event="perforation of gallbladder", value=_stab_m(field), limit=PIERCED_M)
+    lost = sum(clip.lost for clip in r.clips)
+    yield LimitReading(event="clips left in the body", value=lost, limit=CLIPS_LEFT_MAX)
+
+
+def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
+    """Yield the pinch on each tube between the two fingers of a tool, N.
+
+    An applier that closes its clip crushes the tube, which is what clips are for: it counts only
+    without a clip. Scissors cut what is between them.
+    """
+    pinching = _pinching(field, r)
+    for tube in field.organ.hollow:
+        pinches = [_pinch_n(field, tube, *tool) for tool in pinching]
+        value = max(pinches, default=0.0)
+        yield LimitReading(event=f"crush of {tube}", value=value, limit=CRUSH_MAX_N)
+
+
+def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
+    """Yield the elongation of each tube that is not severed, over its length at rest."""
+    opened = {opening.tube for opening in r.openings}
+    for tube in field.organ.hollow:
+        if tube not in opened or not len(field.tubes.severed_rings(tube)):
+            longer = field.tubes.stretch(tube) - 1.0
+            yield LimitReading(event=f"stretch of {tube}", value=longer, limit=MAX_STRETCH - 1.0)
+
+
+def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
+    """Yield the width, m, by which a new clip overlaps a clip that is on the same tube."""
+    for old, crossing in ((c, x) for c in before if not c.lost for x in clip.crossings):
+        other = old.on(crossing.tube)
+        if other is not None:
+            overlap_m = CLIP_WIDTH_M - abs(crossing.station_m - other.station_m)
+            if overlap_m > 0.0:
+                yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
+
+
+def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
+    """Return arm and fingers of each tool that can crush and touches tissue with both fingers."""
+    touched = np.bincount(field.tissue.host("contact_shape")[0] + 1, minlength=N_SHAPES + 1)[1:]
+    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not r.clip_loaded
+    tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
+    return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]
+
+
+def _pinch_n(field: Field, tube: str, arm: int, fingers: tuple[int, int]) -> float:
+    """Return the force with which each finger presses a tube from its side; 0 if one does not."""
+    vertices = field.tubes.vertices(tube)
+    touching = field.tissue.host("contact_shape")[0, vertices]
+    if not all((touching == finger).any() for finger in fingers):
+        return 0.0
+    T_world_tool = field.arms.T_world_tool()[arm]
+    return max(min(inward_n(field.tissue, vertices, fingers, T_world_tool)), 0.0)
+
+
+def _blunt_n(field: Field) -> float:
+    """Return the force between the right instrument, as a whole, and the tissue, N."""
+    return float(np.linalg.norm(field.tool_forces_n()[RIGHT_ARM]))
+
+
+def _stab_m(field: Field) -> float:
+    """Return how deep the deepest place of the right fingers is in the gallbladder, m."""
+    near, far = (ends[list(RIGHT_FINGERS)].astype(float) for ends in field.tissue.tool_axes())
+    return field.sac.depth_m(np.concatenate([near + s * (far - near) for s in FINGER_PLACES]))
