@@ -8,7 +8,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
+from scenarios.evaluation.strata import NAMES
 from scenarios.evaluation.words import counts, interval, number, rate, signed
+from scenarios.loop.results import Summary
 
 Row = Sequence[str]
 
@@ -19,6 +21,7 @@ def tables(report: Report) -> Iterator[Table]:
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
         _table("how far each can go", ("axis", "arm"), ("holds", "breaks at", ""), _climbs(report)),
+        _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
         _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
@@ -39,6 +42,7 @@ _RATES = (
     "injured",
     "clearance (mm)",
 )
+_STRATA = ("episodes", "passed", "rate", "95 % Wilson", "errors")
 _PAIRED = ("pairs", "only it", "only ref.", "difference", "95 % Tango", "McNemar p")
 
 
@@ -91,6 +95,26 @@ def _climbs(report: Report) -> Iterator[Row]:
 def _climb(climb: Climb) -> Row:
     held = "nothing" if climb.held is None else f"{climb.held:g}"
     return held, "never" if climb.breaking is None else f"{climb.breaking:g}", climb.unit
+
+
+def _strata(report: Report) -> Iterator[Row]:
+    for prop, names in NAMES.items():
+        for name in names:
+            for arm, found in report.arms.items():
+                for suite, of_suite in found.suites.items():
+                    summary = of_suite.strata[prop][name]
+                    if summary.episodes:
+                        yield prop, name, suite, arm, *_stratum(summary)
+
+
+def _stratum(summary: Summary) -> Row:
+    return (
+        str(summary.episodes),
+        counts(summary),
+        rate(summary.pass_rate),
+        interval(summary.wilson_95, 3),
+        str(summary.errors),
+    )
 
 
 def _said(report: Report) -> Iterator[Row]:

@@ -2,9 +2,9 @@
 
 Each parameter has a random stream of its own, made from the seed and the parameter's name, so a new
 parameter or a repeated draw leaves all others as they were. No source found states a correlation
-between lengths and widths: parameters are independent (assumed), but for three rules. A tube is not
-wider than the infundibulum that it enters, an artery that crosses the duct is long, and the longest
-ducts are those that join low.
+between lengths and widths: parameters are independent (assumed), but for four rules. A tube is not
+wider than the infundibulum that it enters, an artery that crosses the duct is long, the longest
+ducts are those that join low, and an artery that crosses behind is the only one.
 """
 
 from __future__ import annotations
@@ -138,11 +138,11 @@ def draw(seed: int, widest_tube: float) -> dict[str, Any]:
     most_m = widest_tube * drawn["gallbladder_width_m"]
     for name in ("duct_diameter_m", "artery_diameter_m"):
         drawn[name] = _value(seed, name, most_m)
-    has_second = _stream(seed, "second artery").random() < SECOND_ARTERY_SHARE
+    course = _course(seed, drawn)
     return {
         **drawn,
-        **_within(seed, _course(seed, drawn)),
-        "second_artery": _within(seed, SECOND_ARTERY, "second ") if has_second else None,
+        **_within(seed, course),
+        "second_artery": _second_artery(seed, course),
         "artery_on_left": bool(_stream(seed, "artery_on_left").random() < SWAPPED_SHARE),
         "remnants": int(_stream(seed, "remnants").integers(MOST_REMNANTS, endpoint=True)),
         "fat_strands": 0,
@@ -186,6 +186,14 @@ def _course(seed: int, drawn: Mapping[str, Any]) -> Mapping[str, Bounds]:
         if chance < IN_FRONT_SHARE + BEHIND_SHARE:
             return BEHIND
     return LOW_INSERTION if drawn["duct_length_m"] >= LOW_LENGTH_M[0] else {}
+
+
+def _second_artery(seed: int, course: Mapping[str, Bounds]) -> dict[str, float] | None:
+    """Draw the second artery, or none; an artery that crosses behind takes its place."""
+    chance = _stream(seed, "second artery").random() * (1 - BEHIND_SHARE)
+    if course is BEHIND or chance >= SECOND_ARTERY_SHARE:
+        return None
+    return _within(seed, SECOND_ARTERY, "second ")
 
 
 def tint(rng: np.random.Generator, colour: Colour) -> Colour:
