@@ -12,6 +12,7 @@ import numpy as np
 
 from tissue_sim.patient.population import Colour, draw
 
+
 @dataclass(frozen=True, kw_only=True)
 class Range:
     """The possible values of a parameter, from least to most; the seeds draw within them."""

@@ -2,9 +2,10 @@
 
 Each parameter has a random stream of its own, made from the seed and the parameter's name, so a new
 parameter or a repeated draw leaves all others as they were. No source found states a correlation
-between lengths and widths: parameters are independent (assumed), but for four rules. A tube is not
-wider than the infundibulum that it enters, an artery that crosses the duct is long, the longest
-ducts are those that join low, and an artery that crosses behind is the only one.
+between lengths and widths: parameters are independent (assumed), but for five rules. A gallbladder is
+longer than wide, a tube is not wider than the infundibulum that it enters, an artery that crosses the
+duct is long, the longest ducts are those that join low, and an artery that crosses behind is the only
+one.
 """
 
 from __future__ import annotations
@@ -117,6 +118,7 @@ IN_FRONT_SHARE = 0.026
 BEHIND_SHARE = 0.023
 SWAPPED_SHARE = 0.052
 LONG_ENOUGH_SHARE = 0.0670  # of arteries have CROSSING_LENGTH_M, by the law above
+WIDEST_SAC = 0.75  # largest width of a gallbladder over its length, assumed: it is pear-shaped
 MOST_REMNANTS = 6  # assumed
 TINTS: dict[str, Colour] = {  # linear RGB, assumed
     "gallbladder_colour": (0.46, 0.55, 0.30),
@@ -135,9 +137,10 @@ def draw(seed: int, widest_tube: float) -> dict[str, Any]:
             again.
     """
     drawn: dict[str, Any] = {name: _value(seed, name) for name in LAWS}
-    most_m = widest_tube * drawn["gallbladder_width_m"]
+    sac_m = _value(seed, "gallbladder_width_m", WIDEST_SAC * drawn["gallbladder_length_m"])
+    drawn["gallbladder_width_m"] = sac_m
     for name in ("duct_diameter_m", "artery_diameter_m"):
-        drawn[name] = _value(seed, name, most_m)
+        drawn[name] = _value(seed, name, widest_tube * sac_m)
     course = _course(seed, drawn)
     return {
         **drawn,
