@@ -12,7 +12,7 @@ from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.variants import patient_of
 
 Strata = Mapping[str, Mapping[str, Summary]]
-"""By property of the anatomy and stratum: the summary of its episodes, also where there are none."""
+"""By property and stratum: the summary of its episodes, also where there are none."""
 
 VARIANT = "variant"
 NAMED = ("usual", "two-arteries", "artery-in-front", "artery-behind", "swapped", "low-insertion")

@@ -1,11 +1,12 @@
 """Draw patients from the published population: lengths, widths, courses, shares of variants.
 
-Each parameter has a random stream of its own, made from the seed and the parameter's name, so a new
-parameter or a repeated draw leaves all others as they were. No source found states a correlation
-between lengths and widths: parameters are independent (assumed), but for five rules. A gallbladder is
-longer than wide, a tube is not wider than the infundibulum that it enters, an artery that crosses the
-duct is long, the longest ducts are those that join low, and an artery that crosses behind is the only
-one.
+Each parameter has a random stream of its own, made from the seed and the parameter's name, so a
+new parameter or a repeated draw leaves all others as they were.
+
+No source found states a correlation of lengths and widths. They are independent (assumed), but for
+five rules: a gallbladder is at most three quarters as wide as long; a tube is not wider than the
+infundibulum that it enters; an artery that crosses the duct is long; the longest ducts are those
+that join low; an artery that crosses behind the duct is the only one.
 """
 
 from __future__ import annotations

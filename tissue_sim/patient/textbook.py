@@ -47,6 +47,7 @@ def textbook_from_seed(seed: int) -> Anatomy:
     drawn: dict[str, Any] = {name: float(rng.uniform(*b)) for name, b in TEXTBOOK.items()}
     remnants = int(rng.integers(MOST_REMNANTS, endpoint=True))
     on_left = bool(rng.random() < SWAPPED_SHARE)
+    drawn |= {name: tint(rng, colour) for name, colour in TINTS.items()}
     return Anatomy(
         seed=int(seed),
         **drawn,
@@ -54,5 +55,4 @@ def textbook_from_seed(seed: int) -> Anatomy:
         remnants=remnants,
         fat_strands=0,
         artery_on_left=on_left,
-        **{name: tint(rng, colour) for name, colour in TINTS.items()},
     )
