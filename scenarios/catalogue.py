@@ -15,7 +15,8 @@ class Scenario:
     """The conditions of an episode.
 
     Attributes:
-        variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own anatomy.
+        variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own patient of
+            the published population.
     """
 
     name: str
@@ -25,8 +26,9 @@ class Scenario:
 
 
 VARIANTS: dict[str, str] = {
+    "textbook": "long tubes and one artery, on which three clips and a cut always fit",
     "short-duct": "a cystic duct on which three clips just fit",
-    "wide-duct": "a cystic duct wider than the seeds draw, which a clip still spans",
+    "wide-duct": "a wide cystic duct, which a clip still spans",
     "artery-in-front": "the artery crosses in front of the duct, to the far side of the neck",
     "artery-behind": "the artery crosses behind the duct, to the far side of the neck",
     "low-insertion": "a long cystic duct beside the common hepatic duct, which it joins low",
@@ -38,7 +40,7 @@ VARIANTS: dict[str, str] = {
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario
     for scenario in (
-        Scenario(name="nominal", description="the anatomy as its seed draws it, undisturbed"),
+        Scenario(name="nominal", description="a patient of the published population, undisturbed"),
         *(
             Scenario(name=p.name, description=p.description, perturbations=(p,))
             for p in PERTURBATIONS

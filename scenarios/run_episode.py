@@ -31,8 +31,8 @@ from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
 from tissue_sim.outcome.retention import pull_all_clips
 from tissue_sim.outcome.room import why_call
-from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.patient.variants import variant
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.variants import patient_of
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
@@ -116,9 +116,8 @@ def patient_on_table(
 
 
 def anatomy_of(config: EpisodeConfig) -> Anatomy:
-    """Return the seed's patient, with the scenario's anatomical variant."""
-    anatomy, name = anatomy_from_seed(config.seed), SCENARIOS[config.scenario].variant
-    return variant(name, anatomy) if name else anatomy
+    """Return the seed's patient in the scenario."""
+    return patient_of(config.seed, SCENARIOS[config.scenario].variant)
 
 
 def result_of(episode: Episode, start_s: float) -> EpisodeResult:

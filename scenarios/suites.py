@@ -159,12 +159,12 @@ SUITES: dict[str, Suite] = {
     for suite in (
         Suite(
             name="nominal",
-            description="anatomies as their seeds draw them, undisturbed",
+            description="patients of the published population, undisturbed",
             conditions=(_undisturbed("nominal"),),
         ),
         Suite(
             name="variants",
-            description="anatomical variants that surgeons know",
+            description="textbook patients, and anatomical variants that surgeons know",
             conditions=tuple(map(_undisturbed, VARIANTS)),
         ),
         Suite(

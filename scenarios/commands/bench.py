@@ -304,6 +304,31 @@ class Viewer:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Population:
+    """Compare the patients that seeds draw with the published population."""
+
+    seed: Annotated[int, at_least(0)] = 0
+    """Seed of the first patient; each further one takes the next."""
+    patients: Annotated[int, at_least(1)] = 10_000
+    """Number of patients."""
+    plot: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Also draw them, as a PNG."""
+
+    def execute(self) -> int:
+        """Draw and report; return 0."""
+        from scenarios.bench.population import drawn, population_table, save_plot
+
+        if self.plot and (self.plot.suffix != ".png" or not self.plot.parent.is_dir()):
+            raise BadInputError(f"--plot {self.plot}: give a .png file in an existing folder")
+        with Console(stderr=True).status("drawing: patients"):
+            patients = drawn(self.seed, self.patients)
+        if self.plot:
+            save_plot(patients, self.plot)
+        _show([population_table(patients)])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Language:
     """Time the reading of free text, by the grammar alone and with the sentence encoder."""
 
@@ -337,6 +362,7 @@ class Bench:
         | Annotated[BenchLatency, subcommand("latency")]
         | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
+        | Annotated[Population, subcommand("population")]
     ]
 
     def execute(self) -> int:

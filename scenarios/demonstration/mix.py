@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from scenarios.catalogue import SCENARIOS
+from tissue_sim.patient.variants import patient_of
 
 TRAINING_SEEDS = range(10_000)
 RECOVERIES = (
@@ -24,9 +24,10 @@ ORDER, TURNS = "order", "turns"
 ROLLOUT = "rollout"
 KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT
 OF_THE_LEARNED = TURNS, ROLLOUT
-FAILING = ":"  # between a kind and the name of a failure of the recovery set
+FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
 MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
     "nominal": (NOMINAL,),
+    "textbook": (NOMINAL + FAILING + "textbook",),
     "recovery": (RECOVERY + FAILING,),
     "corrections": (CORRECTION,),
     "orders": (ORDER,),
@@ -45,8 +46,8 @@ class PlannedDemonstration:
 
     Attributes:
         seed: of the patient and of all random numbers.
-        kind: "nominal", "correction", "order", "turns", "rollout"; or "recovery:", "turns:",
-            "rollout:" and a perturbation's name.
+        kind: "nominal", "correction", "order", "turns", "rollout"; "recovery:", "turns:",
+            "rollout:" and a perturbation's name; or "nominal:textbook".
         noise: whether bursts of noise disturb the motion.
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
             is the one that comes with Calot.
@@ -94,30 +95,34 @@ def demonstrations(
 
     Patients for whom a person must be called are left out.
     """
-    turns = MIXES[mix]
-    made = []
-    for seed in islice(_patients(first_seed, artery_below_m), episodes):
-        kind = turns[seed % len(turns)]
-        learned = kind.rstrip(FAILING) in OF_THE_LEARNED
-        if kind.endswith(FAILING):
-            kind += RECOVERIES[seed // len(turns) % len(RECOVERIES)]
-        made.append(
-            PlannedDemonstration(
-                seed=seed,
-                kind=kind,
-                noise=noise,
-                checkpoint=checkpoint if learned else "",
-                planner=planner if learned else "",
-            )
+
+    def planned(seed: int) -> PlannedDemonstration:
+        kind = _kind(mix, seed)
+        learned = kind.partition(FAILING)[0] in OF_THE_LEARNED
+        return PlannedDemonstration(
+            seed=seed,
+            kind=kind,
+            noise=noise,
+            checkpoint=checkpoint if learned else "",
+            planner=planner if learned else "",
         )
-    return made
+
+    every = map(planned, range(first_seed, TRAINING_SEEDS.stop))
+    return list(islice((d for d in every if _is_asked_for(d, artery_below_m)), episodes))
 
 
-def _patients(first_seed: int, artery_below_m: float) -> Iterator[int]:
-    """Yield training seeds of operable patients whose artery is shorter than this."""
+def _kind(mix: str, seed: int) -> str:
+    """Return what the mix demonstrates on a seed; failures of the recovery set alternate."""
+    kinds = MIXES[mix]
+    kind = kinds[seed % len(kinds)]
+    failure = RECOVERIES[seed // len(kinds) % len(RECOVERIES)]
+    return kind + failure if kind.endswith(FAILING) else kind
+
+
+def _is_asked_for(demonstration: PlannedDemonstration, artery_below_m: float) -> bool:
+    """Return whether the patient is operable and has an artery shorter than this."""
     from tissue_sim.outcome.room import why_call
 
-    for seed in range(first_seed, TRAINING_SEEDS.stop):
-        anatomy = anatomy_from_seed(seed)
-        if anatomy.artery_length_m < artery_below_m and why_call(anatomy) is None:
-            yield seed
+    variant = SCENARIOS[demonstration.scenario].variant
+    anatomy = patient_of(demonstration.seed, variant)
+    return anatomy.artery_length_m < artery_below_m and why_call(anatomy) is None

@@ -18,6 +18,7 @@ from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
 from scenarios.evaluation.reasons import in_detail, reason
 from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
+from scenarios.evaluation.strata import Strata, strata
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
 from scenarios.suites import Condition, Ladder, Suite
 
@@ -69,6 +70,7 @@ class SuiteReport:
     Attributes:
         missing: number of episodes not run because the evaluation was interrupted.
         conditions: pass rates by condition, without ladders.
+        strata: pass rates by the patients' anatomy, without ladders.
         reasons: reasons of failures, the most frequent first.
         sensitivity: of the pass rate to each threshold.
         tasks: figures of the kinds of task that SRT-H reports, by SRT-H's names.
@@ -79,6 +81,7 @@ class SuiteReport:
     missing: int
     figures: Figures
     conditions: dict[str, Summary]
+    strata: Strata
     climbs: tuple[Climb, ...]
     audit: tuple[AuditLine, ...]
     reasons: dict[str, int]
@@ -164,6 +167,7 @@ def _of_suite(
         missing=len(plan.asked(arm, suite, mine)) - len(here),
         figures=figures(list(here.values())),
         conditions={c.name: _summary(here, c) for c in suite.conditions},
+        strata=strata(r for case, r in here.items() if case.condition in suite.conditions),
         climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),

@@ -8,7 +8,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.words import called, end_of, interval, number, rate, signed
+from scenarios.evaluation.strata import NAMES
+from scenarios.evaluation.words import called, counts, end_of, interval, number, rate, signed
+from scenarios.loop.results import Summary
 
 Row = Sequence[str]
 
@@ -19,6 +21,7 @@ def tables(report: Report) -> Iterator[Table]:
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
         _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
+        _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
         _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
@@ -41,6 +44,7 @@ _RATES = (
     "injured",
     "clearance (mm)",
 )
+_STRATA = ("episodes", "passed", "rate", "95 % Wilson", "errors")
 _PAIRED = ("pairs", "only it", "only ref.", "difference", "95 % Tango", "McNemar p")
 
 
@@ -79,9 +83,9 @@ def _rate_figures(suite: SuiteReport) -> Row:
 
 def _paired(report: Report) -> Iterator[Row]:
     for c in report.comparisons:
-        counts = (str(c.pairs), str(c.only_arm), str(c.only_reference))
+        pairs = (str(c.pairs), str(c.only_arm), str(c.only_reference))
         told = (signed(c.difference), interval(c.tango_95, 3), f"{c.mcnemar_p:.3g}")
-        yield c.arm, c.reference, c.suite, *counts, *told
+        yield c.arm, c.reference, c.suite, *pairs, *told
 
 
 def _climbs(report: Report) -> Iterator[Row]:
@@ -94,6 +98,26 @@ def _climbs(report: Report) -> Iterator[Row]:
 def _climb(climb: Climb) -> Row:
     held = "nothing" if climb.held is None else f"{climb.held:g}"
     return held, end_of(climb), climb.unit
+
+
+def _strata(report: Report) -> Iterator[Row]:
+    for prop, names in NAMES.items():
+        for name in names:
+            for arm, found in report.arms.items():
+                for suite, of_suite in found.suites.items():
+                    summary = of_suite.strata[prop][name]
+                    if summary.episodes:
+                        yield prop, name, suite, arm, *_stratum(summary)
+
+
+def _stratum(summary: Summary) -> Row:
+    return (
+        str(summary.episodes),
+        counts(summary),
+        rate(summary.pass_rate),
+        interval(summary.wilson_95, 3),
+        str(summary.errors),
+    )
 
 
 def _said(report: Report) -> Iterator[Row]:

@@ -26,8 +26,8 @@ from controller.kinematics import inverse_kinematics
 from planner.task import task_from_text
 from tissue_sim.frames import inverse_pose
 from tissue_sim.outcome.room import CUT_ROOM_M, SPACING_M, needed_m
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
@@ -43,7 +43,7 @@ SLANT_RAD = -0.5
 @pytest.fixture
 def world() -> World:
     world = World()
-    world.reset(anatomy_from_seed(10_004))
+    world.reset(textbook_from_seed(10_004))
     return world
 
 

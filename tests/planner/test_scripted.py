@@ -29,7 +29,7 @@ OUT_INSERTION_M = 0.05
 @pytest.fixture(scope="module")
 def approach():
     """Return a world and two states: at the start, and grasped with the right arm at the tubes."""
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004))
     begun = episode.world.state()
     for step in episode.steps():
         if step.instruction.task == FIRST_CLIP and not right_arm_back(episode.world):
@@ -115,7 +115,7 @@ def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):
 def test_after_a_slip_no_task_is_given_that_is_still_done():
     (slip,) = SCENARIOS["grasp-slip"].perturbations
     effects = Effects([replace(slip, at=AtTask(index=SECOND_CLIP.index))], seed=0)
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_004), effects=effects)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004), effects=effects)
     episode = replace(episode, planner=PlannerScripted(episode.world, hears_of_success=False))
     said = []
     for step in episode.steps():

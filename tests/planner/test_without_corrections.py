@@ -28,7 +28,9 @@ class Correcting:
 
 
 def test_tasks_pass_and_corrections_are_dropped():
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_004, ablation="no-corrections"))
+    episode = begin(
+        EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004, ablation="no-corrections")
+    )
     assert isinstance(episode.planner, PlannerWithoutCorrections)
     planner = PlannerWithoutCorrections(Correcting(episode.planner._planner))
     episode = replace(episode, planner=planner)

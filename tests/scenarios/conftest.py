@@ -11,7 +11,9 @@ from tests.scenarios.procedures import Procedure, run_by_command, run_once
 
 @pytest.fixture(scope="session")
 def procedure(made_once) -> Procedure:
-    return run_once(EpisodeConfig(**WITNESS, seed=10_004), "procedure", made_once)
+    return run_once(
+        EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004), "procedure", made_once
+    )
 
 
 @pytest.fixture(scope="session")

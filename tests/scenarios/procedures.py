@@ -11,7 +11,7 @@ from scenarios.loop.step import Step
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
 from tests.made_once import MadeOnce
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
@@ -78,6 +78,6 @@ def run_once(config: EpisodeConfig, name: str, made_once: MadeOnce) -> Procedure
 
     result, steps, file, state = made_once(name, make)
     world = World()
-    world.reset(anatomy_from_seed(config.seed))
+    world.reset(textbook_from_seed(config.seed))
     world.restore(state)
     return Procedure(result=result, steps=steps, file=file, recording=load(file), world=world)

@@ -29,7 +29,7 @@ from scenarios.run_episode import begin, result_of, run_episode
 from tests.scenarios.breaking_controller import BREAKS_AT_S
 from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clip import detach
 from tissue_sim.surgery.injury import Injury
@@ -144,7 +144,7 @@ def test_an_episode_ends_when_nothing_is_left_to_cut_well_or_badly(procedure):
 
 def test_the_last_task_alone_is_not_the_end():
     untouched = World()
-    untouched.reset(anatomy_from_seed(SEED))
+    untouched.reset(textbook_from_seed(SEED))
     episode = saying_the_last(untouched, {})
     assert len(list(islice(episode.steps(), 10))) == 10
     assert not episode.tasks.is_complete
@@ -156,7 +156,7 @@ def saying_the_last(world, tasks):
 
 def begin_judging(world, tasks, planner=None):
     episode = Episode(
-        config=EpisodeConfig(**WITNESS, seed=SEED),
+        config=EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED),
         world=world,
         planner=planner or PlannerScripted(world),
         controller=ControllerIdle(PolicySetup(seed=SEED)),
@@ -171,7 +171,9 @@ def begin_judging(world, tasks, planner=None):
 
 def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
     result = run_episode(
-        EpisodeConfig(planner="scripted", seed=SEED, controller="idle", task_cap_s=2.0)
+        EpisodeConfig(
+            planner="scripted", scenario="textbook", seed=SEED, controller="idle", task_cap_s=2.0
+        )
     )
     assert not result.success
     assert result.error is None
@@ -188,7 +190,8 @@ def test_a_cap_that_is_no_time_is_refused(cap_s):
 def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
     result = attempt_episode(
-        EpisodeConfig(planner="scripted", seed=SEED, controller="breaks"), tmp_path
+        EpisodeConfig(planner="scripted", scenario="textbook", seed=SEED, controller="breaks"),
+        tmp_path,
     )
     assert result.error == "RuntimeError: a string snapped"
     assert not result.success
@@ -286,7 +289,9 @@ def chunks(steps):
 
 
 def episode_of(planner, controller):
-    return begin(EpisodeConfig(seed=SEED), planner=planner, controller=controller)
+    return begin(
+        EpisodeConfig(scenario="textbook", seed=SEED), planner=planner, controller=controller
+    )
 
 
 def test_the_same_instruction_lets_the_chunk_run_to_its_end():
@@ -319,7 +324,7 @@ def test_a_persons_instruction_drops_the_running_chunk_and_the_planner_is_asked_
 def test_an_undone_task_counts_when_it_is_done_under_another_instruction(first, then):
     clip, back, back_again = (Instruction(task=TASKS[k]) for k in (1, first, then))
     planner = PlannerSays(*3 * [clip], back, back_again)
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
     left_undone = False
     for step in islice(episode.steps(), round(10.0 / CONTROL_PERIOD_S)):
         if step.instruction.task == back_again.task:
@@ -386,7 +391,7 @@ def test_a_controller_without_an_action_gets_a_clear_error():
 
 
 def test_a_clip_closed_in_the_air_is_reloaded_and_the_task_done():
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED))
     joints = episode.guarded_driver.driver.joints
     for jaw_rad in (0.35, -0.1):
         joints[RIGHT_ARM, 6] = jaw_rad
@@ -406,7 +411,10 @@ def done(episode):
 
 def test_the_same_seed_gives_the_same_recording_bit_for_bit(tmp_path):
     once, again, other = (
-        run(EpisodeConfig(**WITNESS, seed=seed, task_cap_s=3.0), tmp_path / name).recording
+        run(
+            EpisodeConfig(**WITNESS, scenario="textbook", seed=seed, task_cap_s=3.0),
+            tmp_path / name,
+        ).recording
         for name, seed in (("once", SEED), ("again", SEED), ("other", SEED + 1))
     )
     assert once.arrays["forces_n"].any()

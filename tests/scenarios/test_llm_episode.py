@@ -19,13 +19,17 @@ def steps_of(answers, monkeypatch, n):
     with serving(*answers) as server:
         monkeypatch.setenv("CALOT_LLM_URL", server.url)
         monkeypatch.setenv("CALOT_LLM_MODEL", "small")
-        episode = begin(EpisodeConfig(controller="expert", seed=SEED, planner="llm"))
+        episode = begin(
+            EpisodeConfig(controller="expert", scenario="textbook", seed=SEED, planner="llm")
+        )
         return list(islice(episode.steps(), n))
 
 
 def test_its_tasks_are_done_as_if_the_oracle_had_given_them(monkeypatch):
     spoken = steps_of([says(TASKS[0].text)], monkeypatch, n=70)
-    oracle = list(islice(begin(EpisodeConfig(**WITNESS, seed=SEED)).steps(), 70))
+    oracle = list(
+        islice(begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)).steps(), 70)
+    )
     for mine, its in zip(spoken, oracle, strict=True):
         np.testing.assert_array_equal(mine.command.joints, its.command.joints)
 

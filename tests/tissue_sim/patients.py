@@ -3,8 +3,8 @@
 import numpy as np
 
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
@@ -17,7 +17,7 @@ _SETTLED: dict[int, tuple[Tubes, dict[str, np.ndarray]]] = {}
 def settled(seed: int) -> Tubes:
     """Return a patient's settled tubes; computed once per seed and restored each time."""
     if seed not in _SETTLED:
-        patient = anatomy_from_seed(seed)
+        patient = textbook_from_seed(seed)
         organ = build_organ(patient)
         tissue = Tissue([organ], stiffness_scale=[patient.stiffness_scale])
         for _ in range(SETTLE_STEPS):

@@ -6,8 +6,8 @@ import warp as wp
 
 from tissue_sim.mechanics.data_parallel import ring_sides
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.grasp import LEFT_FINGERS
 from tissue_sim.surgery.parting import part_ring
@@ -18,7 +18,7 @@ CUT = 5
 
 @pytest.fixture
 def tubes() -> Tubes:
-    organ = build_organ(anatomy_from_seed(10_000))
+    organ = build_organ(textbook_from_seed(10_000))
     return Tubes(Tissue([organ]), organ)
 
 

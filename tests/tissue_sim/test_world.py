@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import TissueConfig
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.injury import InjuryMonitor, LimitReading
 from tissue_sim.surgery.tear import Load, tear
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
@@ -24,7 +24,7 @@ SAVED_AT = 9
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 
@@ -32,13 +32,13 @@ def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> N
     once, record = run(world, 0, TWO_SECONDS), world.record
     touched = max(np.abs(step[-1]).max() for step in once)
     assert touched > 0.01  # the instruments touch tissue
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     assert_same(run(world, 0, TWO_SECONDS), once)
     assert_same(world.record, record)
     another = World()
-    another.reset(anatomy_from_seed(SEED))
+    another.reset(textbook_from_seed(SEED))
     assert_same(run(another, 0, TWO_SECONDS), once)
-    another.reset(anatomy_from_seed(SEED + 1))
+    another.reset(textbook_from_seed(SEED + 1))
     assert another.tissue.positions().shape != world.tissue.positions().shape or not np.array_equal(
         another.tissue.positions(), world.tissue.positions()
     )
@@ -71,7 +71,7 @@ def test_a_restored_world_continues_identically(
     assert_same(run(world, SAVED_AT, SAVED_AT + TWO_SECONDS), once)
     assert_same(world.record, record)
     another = World()
-    another.reset(anatomy_from_seed(SEED))
+    another.reset(textbook_from_seed(SEED))
     another.restore(saved)
     assert_same(run(another, SAVED_AT, SAVED_AT + TWO_SECONDS), once)
     assert_same(another.record, record)
@@ -102,9 +102,9 @@ def test_a_saved_state_is_a_copy(world: World) -> None:
 
 
 def test_another_patients_state_is_refused_and_changes_nothing(world: World) -> None:
-    world.reset(anatomy_from_seed(SEED + 1))
+    world.reset(textbook_from_seed(SEED + 1))
     other = world.state()
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     run(world, 0, 5)
     before = world.state()
     with pytest.raises(ValueError, match=f"anatomy is '{other['anatomy']}'.*{before['anatomy']}"):

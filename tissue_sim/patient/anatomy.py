@@ -10,48 +10,40 @@ from typing import Any
 
 import numpy as np
 
-Colour = tuple[float, float, float]
+from tissue_sim.patient.population import Colour, draw
 
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """The values of a parameter: the seeds' range, and the possible range.
+    """The possible values of a parameter, from least to most; the seeds draw within them."""
 
-    Seeds draw from low to high; least and most bound what is possible. Where low equals high, seeds
-    draw nothing: only a variant changes the parameter.
-    """
-
-    low: float
-    high: float
     least: float
     most: float
 
 
-# Lengths and diameters: see docs/physics.md; angles, slack and depth: assumed.
-RANGES: dict[str, Range] = {
-    "gallbladder_length_m": Range(low=0.060, high=0.100, least=0.045, most=0.130),
-    "gallbladder_width_m": Range(low=0.025, high=0.040, least=0.018, most=0.055),
-    "duct_length_m": Range(low=0.020, high=0.040, least=0.012, most=0.055),
-    "duct_diameter_m": Range(low=0.002, high=0.004, least=0.001, most=0.008),
-    "duct_angle_rad": Range(low=0.15, high=0.50, least=-0.3, most=1.0),
-    "duct_slack": Range(low=0.02, high=0.07, least=0.0, most=0.3),
-    "artery_length_m": Range(low=0.015, high=0.030, least=0.010, most=0.045),
-    "artery_diameter_m": Range(low=0.0012, high=0.0025, least=0.0008, most=0.005),
-    "artery_angle_rad": Range(low=0.20, high=0.55, least=-0.3, most=1.0),
-    "artery_slack": Range(low=0.02, high=0.07, least=0.0, most=0.3),
-    "artery_depth_m": Range(low=-0.004, high=0.004, least=-0.015, most=0.015),
-    "artery_insertion_m": Range(low=0.006, high=0.011, least=0.003, most=0.020),
-    "artery_turn_rad": Range(low=0.0, high=0.0, least=-math.pi, most=math.pi),
-    "bed_tilt_rad": Range(low=0.50, high=0.90, least=0.2, most=1.3),
-    "stiffness_scale": Range(low=0.5, high=2.0, least=0.1, most=10.0),
-    "endoscope_pitch_rad": Range(low=0.54, high=0.68, least=0.2, most=1.2),
-    "endoscope_yaw_rad": Range(low=-0.08, high=0.08, least=-0.6, most=0.6),
-    "endoscope_distance_m": Range(low=0.080, high=0.095, least=0.04, most=0.2),
+RANGES: dict[str, Range] = {  # assumed: where the mesh and the tools still make sense
+    "gallbladder_length_m": Range(least=0.045, most=0.130),
+    "gallbladder_width_m": Range(least=0.018, most=0.055),
+    "duct_length_m": Range(least=0.006, most=0.055),
+    "duct_diameter_m": Range(least=0.001, most=0.008),
+    "duct_angle_rad": Range(least=-0.3, most=1.0),
+    "duct_slack": Range(least=0.0, most=0.3),
+    "artery_length_m": Range(least=0.006, most=0.055),
+    "artery_diameter_m": Range(least=0.0008, most=0.005),
+    "artery_angle_rad": Range(least=-0.3, most=1.0),
+    "artery_slack": Range(least=0.0, most=0.3),
+    "artery_depth_m": Range(least=-0.015, most=0.015),
+    "artery_insertion_m": Range(least=0.003, most=0.020),
+    "artery_turn_rad": Range(least=-math.pi, most=math.pi),
+    "bed_tilt_rad": Range(least=0.2, most=1.3),
+    "stiffness_scale": Range(least=0.1, most=10.0),
+    "endoscope_pitch_rad": Range(least=0.2, most=1.2),
+    "endoscope_yaw_rad": Range(least=-0.6, most=0.6),
+    "endoscope_distance_m": Range(least=0.04, most=0.2),
 }
-SWAPPED_SHARE = 0.15  # assumed: share of patients whose artery lies on the left
 COUNTS: dict[str, Range] = {  # assumed
-    "remnants": Range(low=0, high=6, least=0, most=6),
-    "fat_strands": Range(low=0, high=0, least=0, most=40),
+    "remnants": Range(least=0, most=6),
+    "fat_strands": Range(least=0, most=40),
 }
 WIDEST_TUBE = 0.26  # largest tube diameter over the gallbladder's width: the infundibulum's
 
@@ -136,6 +128,17 @@ class Anatomy:
         return first | ({"second artery": self.second_artery} if self.second_artery else {})
 
     @property
+    def variant(self) -> str:
+        """Return the name of its uncommon course, the more important one of two; or "usual"."""
+        if self.second_artery:
+            return "two-arteries"
+        if abs(self.artery_turn_rad) > math.pi / 2:
+            return "artery-in-front" if self.artery_turn_rad > 0 else "artery-behind"
+        if self.artery_on_left:
+            return "swapped"
+        return "low-insertion" if self.duct_angle_rad < 0 else "usual"
+
+    @property
     def hash(self) -> str:
         """Return twelve hex digits that identify this anatomy in a result."""
         text = json.dumps(asdict(self), sort_keys=True)
@@ -160,29 +163,27 @@ class Anatomy:
 
 
 def anatomy_from_seed(seed: int) -> Anatomy:
-    """Return the patient of a seed: 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
+    """Return the patient of a seed, of the published population (`tissue_sim.patient.population`).
+
+    Seeds 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
 
     Raises:
         ValueError: the seed is not a non-negative integer.
     """
+    parameters = draw(require_seed(seed), WIDEST_TUBE)
+    second = parameters.pop("second_artery")
+    return Anatomy(seed=int(seed), second_artery=second and Artery(**second), **parameters)
+
+
+def require_seed(seed: object) -> int:
+    """Return the seed of a patient.
+
+    Raises:
+        ValueError: it is not a non-negative integer.
+    """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise ValueError(f"seed = {seed!r} must be an integer of 0 or more")
-    rng = np.random.default_rng([0xCA107, int(seed)])
-    drawn: dict[str, Any] = {
-        name: float(rng.uniform(r.low, r.high)) if r.low < r.high else r.low
-        for name, r in RANGES.items()
-    }
-    return Anatomy(
-        seed=int(seed),
-        **drawn,
-        remnants=int(rng.integers(0, int(COUNTS["remnants"].high) + 1)),
-        fat_strands=0,
-        artery_on_left=bool(rng.random() < SWAPPED_SHARE),
-        gallbladder_colour=_tint(rng, (0.46, 0.55, 0.30)),
-        duct_colour=_tint(rng, (0.80, 0.68, 0.42)),
-        artery_colour=_tint(rng, (0.78, 0.26, 0.24)),
-        liver_colour=_tint(rng, (0.42, 0.13, 0.10)),
-    )
+    return int(seed)
 
 
 def anatomy_to_dict(anatomy: Anatomy) -> dict[str, object]:
@@ -237,15 +238,8 @@ def _check_type(name: str, value: object, kind: Any) -> None:
 
 
 def _check_colour(name: str, value: object) -> None:
-    channel = Range(low=0.0, high=1.0, least=0.0, most=1.0)
+    channel = Range(least=0.0, most=1.0)
     if not isinstance(value, tuple) or len(value) != 3:
         raise ValueError(f"anatomy: {name} = {value!r} must be three numbers from 0 to 1")
     for c in value:
         _check_number(name, c, channel)
-
-
-def _tint(rng: np.random.Generator, colour: Colour) -> Colour:
-    """Return the colour, a little lighter, darker or shifted (linear RGB, 0 to 1)."""
-    scaled = np.clip(np.array(colour) * rng.uniform(0.8, 1.2) + rng.normal(0, 0.02, 3), 0.02, 0.95)
-    red, green, blue = (round(float(c), 4) for c in scaled)
-    return red, green, blue

@@ -365,7 +365,10 @@ def _fat_strands(
         }
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            near = rings[tube][neck_ring[tube] - int(rng.integers(2, 6)), 1 + TUBE_SECTORS :]
+            below = max(
+                neck_ring[tube] - int(rng.integers(2, 6)), 1
+            )  # the shortest have 4 segments
+            near = rings[tube][below, 1 + TUBE_SECTORS :]
             sac = sac_rings[1 : INFUNDIBULUM_SEGMENTS - 1, 1 + SAC_SECTORS :].ravel()
             pairs.append(_facing(vertices, near, sac, rng))
         else:

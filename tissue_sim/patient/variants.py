@@ -1,6 +1,7 @@
-"""Define anatomical variants: a seed's patient, changed where the variant's name says so.
+"""Define anatomical variants: a textbook patient, changed where the variant's name says so.
 
-Shapes follow the usual descriptions of surgical anatomy; the numbers are assumed.
+They are for scenarios that ask for one property. Seeds of the population have the same courses by
+themselves, at their published shares (`tissue_sim.patient.population`).
 """
 
 from __future__ import annotations
@@ -12,9 +13,17 @@ from zlib import crc32
 
 import numpy as np
 
-from tissue_sim.patient.anatomy import COUNTS, Anatomy, Artery
-
-Bounds = tuple[float, float]
+from tissue_sim.patient.anatomy import COUNTS, Anatomy, Artery, anatomy_from_seed
+from tissue_sim.patient.courses import (
+    BEHIND,
+    CROSSING_LENGTH_M,
+    IN_FRONT,
+    LOW_INSERTION,
+    LOW_LENGTH_M,
+    SECOND_ARTERY,
+    Bounds,
+)
+from tissue_sim.patient.textbook import textbook_from_seed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,53 +42,26 @@ class Variant:
 
 
 VARIANTS: dict[str, Variant] = {
+    "textbook": Variant(),
     # the shortest duct has just enough room for three clips and a cut
     "short-duct": Variant(drawn={"duct_length_m": (0.0161, 0.0190)}),
     "wide-duct": Variant(drawn={"duct_diameter_m": (0.0042, 0.0050)}),
-    # the artery crosses at the neck: below it, duct and artery spread to their usual sides
-    "artery-in-front": Variant(
-        drawn={
-            "duct_angle_rad": (0.32, 0.45),
-            "artery_angle_rad": (0.38, 0.48),
-            "artery_length_m": (0.033, 0.039),
-            "artery_insertion_m": (0.010, 0.012),
-            "artery_turn_rad": (2.35, 2.55),
-            "artery_depth_m": (-0.008, -0.006),
-        }
-    ),
-    "artery-behind": Variant(
-        drawn={
-            "duct_angle_rad": (0.32, 0.45),
-            "artery_angle_rad": (0.38, 0.48),
-            "artery_length_m": (0.033, 0.039),
-            "artery_insertion_m": (0.008, 0.010),
-            "artery_turn_rad": (-2.55, -2.35),
-            "artery_depth_m": (0.005, 0.007),
-        }
-    ),
-    # the cystic duct is long and runs beside the common hepatic duct before it joins
-    "low-insertion": Variant(
-        drawn={
-            "duct_length_m": (0.042, 0.050),
-            "duct_angle_rad": (-0.14, -0.04),
-            "artery_angle_rad": (0.45, 0.55),
-        }
-    ),
-    # the second artery is thin, deep, and enters the sac higher: a person must deal with it
-    "two-arteries": Variant(
-        second_artery={
-            "length_m": (0.022, 0.030),
-            "diameter_m": (0.0009, 0.0012),
-            "angle_rad": (0.00, 0.12),
-            "slack": (0.05, 0.08),
-            "depth_m": (0.003, 0.006),
-            "insertion_m": (0.011, 0.012),
-            "turn_rad": (-1.1, -0.8),
-        }
-    ),
+    "artery-in-front": Variant(drawn={"artery_length_m": CROSSING_LENGTH_M, **IN_FRONT}),
+    "artery-behind": Variant(drawn={"artery_length_m": CROSSING_LENGTH_M, **BEHIND}),
+    "low-insertion": Variant(drawn={"duct_length_m": LOW_LENGTH_M, **LOW_INSERTION}),
+    "two-arteries": Variant(second_artery=SECOND_ARTERY),
     "fat": Variant(drawn={"fat_strands": (14, 22)}),
     "swapped": Variant(fixed={"artery_on_left": True}),
 }
+
+
+def patient_of(seed: int, name: str | None) -> Anatomy:
+    """Return a seed's patient: of the population, or the textbook patient with a variant.
+
+    Raises:
+        ValueError: the seed or the name is not allowed.
+    """
+    return anatomy_from_seed(seed) if name is None else variant(name, textbook_from_seed(seed))
 
 
 def variant(name: str, anatomy: Anatomy) -> Anatomy:

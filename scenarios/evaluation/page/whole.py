@@ -19,6 +19,7 @@ from scenarios.evaluation.page.sheet import sheet
 from scenarios.evaluation.page.srt_h import beside_srt_h
 from scenarios.evaluation.page.thresholds import thresholds
 from scenarios.evaluation.page.times import times
+from scenarios.evaluation.page.which_patients import which_patients
 from scenarios.evaluation.report import Report
 from scenarios.files.strict_json import dumps
 
@@ -31,6 +32,7 @@ def page(report: Report, made_with: Mapping[str, Any]) -> str:
         beside_srt_h(report),
         ladders(report),
         conditions(report),
+        which_patients(report),
         language(report),
         times(report),
         failures(report),

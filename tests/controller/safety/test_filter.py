@@ -24,7 +24,7 @@ from controller.safety.proof import DEEPER_M
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from tissue_sim.frames import inverse_pose, unit
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.tools.psm import forward_kinematics
@@ -41,7 +41,7 @@ seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 def untouched():
     world = World()
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     return world
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from controller.safety.obstacles import registered, surroundings_of
 from tissue_sim.frames import unit
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.rendering.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
@@ -16,7 +16,7 @@ from tissue_sim.world import World
 @pytest.fixture(scope="module")
 def world():
     world = World()
-    world.reset(anatomy_from_seed(10000))
+    world.reset(textbook_from_seed(10000))
     return world
 
 

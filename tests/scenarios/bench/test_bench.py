@@ -88,7 +88,7 @@ def test_the_functions_are_restored(kitchen, stopwatch):
 
 def test_timing_the_world_does_not_change_it():
     def run(*, timed):
-        episode = begin(EpisodeConfig(**WITNESS, seed=10_004))
+        episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_004))
         steps = islice(episode.steps(), 90)
         with watch_step(episode.world) if timed else nullcontext() as stopwatch:
             for _ in steps:

@@ -15,9 +15,9 @@ from scenarios.bench.trials.storm import MAX_SPEED_M_S, storm
 from scenarios.bench.trials.storm_trial import StormTrial, intact, lost_trial, run_trial
 from scenarios.cli import main
 from tissue_sim.frames import Array
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import PARTS
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
@@ -63,7 +63,7 @@ def test_a_storm_is_determined_by_its_seed_and_its_speed_is_bounded() -> None:
     paths = []
     for _ in range(2):
         world = World()
-        world.reset(anatomy_from_seed(SEED))
+        world.reset(textbook_from_seed(SEED))
         path = []
         for command in islice(storm(world, SEED), 60):
             path.append((tips(world, command), world.arms.mounted[1].name))
@@ -79,7 +79,7 @@ def test_a_storm_is_determined_by_its_seed_and_its_speed_is_bounded() -> None:
 
 def test_tissue_that_is_detached_from_the_body_is_not_intact() -> None:
     world = World()
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     assert intact(world).all()
     world.tissue.host("anchor_stiffness")[:] = 0.0
     assert intact(world).all()  # the tubes still hold the sac

@@ -16,7 +16,7 @@ from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 
-CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
+CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
 WITHIN_STEPS = 60  # 2 s
 MIN_M, MIN_RAD = 3e-3, 0.2
 ASIDE = 0.5  # share of the motion: tissue yields, and the filter slides along obstacles

@@ -27,7 +27,9 @@ def spoken(tmp_path_factory):
     """Return the result, recording and dataset of a procedure in which a person speaks."""
     out = tmp_path_factory.mktemp("spoken")
     (out / "said.tsv").write_text(SAID)
-    config = EpisodeConfig(**WITNESS, seed=SEED, instruct=str(out / "said.tsv"))
+    config = EpisodeConfig(
+        **WITNESS, scenario="textbook", seed=SEED, instruct=str(out / "said.tsv")
+    )
     result = attempt_episode(config, out, [Interventions(out / "set", "nominal", expert=True)])
     (episode,) = read_episodes(out / "set")
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
@@ -73,7 +75,7 @@ def watched(out, *said, expert=True, n=60):
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
     interventions = Interventions(out, "nominal", expert=expert)
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
     interventions.on_reset(episode.world)
     for step in islice(episode.steps(), n):
         interventions.on_step(step)

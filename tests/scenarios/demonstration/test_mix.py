@@ -8,6 +8,7 @@ from scenarios.catalogue import SCENARIOS
 from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 
 
 @pytest.mark.parametrize("mix", MIXES)
@@ -40,4 +41,7 @@ def test_patients_may_be_those_with_a_short_artery_alone():
     assert max(lengths_m) < 0.017
     every = demonstrations("recovery", 300, short[-1].seed - 299)
     assert short == [d for d in every if anatomy_from_seed(d.seed).artery_length_m < 0.017]
+    textbook = demonstrations("textbook", 300, 20, artery_below_m=0.017)
+    assert all(0.015 <= textbook_from_seed(d.seed).artery_length_m < 0.017 for d in textbook)
+    assert {d.scenario for d in textbook} == {"textbook"}
     assert len(demonstrations("nominal", 9990, 100)) == 10  # the training seeds end there

@@ -17,7 +17,9 @@ def led(arm, config=None, n=90):
     """Return an episode in which a person guides an arm 8 mm to the left and 6 mm nearer."""
     inbox = Inbox()
     episode = begin(
-        config or EpisodeConfig(planner="scripted", seed=10_005, controller="idle"), inbox=inbox
+        config
+        or EpisodeConfig(planner="scripted", scenario="textbook", seed=10_005, controller="idle"),
+        inbox=inbox,
     )
     goal = episode.world.arms.T_world_tool()[arm]
     goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.008, 0.0, -0.006]
@@ -60,7 +62,10 @@ def test_each_step_says_who_led():
 def test_a_goal_in_the_liver_is_not_reached_but_the_gallbladder_on_the_way_is_pierced():
     """Check that the filter keeps a tool from the liver; it does not know the gallbladder."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(planner="scripted", seed=10_005, controller="idle"), inbox=inbox)
+    episode = begin(
+        EpisodeConfig(planner="scripted", scenario="textbook", seed=10_005, controller="idle"),
+        inbox=inbox,
+    )
     goal = episode.world.arms.T_world_tool()[RIGHT_ARM]
     bed = episode.world.organ.bed
     goal[:3, 3] = bed.point_m - 0.01 * bed.normal + 0.05 * bed.along

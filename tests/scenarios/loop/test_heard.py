@@ -26,7 +26,9 @@ def steps_of(*said, n=180, **config):
     """Return n steps of an episode in which these (time, text) are said, and the episode."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
-    episode = begin(EpisodeConfig(**WITNESS | {"seed": SEED} | config), inbox=inbox)
+    episode = begin(
+        EpisodeConfig(**WITNESS | {"scenario": "textbook", "seed": SEED} | config), inbox=inbox
+    )
     return list(islice(episode.steps(), n)), episode
 
 
@@ -56,7 +58,7 @@ def test_a_persons_correction_is_heard_at_once_for_5_seconds_and_obeyed(unspoken
 @pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])
 def test_a_text_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken, text):
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 40))
     inbox.say(text)
@@ -78,7 +80,7 @@ def test_a_stop_changes_no_joint_command_from_then_on(word):
 
 def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():
     planner = Saying(Instruction(task=TASKS[7]))
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
     running = episode.steps()
     exchanging = list(islice(running, 10))
     assert all(step.exchange for step in exchanging)
@@ -103,7 +105,7 @@ def test_of_two_texts_within_a_second_the_later_is_obeyed_and_both_are_logged():
 def test_the_same_correction_given_twice_counts_twice_and_a_planner_repeating_its_own_once():
     assert steps_of((0.5, HIGHER), (1.0, HIGHER), n=60)[1].tasks.results[1].corrections == 2
     said = Instruction(task=TASKS[0], correction=CORRECTIONS[0])
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=Saying(said))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=Saying(said))
     list(islice(episode.steps(), 100))
     assert episode.tasks.results[1].corrections == 1
 
@@ -116,7 +118,7 @@ def test_an_episode_held_for_ever_ends_at_the_tasks_cap():
 
 def test_the_planners_task_may_be_done_under_another_instruction():
     planner = Saying(Instruction(task=TASKS[2]))  # "going back": the arm is back already
-    episode = begin(EpisodeConfig(**WITNESS, seed=SEED), planner=planner)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), planner=planner)
     episode.inbox.press(COMMANDS[TASKS[0].text])
     list(islice(episode.steps(), 10))
     assert {k: task.success for k, task in episode.tasks.results.items()} == {1: False, 3: True}

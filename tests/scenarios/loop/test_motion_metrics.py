@@ -64,7 +64,7 @@ def test_a_procedures_path_is_that_of_its_recording(procedure):
 
 def test_an_exchange_within_a_task_does_not_count():
     """Check that the jump to the place where the nurse leaves the arm is no path and no jerk."""
-    episode = begin(EpisodeConfig(seed=10_004, controller="idle"))
+    episode = begin(EpisodeConfig(scenario="textbook", seed=10_004, controller="idle"))
     (step,) = islice(episode.steps(), 1)
     measures = MotionMetrics(episode.world)
     task = step.instruction.task
@@ -96,7 +96,9 @@ def test_results_of_an_older_version_are_read(tmp_path):
 def test_a_recording_is_read_without_its_steps(procedure, tmp_path):
     from scenarios.recording.recorder import Recorder
 
-    with Recorder(config=EpisodeConfig(**WITNESS, seed=7), path=tmp_path / "7.npz") as recorder:
+    with Recorder(
+        config=EpisodeConfig(**WITNESS, scenario="textbook", seed=7), path=tmp_path / "7.npz"
+    ) as recorder:
         recorder.on_end(procedure.result)
     whole, brief = load(tmp_path / "7.npz"), load(tmp_path / "7.npz", steps=False)
     assert brief.arrays == {}

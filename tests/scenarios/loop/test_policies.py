@@ -13,7 +13,7 @@ from scenarios.loop.results import read_results
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import run_episode
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.world import World
 
 SEED = 10_002
@@ -54,7 +54,7 @@ def still_that_knows(setup, world):
 @pytest.fixture(scope="module")
 def world():
     world = World()
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     return world
 
 
@@ -69,7 +69,7 @@ def test_an_outside_factory_gets_the_setup_alone(world):
 
 
 def test_only_a_factory_that_declares_itself_privileged_gets_the_world(world):
-    config = EpisodeConfig(seed=SEED, controller=f"{HERE}:still_that_knows")
+    config = EpisodeConfig(scenario="textbook", seed=SEED, controller=f"{HERE}:still_that_knows")
     controller = make_controller(config, world)
     assert controller.given == (PolicySetup(seed=SEED), world)
     assert is_privileged(controller)
@@ -91,18 +91,18 @@ def test_among_calots_policies_only_the_witness_reads_the_hidden_state():
 )
 def test_a_name_that_makes_no_controller_is_refused(world, name, said):
     with pytest.raises(ValueError, match=said):
-        make_controller(EpisodeConfig(seed=SEED, controller=name), world)
+        make_controller(EpisodeConfig(scenario="textbook", seed=SEED, controller=name), world)
 
 
 def test_objects_take_the_place_of_names_and_the_result_names_them():
-    config = EpisodeConfig(seed=SEED, task_cap_s=0.5)
+    config = EpisodeConfig(scenario="textbook", seed=SEED, task_cap_s=0.5)
     result = run_episode(config, planner=FirstTask(), controller=Still())
     assert (result.planner, result.controller) == (f"{HERE}:FirstTask", f"{HERE}:Still")
     assert (result.sense, result.privileged) == ("exact", ())
 
 
 def test_the_witness_is_named_privileged_in_the_result():
-    result = run_episode(EpisodeConfig(**WITNESS, seed=SEED, task_cap_s=0.2))
+    result = run_episode(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED, task_cap_s=0.2))
     assert result.privileged == ("planner", "controller")
 
 

@@ -17,7 +17,7 @@ STEP_S = 1 / 30
 def disturbed(name, n=70):
     """Return the steps of an episode disturbed before step 11, the world, its state before that."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_006), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_006), inbox=inbox)
     running = episode.steps()
     steps = list(islice(running, 10))
     before = episode.world.T_world_endoscope.copy(), episode.world.record.clip_loaded

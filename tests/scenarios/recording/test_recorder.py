@@ -17,7 +17,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
 
-CONFIG = EpisodeConfig(**WITNESS, seed=20_007)
+CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
 RESULT = EpisodeResult(
     scenario="nominal", seed=20_007, planner="scripted", controller="expert", success=True
 )

@@ -17,7 +17,7 @@ from tests.scenarios.test_cli import complaint
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    config = EpisodeConfig(**WITNESS, seed=10_008)
+    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_008)
     episode, path = begin(config), tmp_path_factory.mktemp("replay") / "10008.npz"
     with Recorder(config=config, path=path) as recorder:
         recorder.on_reset(episode.world)

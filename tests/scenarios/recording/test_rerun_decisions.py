@@ -20,7 +20,9 @@ from scenarios.recording.rerun_decisions import repeat
 from tests.scenarios.interfered import record
 
 SEED = 10_000
-IDLE = EpisodeConfig(planner="scripted", seed=SEED, controller="idle", task_cap_s=1.0)
+IDLE = EpisodeConfig(
+    planner="scripted", scenario="textbook", seed=SEED, controller="idle", task_cap_s=1.0
+)
 
 
 def attempted(config, out):

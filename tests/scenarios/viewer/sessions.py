@@ -32,7 +32,7 @@ def running_session(out, *, paused=True, speed=1.0, **config):
     """Yield a session whose loop runs until the block is left."""
     pace = Pace(paused=paused, speed=speed)
     session = SessionState(
-        config=EpisodeConfig(**WITNESS | {"seed": SEED} | config),
+        config=EpisodeConfig(**WITNESS | {"scenario": "textbook", "seed": SEED} | config),
         out=out,
         pace=pace,
         watcher=_Rest(pace),

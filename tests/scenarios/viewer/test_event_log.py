@@ -17,7 +17,7 @@ STEP_S = 1 / 30
 @pytest.fixture(scope="module")
 def step():
     """Return a real step in which nothing happens."""
-    episode = begin(EpisodeConfig(seed=10_003, controller="idle"))
+    episode = begin(EpisodeConfig(scenario="textbook", seed=10_003, controller="idle"))
     (step,) = islice(episode.steps(), 1)
     return step
 

@@ -16,7 +16,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS
 
 @pytest.fixture(scope="module")
 def episode():
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_003))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_003))
     for _ in islice(episode.steps(), 30):
         pass
     return episode

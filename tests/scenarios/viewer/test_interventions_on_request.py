@@ -20,7 +20,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, expert):
     """Check 60 steps: the arms hold from step 20 to 30, a person guides one from step 40 on."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, seed=10_002), inbox=inbox)
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002), inbox=inbox)
     seen = InterventionsOnRequest(tmp_path, "nominal", expert=expert)
     seen.on_reset(episode.world)
     for k, step in enumerate(islice(episode.steps(), 60), start=1):

@@ -14,7 +14,7 @@ from scenarios.viewer.layers.layer import SEEN_M, show, srgb, wxyz
 from scenarios.viewer.layers.tissue import TissueLayer
 from scenarios.viewer.port import choose_port
 from tissue_sim.frames import exponential
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.world import World
 
 
@@ -60,7 +60,7 @@ def test_invisible_changes_are_not_sent_and_do_not_add_up(server):
 
 def test_invisible_motions_of_the_tissue_are_not_sent_and_do_not_add_up(server):
     world = World()
-    world.reset(anatomy_from_seed(0))
+    world.reset(textbook_from_seed(0))
     patient = patient_of(world)
     layer, start = TissueLayer(server.scene, "/field", patient), frame_of(world, patient)
     drawn = []

@@ -13,7 +13,7 @@ from scenarios.viewer.pace import Pace, Restart
 from tests.scenarios.viewer.sessions import wait_until
 from tissue_sim.periods import CONTROL_PERIOD_S
 
-CONFIG = EpisodeConfig(**WITNESS, seed=10_001)
+CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
 
 
 def nothing():

@@ -20,7 +20,7 @@ from scenarios.recording.first_difference import first_difference
 from scenarios.recording.recorder import load
 from scenarios.workers.pool import run_side_by_side
 
-CONFIGS = [EpisodeConfig(**WITNESS, seed=seed) for seed in range(5)]
+CONFIGS = [EpisodeConfig(**WITNESS, scenario="textbook", seed=seed) for seed in range(5)]
 PATIENCE_S = 120.0
 
 
@@ -142,7 +142,13 @@ def test_a_node_that_is_lost_costs_nothing(two_nodes, tmp_path):
 
 def test_episodes_come_out_the_same_wherever_they_run(address, tmp_path):
     configs = [
-        EpisodeConfig(planner="scripted", seed=10_000 + k, controller="idle", task_cap_s=1.0)
+        EpisodeConfig(
+            planner="scripted",
+            scenario="textbook",
+            seed=10_000 + k,
+            controller="idle",
+            task_cap_s=1.0,
+        )
         for k in range(2)
     ]
     attempt = partial(attempt_episode, out=tmp_path / "there")

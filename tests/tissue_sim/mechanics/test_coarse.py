@@ -11,8 +11,8 @@ from tissue_sim.mechanics.coarse import MODES, parts_of, skyline
 from tissue_sim.mechanics.coarse_motion import DIAGONAL_SHIFT
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import components
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.verification.bodies import EPS
@@ -45,7 +45,7 @@ def dense_factor(tissue: Tissue) -> Array:
 
 
 def one_step(**config) -> Tissue:
-    tissue = Tissue([build_organ(anatomy_from_seed(10_000))], config=TissueConfig(**config))
+    tissue = Tissue([build_organ(textbook_from_seed(10_000))], config=TissueConfig(**config))
     tissue.step()
     return tissue
 
@@ -65,7 +65,7 @@ def test_the_factor_is_that_of_the_parts_matrix() -> None:
 
 def iterations_to(tolerance: float, *, two_levels: bool) -> int:
     tissue = Tissue(
-        [build_organ(anatomy_from_seed(10_000))],
+        [build_organ(textbook_from_seed(10_000))],
         config=TissueConfig(tolerance=tolerance, settled_j=0.0, iterations=2000),
     )
     if not two_levels:
@@ -79,7 +79,7 @@ def test_rigid_parts_save_most_iterations() -> None:
 
 
 def test_both_levels_find_the_same_step() -> None:
-    one, two = one_step(**TIGHT), Tissue([build_organ(anatomy_from_seed(10_000))])
+    one, two = one_step(**TIGHT), Tissue([build_organ(textbook_from_seed(10_000))])
     two = Tissue(two.organs, config=TissueConfig(**TIGHT))
     two.host("part")[:] = -1
     two.step()
@@ -103,7 +103,7 @@ def test_skyline_reaches_to_the_first_part_coupled() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_crumpled_piece_that_was_cut_free_gains_no_energy(seed: int) -> None:
     """Crumple a free piece: its inertia is only a millionth of its stiffness."""
-    organ = build_organ(anatomy_from_seed(10_000))
+    organ = build_organ(textbook_from_seed(10_000))
     tissue = Tissue([organ])
     tubes = Tubes(tissue, organ)
     for ring in (5, 7):
@@ -122,7 +122,7 @@ def test_a_crumpled_piece_that_was_cut_free_gains_no_energy(seed: int) -> None:
 
 
 def test_only_pieces_that_were_cut_free_leave_the_parts() -> None:
-    organ = build_organ(anatomy_from_seed(10_000))
+    organ = build_organ(textbook_from_seed(10_000))
     tissue = Tissue([organ])
     tissue.host("link_stiffness")[:] = 0.0
     tubes, every = Tubes(tissue, organ), np.ones(organ.rings["artery"].shape[1], bool)

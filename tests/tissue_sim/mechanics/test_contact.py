@@ -8,9 +8,9 @@ from tissue_sim.frames import Array, axis_angle, pose, transform, unit
 from tissue_sim.mechanics.contact import BED_STIFFNESS, STICK_STIFFNESS
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, LiverBed, build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp, follow_grasp
 from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 from tissue_sim.tools.instruments import INSTRUMENTS, link_patches
@@ -277,7 +277,7 @@ def test_a_finger_pushes_the_tissue_that_it_sweeps_over_in_one_step(*, swept: bo
 
 
 def test_a_tube_that_a_finger_ran_into_leaves_it_on_one_side() -> None:
-    organ = build_organ(anatomy_from_seed(1))
+    organ = build_organ(textbook_from_seed(1))
     tissue = Tissue([organ])
     rings = organ.rings["duct"][8:13]
     x = tissue.positions()[rings].astype(float)
@@ -306,7 +306,7 @@ def sides(tissue: Tissue, rings: Array, middle: Array, over: Array) -> Array:
 
 def pulled_by(friction: float, jaw_rad: float, pull_m: float) -> tuple[Grasp, float, float]:
     """Grasp the infundibulum and pull it; return the hold and the paths of tissue and tool."""
-    organ = build_organ(anatomy_from_seed(1))
+    organ = build_organ(textbook_from_seed(1))
     tissue = Tissue([organ])
     ring = organ.sac_rings[5]
     centre = organ.vertices[ring[0]]
@@ -350,7 +350,7 @@ def test_an_open_grasper_holds_nothing() -> None:
 @pytest.mark.parametrize(("share", "slips"), [(0.98, False), (1.02, True)])
 def test_a_slip_by_the_threshold_restarts_the_grasp(share: float, slips: bool) -> None:
     """Check that slip is measured along the jaws' surface; a squeeze across it is not slip."""
-    organ = build_organ(anatomy_from_seed(1))
+    organ = build_organ(textbook_from_seed(1))
     tissue = Tissue([organ])
     touching_now = tissue.host("contact_shape")[0]
     for finger, ring in zip(LEFT_FINGERS, organ.sac_rings[3:5], strict=True):
@@ -381,7 +381,7 @@ def deepest_share(seed: int, *, contact: bool) -> float:
 
     A force of 0.3 N presses the artery's middle against the duct.
     """
-    organ = build_organ(anatomy_from_seed(seed))
+    organ = build_organ(textbook_from_seed(seed))
     tissue = Tissue([organ])
     tissue.host("link_stiffness")[:] = 0.0
     if not contact:
@@ -412,7 +412,7 @@ def test_duct_and_artery_do_not_pass_through_each_other(seed: int) -> None:
 
 
 def test_artery_and_duct_push_each_other_with_opposite_forces() -> None:
-    organ = build_organ(anatomy_from_seed(0))
+    organ = build_organ(textbook_from_seed(0))
     tissue = tissue_of(organ, None)
     duct, artery = (organ.rings[t] for t in TUBES)
     x = organ.vertices.copy()
@@ -428,7 +428,7 @@ def test_artery_and_duct_push_each_other_with_opposite_forces() -> None:
 
 def test_a_tubes_end_within_the_sac_can_be_touched_only_after_it_is_torn_out() -> None:
     """Check that a ball touches the duct's last ring only after the duct is torn out."""
-    organ = build_organ(anatomy_from_seed(1))
+    organ = build_organ(textbook_from_seed(1))
     tissue = Tissue([organ])
     ring = organ.rings["duct"][-1]
     outer = ring[-(len(ring) // 2) :]

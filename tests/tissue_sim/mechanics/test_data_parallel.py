@@ -7,8 +7,8 @@ import warp as wp
 from tissue_sim.mechanics import data_parallel
 from tissue_sim.mechanics.data_parallel import DataParallelTissue
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
@@ -20,7 +20,7 @@ AGREEMENT_M = 3.0e-6  # for motions of some millimetres: rounding, after both co
 
 def batch() -> Tissue:
     """Return two patients: one with a clip, one with two arteries and a pressed sac."""
-    first, second = (anatomy_from_seed(seed) for seed in SEEDS)
+    first, second = (textbook_from_seed(seed) for seed in SEEDS)
     organs = [build_organ(first), build_organ(variant("two-arteries", second))]
     config = TissueConfig(tolerance=1e-5, settled_j=0.0, iterations=2000)
     tissue = Tissue(organs, config=config)

@@ -9,9 +9,10 @@ import pytest
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES, build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.verification.bodies import EPS, astride, put
@@ -19,7 +20,7 @@ from tissue_sim.verification.potentials import Bed, Elements, Links, Potential, 
 from tissue_sim.verification.retraction import MAX_ERROR_M, retraction
 from tissue_sim.verification.statics import RESIDUAL_N, displaced, equilibrium, statics_of
 
-PATIENT = anatomy_from_seed(10_003)
+PATIENT = textbook_from_seed(10_003)
 FOLDS = "in the refined mesh, elements invert at the border of the grasp and vibrate: 0.1 to 0.4 mm"
 NOISE_M = 1e-4
 STEP_M = 1e-8  # of central differences: truncation 1e-8, rounding 1e-7, both shares
@@ -111,7 +112,7 @@ def test_an_equilibrium_is_balanced_and_a_shift_moves_fixed_vertices_exactly() -
     ("refinement", "patient", "held_s"),
     [
         (1, PATIENT, 1.0),
-        pytest.param(2, anatomy_from_seed(10_004), 10.0, marks=pytest.mark.slow),
+        pytest.param(2, textbook_from_seed(10_004), 10.0, marks=pytest.mark.slow),
         pytest.param(
             2, PATIENT, 1.0, marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason=FOLDS)]
         ),

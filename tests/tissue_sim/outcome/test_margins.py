@@ -7,7 +7,7 @@ import pytest
 
 from tests.tissue_sim.outcome.test_predicates import clip, cut, settle, three_clips
 from tissue_sim.outcome.margins import margins
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_WIDTH_M
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 from tissue_sim.world import World
@@ -17,7 +17,7 @@ SEED = 0
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 

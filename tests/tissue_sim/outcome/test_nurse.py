@@ -5,7 +5,7 @@ import pytest
 
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.nurse import EXCHANGE_S, OUT_INSERTION_M
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -14,7 +14,7 @@ INSERTION = 2
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(5))
+    one_world.reset(textbook_from_seed(5))
     return one_world
 
 

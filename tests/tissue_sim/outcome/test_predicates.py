@@ -18,8 +18,8 @@ from tissue_sim.outcome.predicates import (
     stumps_hold,
     tube_cut,
 )
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
@@ -37,7 +37,7 @@ NEXT_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0002
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 

@@ -6,8 +6,9 @@ import pytest
 
 from tissue_sim.outcome.predicates import untouched
 from tissue_sim.outcome.room import MUST_DEAL, needed_m, why_call
-from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
@@ -22,12 +23,12 @@ HAIR_M = 1e-6
 
 
 def patient(**lengths_m: float) -> Anatomy:
-    return replace(anatomy_from_seed(SEED), **lengths_m)
+    return replace(textbook_from_seed(SEED), **lengths_m)
 
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(variant("two-arteries", anatomy_from_seed(SEED)))
+    one_world.reset(variant("two-arteries", textbook_from_seed(SEED)))
     return one_world
 
 
@@ -110,7 +111,7 @@ def test_a_clipped_second_artery_is_not_overlooked(world: World) -> None:
 
 
 def test_one_artery_cannot_be_overlooked(one_world: World) -> None:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     cut(one_world, "artery")
     assert "leak" in events(one_world)
     assert "second artery overlooked" not in events(one_world)

@@ -1,6 +1,6 @@
 """Tests of the anatomical variants: the meaning of each name holds for every seed."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -9,10 +9,11 @@ from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.outcome.room import needed_m
-from tissue_sim.patient.anatomy import RANGES, Anatomy, anatomy_from_seed
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ, build_organ
-from tissue_sim.patient.variants import VARIANTS, variant
+from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
+from tissue_sim.patient.variants import VARIANTS, patient_of, variant
 from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
@@ -22,6 +23,7 @@ from tissue_sim.verification.bodies import EPS, astride, put, tissue_of
 from tissue_sim.world import World
 
 SEEDS = range(10_000, 10_020)
+NAMED = ("two-arteries", "artery-in-front", "artery-behind", "swapped", "low-insertion")
 CROSSING = ("artery-in-front", "artery-behind")
 
 
@@ -41,9 +43,11 @@ def radius_m(patient: Anatomy, tube: str) -> float:
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_variant_is_a_pure_function_of_the_patient(name: str) -> None:
     for seed in SEEDS:
-        patient = anatomy_from_seed(seed)
-        assert variant(name, patient) == variant(name, patient)
-        if name != "swapped" or not patient.artery_on_left:
+        patient = textbook_from_seed(seed)
+        assert variant(name, patient) == variant(name, patient) == patient_of(seed, name)
+        if name == "textbook":
+            assert variant(name, patient) == patient
+        elif name != "swapped" or not patient.artery_on_left:
             assert variant(name, patient).hash != patient.hash
 
 
@@ -52,24 +56,39 @@ def test_a_variant_changes_only_its_own_parameters(name: str) -> None:
     chosen = VARIANTS[name]
     own = {*chosen.drawn, *chosen.fixed} | ({"second_artery"} if chosen.second_artery else set())
     for seed in SEEDS:
-        patient = anatomy_from_seed(seed)
+        patient = textbook_from_seed(seed)
         before, after = asdict(patient), asdict(variant(name, patient))
         assert {k for k in before if before[k] != after[k]} <= own
         for parameter, (low, high) in chosen.drawn.items():
             assert low <= after[parameter] <= high
-    drawn = [tuple(asdict(variant(name, anatomy_from_seed(s)))[k] for k in own) for s in SEEDS]
+    drawn = [tuple(asdict(variant(name, textbook_from_seed(s)))[k] for k in own) for s in SEEDS]
     assert len(set(map(str, drawn))) > 5 or not (chosen.drawn or chosen.second_artery)
 
 
+def test_without_a_variant_the_patient_is_one_of_the_population() -> None:
+    for seed in SEEDS:
+        assert patient_of(seed, None) == anatomy_from_seed(seed) != textbook_from_seed(seed)
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_an_uncommon_course_is_named_by_the_anatomy(name: str) -> None:
+    for seed in SEEDS:
+        patient = textbook_from_seed(seed)
+        assert patient.variant == ("swapped" if patient.artery_on_left else "usual")
+        assert variant(name, replace(patient, artery_on_left=False)).variant == name
+
+
 def test_an_unknown_variant_is_refused() -> None:
-    with pytest.raises(ValueError, match="unknown variant 'two-ducts'; allowed: short-duct, "):
-        variant("two-ducts", anatomy_from_seed(0))
+    with pytest.raises(
+        ValueError, match="unknown variant 'two-ducts'; allowed: textbook, short-duct, "
+    ):
+        variant("two-ducts", textbook_from_seed(0))
 
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_tubes_lie_clear_of_each_other_at_rest(name: str) -> None:
     for seed in SEEDS:
-        patient = variant(name, anatomy_from_seed(seed))
+        patient = variant(name, textbook_from_seed(seed))
         organ = build_organ(patient)
         for k, tube in enumerate(organ.tubes):
             for other in organ.tubes[:k]:
@@ -81,7 +100,7 @@ def test_tubes_lie_clear_of_each_other_at_rest(name: str) -> None:
 @pytest.mark.parametrize("name", CROSSING)
 def test_a_crossing_artery_passes_over_or_under_the_duct_as_seen(name: str) -> None:
     for seed in SEEDS:
-        organ = build_organ(variant(name, anatomy_from_seed(seed)))
+        organ = build_organ(variant(name, textbook_from_seed(seed)))
         duct, artery = (line(organ, tube) for tube in ("duct", "artery"))
         beside = np.linalg.norm(((duct[:, None] - artery) @ np.stack([RIGHT, UP], 1)), axis=-1)
         i, j = np.unravel_index(beside.argmin(), beside.shape)
@@ -94,11 +113,11 @@ def test_a_crossing_artery_passes_over_or_under_the_duct_as_seen(name: str) -> N
 
 def test_each_variant_has_the_property_in_its_name() -> None:
     for seed in SEEDS:
-        patient = anatomy_from_seed(seed)
-        duct = RANGES["duct_length_m"], RANGES["duct_diameter_m"]
-        assert needed_m("duct") <= variant("short-duct", patient).duct_length_m < duct[0].low
-        assert variant("low-insertion", patient).duct_length_m > duct[0].high
-        assert variant("wide-duct", patient).duct_diameter_m > duct[1].high
+        patient = textbook_from_seed(seed)
+        shortest, longest = TEXTBOOK["duct_length_m"]
+        assert needed_m("duct") <= variant("short-duct", patient).duct_length_m < shortest
+        assert variant("low-insertion", patient).duct_length_m > longest
+        assert variant("wide-duct", patient).duct_diameter_m > TEXTBOOK["duct_diameter_m"][1]
         assert variant("swapped", patient).structure("left") == "artery"
         assert variant("fat", patient).fat_strands > 6
         second = variant("two-arteries", patient).arteries["second artery"]
@@ -108,7 +127,7 @@ def test_each_variant_has_the_property_in_its_name() -> None:
 
 def test_fat_joins_duct_artery_and_sac_and_is_drawn_until_it_breaks() -> None:
     world = World()
-    world.reset(variant("fat", anatomy_from_seed(10_000)))
+    world.reset(variant("fat", textbook_from_seed(10_000)))
     organ, first = world.organ, world.anatomy.remnants
     strands = organ.remnants[first:]
     ends = {
@@ -127,7 +146,7 @@ def test_fat_joins_duct_artery_and_sac_and_is_drawn_until_it_breaks() -> None:
 
 @pytest.fixture(scope="module")
 def two_arteries() -> Organ:
-    return build_organ(variant("two-arteries", anatomy_from_seed(10_000)))
+    return build_organ(variant("two-arteries", textbook_from_seed(10_000)))
 
 
 @pytest.mark.parametrize("other", ["duct", "artery"])
@@ -146,7 +165,7 @@ def test_the_second_artery_pushes_the_other_tubes_away(two_arteries: Organ, othe
 
 
 def test_environments_with_different_tubes_step_as_they_do_alone(two_arteries: Organ) -> None:
-    organs = [build_organ(anatomy_from_seed(10_000)), two_arteries]
+    organs = [build_organ(textbook_from_seed(10_000)), two_arteries]
     together = Tissue(organs)
     alone = [Tissue([organ]) for organ in organs]
     for tissue in (together, *alone):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import n_patches, patch_corners
 from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.sensing.cameras import BASELINE_M, CAMERA_NAMES, CameraSpec, T_world_camera
@@ -32,7 +32,7 @@ def seen() -> World:
 
 @pytest.fixture
 def world(seen: World) -> World:
-    seen.reset(anatomy_from_seed(SEED))
+    seen.reset(textbook_from_seed(SEED))
     return seen
 
 
@@ -125,7 +125,7 @@ def test_picture_follows_the_instruments_and_the_tissue(world: World) -> None:
 
 def test_rendered_run_is_the_unrendered_run_bit_for_bit(world: World) -> None:
     blind = World()
-    blind.reset(anatomy_from_seed(SEED))
+    blind.reset(textbook_from_seed(SEED))
     for k in range(30):
         world.step(reach(k))
         world.endoscope_rgb()

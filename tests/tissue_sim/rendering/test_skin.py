@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tissue_sim.mechanics.topology import part_vertices
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesher import signed_volumes, sweep
 from tissue_sim.patient.organ import build_organ
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
 from tissue_sim.rendering.skin import (
     CUT_LUMEN,
@@ -41,7 +41,7 @@ def enclosed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def test_whole_organ_is_closed_outward_and_near_its_true_volume() -> None:
-    organ = build_organ(variant("two-arteries", anatomy_from_seed(3)))
+    organ = build_organ(variant("two-arteries", textbook_from_seed(3)))
     skin = skin_of(organ.tets, organ.region, len(organ.vertices))
     surfaces = skin.surfaces(organ.vertices)
     assert set(surfaces) == set(PARTS)

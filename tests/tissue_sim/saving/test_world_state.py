@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
 from tissue_sim.mechanics.layout import LINK_CAPACITY, N_SHAPES
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesher import signed_volumes
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.saving.state_check import require_type
 from tissue_sim.saving.world_state import copied
 from tissue_sim.surgery.record import Record
@@ -24,7 +24,7 @@ SEED = 10_005
 @pytest.fixture(scope="module")
 def treated(one_world: World) -> World:
     """Return a world with tools at the tissue, a clip and a cut; no test changes it."""
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     run(one_world, 0, 40)
     clip_and_cut(one_world)
     return one_world

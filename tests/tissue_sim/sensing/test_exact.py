@@ -11,9 +11,9 @@ import pytest
 from controller.kinematics import inverse_kinematics
 from tests.tissue_sim.treatment import run
 from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform, unit
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import INFUNDIBULUM_M, INFUNDIBULUM_SEGMENTS
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
@@ -29,7 +29,7 @@ FLOAT32_M = 1e-7  # rounding of positions up to 0.1 m, a few times
 
 @pytest.fixture(params=[False, True], ids=["duct on the left", "artery on the left"])
 def world(request: pytest.FixtureRequest, one_world: World) -> World:
-    one_world.reset(replace(anatomy_from_seed(SEED), artery_on_left=request.param))
+    one_world.reset(replace(textbook_from_seed(SEED), artery_on_left=request.param))
     return one_world
 
 

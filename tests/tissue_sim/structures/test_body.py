@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import UP
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LIVER, JointCommand
 from tissue_sim.world import World
@@ -15,7 +15,7 @@ FLOAT32_M = 2e-8  # rounding of a position of 0.1 m, twice
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 
@@ -81,7 +81,7 @@ def test_a_zero_offset_changes_nothing(world):
     for _ in range(5):
         hold(world)
     without_command = world.state()
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     for _ in range(5):
         world.shift_body(np.zeros(3))
         hold(world)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tissue_sim.frames import axis_angle, unit
 from tissue_sim.mechanics.topology import boundary_faces
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 from tissue_sim.verification.bodies import box, put
 from tissue_sim.world import World
@@ -33,7 +33,7 @@ def test_inside_and_distance_are_those_of_a_box(x: float, y: float, z: float) ->
 
 
 def test_the_depth_in_the_gallbladder_is_the_way_to_its_surface(one_world: World) -> None:
-    one_world.reset(anatomy_from_seed(10_003))
+    one_world.reset(textbook_from_seed(10_003))
     sac, rings = one_world.sac, one_world.organ.sac_rings
     x = one_world.tissue.positions().astype(float)
     axis, outer = x[rings[8, 0]], x[rings[7:10, 11:]].reshape(-1, 3)

@@ -16,8 +16,8 @@ from controller.expert.targets import grasp_pose
 from tests.tissue_sim.hands import close, move, put, wait
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -31,7 +31,7 @@ PRESSED_RAD = -0.3
 
 @pytest.fixture(scope="module")
 def at_rest(one_world: World) -> dict[str, Any]:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world.state()
 
 

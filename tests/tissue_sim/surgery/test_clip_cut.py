@@ -6,9 +6,9 @@ import pytest
 from tests.tissue_sim.patients import HALF_SECOND, clip_at, cut_at, run, settled
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.topology import components
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, closure, detach, grip_n, retention_n
 from tissue_sim.surgery.cut import Cut
@@ -46,7 +46,7 @@ def test_a_clip_across_a_tube_closes_the_lumen_and_holds(tubes: Tubes, tube: str
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_the_lumen_decreases_with_the_squeeze(tube: str) -> None:
-    under = clip_closure(anatomy_from_seed(0), tube, [0.01, 0.1, 1.0])
+    under = clip_closure(textbook_from_seed(0), tube, [0.01, 0.1, 1.0])
     assert np.all(np.diff(under.lumen) < 0)
     assert np.all(np.diff(under.grip_n) > 0)
     assert under.lumen[0] > 0.5

@@ -7,11 +7,11 @@ import pytest
 
 from tissue_sim.frames import Array, axis_angle, pose, unit
 from tissue_sim.outcome.predicates import tube_cut
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.collagen import FAILURE_STRETCH, stiffness_pa
 from tissue_sim.patient.material import DENSITY_KG_M3, MATERIALS, WALL_THICKNESS_M
 from tissue_sim.patient.organ import REGIONS, TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import SAC, n_patches, patch_stiffness, wall_pieces
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin, surface_faces
 from tissue_sim.structures.tubes import Tubes
@@ -33,7 +33,7 @@ RADIUS_M = 0.0015
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 

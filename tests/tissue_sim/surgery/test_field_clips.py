@@ -10,10 +10,10 @@ from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import clip_placed, stumps_hold
 from tissue_sim.outcome.retention import CLAMP_RINGS, pull_all_clips
-from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.at_risk import HEPATIC_ARTERY
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
@@ -29,7 +29,7 @@ HOME = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
 
 @pytest.fixture
 def world(one_world: World) -> World:
-    one_world.reset(anatomy_from_seed(SEED))
+    one_world.reset(textbook_from_seed(SEED))
     return one_world
 
 
@@ -265,7 +265,7 @@ def test_a_cut_tube_stays_cut_for_contact_after_a_restore(world: World) -> None:
     upper = world.tissue.host("ring_above")[0, duct, ring].copy()
     assert not set(upper) & set(world.tissue.host("ring")[0, duct, ring])
     assert set(upper) <= set(world.tubes.above["duct"][ring])
-    world.reset(anatomy_from_seed(SEED))
+    world.reset(textbook_from_seed(SEED))
     assert not set(upper) & set(world.tissue.host("ring_above")[0, duct, ring])
     world.restore(saved)
     np.testing.assert_array_equal(world.tissue.host("ring_above")[0, duct, ring], upper)

@@ -1,0 +1,177 @@
+"""The patients that the seeds draw beside the published ones: means, spreads, ranges, shares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from tissue_sim.frames import Array
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.patient.population import (
+    BEHIND_SHARE,
+    IN_FRONT_SHARE,
+    PUBLISHED,
+    SECOND_ARTERY_SHARE,
+    SWAPPED_SHARE,
+    Published,
+)
+
+MM = 1e-3
+TITLES = {name: name.removesuffix("_m").replace("_", " ") for name in PUBLISHED}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedShare:
+    """A share of patients: the lowest and the highest that sources report, and who belongs to it.
+
+    The sources are beside the numbers in `tissue_sim.patient.population` and in docs/physics.md.
+    """
+
+    title: str
+    low: float
+    high: float
+    has: Callable[[Anatomy], bool]
+
+
+SHARES = (
+    PublishedShare(
+        title="duct under 10 mm", low=0.15, high=0.15, has=lambda p: p.duct_length_m < 0.010
+    ),
+    PublishedShare(
+        title="duct over 50 mm", low=0.03, high=0.03, has=lambda p: p.duct_length_m > 0.050
+    ),
+    PublishedShare(
+        title="artery under 10 mm", low=0.095, high=0.20, has=lambda p: p.artery_length_m < 0.010
+    ),
+    PublishedShare(
+        title="two arteries",
+        low=SECOND_ARTERY_SHARE,
+        high=SECOND_ARTERY_SHARE,
+        has=lambda p: p.second_artery is not None,
+    ),
+    PublishedShare(
+        title="artery in front",
+        low=IN_FRONT_SHARE,
+        high=IN_FRONT_SHARE,
+        has=lambda p: p.artery_turn_rad > math.pi / 2,
+    ),
+    PublishedShare(
+        title="artery behind",
+        low=BEHIND_SHARE,
+        high=BEHIND_SHARE,
+        has=lambda p: p.artery_turn_rad < -math.pi / 2,
+    ),
+    PublishedShare(
+        title="swapped", low=SWAPPED_SHARE, high=SWAPPED_SHARE, has=lambda p: p.artery_on_left
+    ),
+    PublishedShare(
+        title="low insertion", low=0.031, high=0.09, has=lambda p: p.duct_angle_rad < 0.0
+    ),
+)
+
+
+def drawn(seed: int, patients: int) -> tuple[Anatomy, ...]:
+    """Return the patients of consecutive seeds."""
+    return tuple(anatomy_from_seed(k) for k in range(seed, seed + patients))
+
+
+def population_table(patients: Sequence[Anatomy]) -> Table:
+    """Return a table of what is published and what was drawn."""
+    table = Table(
+        title=f"{len(patients)} patients, seeds {patients[0].seed} to {patients[-1].seed}"
+    )
+    for heading in ("parameter", "published", "drawn"):
+        table.add_column(heading, justify="left" if heading == "parameter" else "right")
+    for row in (*_sizes(patients), *_shares(patients)):
+        table.add_row(*row)
+    return table
+
+
+def _sizes(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, str]]:
+    for name, known in PUBLISHED.items():
+        values = _in_mm(patients, name)
+        told = _told(known.mean / MM, known.sd and known.sd / MM, known.low / MM, known.high / MM)
+        found = _told(values.mean(), values.std(), values.min(), values.max())
+        yield f"{TITLES[name]} (mm)", told, found
+
+
+def _told(mean: float, sd: float | None, low: float, high: float) -> str:
+    spread = "" if sd is None else f" ± {sd:.3g}"
+    return f"{mean:.3g}{spread} ({low:.3g} to {high:.3g})"
+
+
+def _shares(patients: Sequence[Anatomy]) -> Iterator[tuple[str, str, str]]:
+    for share in SHARES:
+        both = f"{100 * share.low:.2g} to " if share.low < share.high else ""
+        yield (
+            share.title,
+            f"{both}{100 * share.high:.2g} %",
+            f"{100 * _part(patients, share):.1f} %",
+        )
+
+
+def _part(patients: Sequence[Anatomy], share: PublishedShare) -> float:
+    return sum(map(share.has, patients)) / len(patients)
+
+
+def _in_mm(patients: Sequence[Anatomy], name: str) -> Array:
+    return np.array([getattr(p, name) for p in patients]) / MM
+
+
+def save_plot(patients: Sequence[Anatomy], path: Path) -> None:
+    """Draw histograms of the sizes and bars of the shares beside the published ones, as a PNG."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 5), dpi=80, layout="constrained")
+    grid = figure.add_gridspec(2, 4, width_ratios=(1, 1, 1, 1.3))
+    order = [name for part in ("duct", "artery", "gallbladder") for name in _of(part)]
+    for k, name in enumerate(order):
+        axes = figure.add_subplot(grid[k % 2, k // 2])
+        _draw_size(axes, TITLES[name], _in_mm(patients, name), PUBLISHED[name])
+    _draw_shares(figure.add_subplot(grid[:, 3]), patients)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
+    figure.savefig(path)
+
+
+def _of(part: str) -> list[str]:
+    return [name for name in PUBLISHED if name.startswith(part)]
+
+
+def _draw_size(axes: Any, title: str, values: Array, known: Published) -> None:
+    axes.hist(values, bins=40, color="#9dc3d4")
+    mean, top = known.mean / MM, 1.1 * axes.get_ylim()[1]
+    if known.sd is not None:
+        sd = known.sd / MM
+        axes.hlines(top, mean - sd, mean + sd, color="#c85a11", lw=5)
+    axes.hlines(top, known.low / MM, known.high / MM, color="#c85a11", lw=1)
+    axes.plot([mean], [top], "|", color="#c85a11", ms=14, mew=2)
+    axes.plot([values.mean()], [0.96 * top], "v", color="#0f6b8f", ms=6)
+    axes.set(title=f"{title} (mm)", yticks=[], ylim=(0, 1.1 * top))
+    axes.spines[["left", "right", "top"]].set_visible(False)
+
+
+def _draw_shares(axes: Any, patients: Sequence[Anatomy]) -> None:
+    y = np.arange(len(SHARES))
+    found = [100 * _part(patients, share) for share in SHARES]
+    axes.barh(y, found, color="#9dc3d4", label="drawn (triangle: mean)")
+    ends = np.array([(100 * share.low, 100 * share.high) for share in SHARES])
+    axes.hlines(y, *ends.T, color="#c85a11", lw=2)
+    axes.plot(
+        ends.ravel(),
+        np.repeat(y, 2),
+        "|",
+        color="#c85a11",
+        ms=14,
+        mew=2,
+        label="published: mean, bold: standard deviation, thin: range",
+    )
+    axes.set_yticks(y, [share.title for share in SHARES])
+    axes.invert_yaxis()
+    axes.set(title="share of patients (%)")
+    axes.spines[["right", "top"]].set_visible(False)

@@ -1,0 +1,73 @@
+"""Which patients pass: episodes grouped by what their patient's anatomy is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+from scenarios.catalogue import SCENARIOS
+from scenarios.loop.results import EpisodeResult, Summary, summarise
+from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.patient.variants import patient_of
+
+Strata = Mapping[str, Mapping[str, Summary]]
+"""By property and stratum: the summary of its episodes, also where there are none."""
+
+VARIANT = "variant"
+NAMED = ("usual", "two-arteries", "artery-in-front", "artery-behind", "swapped", "low-insertion")
+"""What `Anatomy.variant` can be, in the order of the report."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """How a number of `Anatomy` is cut into strata; each stratum begins at its cut.
+
+    Attributes:
+        at: the cuts, rising, in SI units; one fewer than `names`.
+    """
+
+    field: str
+    at: tuple[float, ...]
+    names: tuple[str, ...]
+
+    def stratum(self, anatomy: Anatomy) -> str:
+        """Return the name of the patient's stratum."""
+        return self.names[sum(getattr(anatomy, self.field) >= cut for cut in self.at)]
+
+
+CUTS: dict[str, Cut] = {
+    "duct length": Cut(
+        field="duct_length_m",
+        at=(0.012, 0.020, 0.040),
+        names=("under 12 mm", "12 to 20 mm", "20 to 40 mm", "40 mm or more"),
+    ),
+    "artery length": Cut(
+        field="artery_length_m",
+        at=(0.010, 0.015, 0.025),
+        names=("under 10 mm", "10 to 15 mm", "15 to 25 mm", "25 mm or more"),
+    ),
+    "stiffness": Cut(  # thirds of the population, whose stiffness is uniform from 0.5 to 2
+        field="stiffness_scale", at=(1.0, 1.5), names=("soft", "medium", "stiff")
+    ),
+}
+NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {k: cut.names for k, cut in CUTS.items()}
+
+
+def strata(results: Iterable[EpisodeResult]) -> Strata:
+    """Group episodes by their patients, which seed and scenario determine.
+
+    A perturbation that alters the anatomy is not seen: leave its episodes out.
+    """
+    placed = [(places(r.seed, r.scenario), r) for r in results]
+    return {
+        prop: {name: summarise([r for at, r in placed if at[prop] == name]) for name in names}
+        for prop, names in NAMES.items()
+    }
+
+
+@cache
+def places(seed: int, scenario: str) -> Mapping[str, str]:
+    """Return the patient's stratum by property."""
+    anatomy = patient_of(seed, SCENARIOS[scenario].variant)
+    return {VARIANT: anatomy.variant} | {k: cut.stratum(anatomy) for k, cut in CUTS.items()}

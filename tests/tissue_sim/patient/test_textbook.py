@@ -1,0 +1,27 @@
+"""Tests of the textbook patients: roomy tubes, one artery, and the patients of world version 5."""
+
+import numpy as np
+
+from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
+
+MANY = [textbook_from_seed(seed) for seed in range(400)]
+OF_VERSION_5 = {0: "f950499eb5dd", 20_000: "d01659fa4920"}
+"""Hashes of two patients in recordings of world version 5."""
+
+
+def test_seeds_fill_the_ranges_and_keep_within() -> None:
+    """Check the extremes of 400 draws: only with a chance of 1e-9 are they not in the last 5 %."""
+    for name, (low, high) in TEXTBOOK.items():
+        share = (np.array([getattr(p, name) for p in MANY]) - low) / (high - low)
+        assert 0.0 <= share.min() < 0.05
+        assert 0.95 < share.max() <= 1.0
+
+
+def test_there_is_one_artery_on_the_ducts_side_or_the_other() -> None:
+    assert {p.variant for p in MANY} == {"usual", "swapped"}
+    assert all(p.second_artery is None and p.artery_turn_rad == 0.0 for p in MANY)
+
+
+def test_they_are_the_patients_of_world_version_5() -> None:
+    for seed, digits in OF_VERSION_5.items():
+        assert textbook_from_seed(seed).hash == digits
