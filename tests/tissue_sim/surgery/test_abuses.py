@@ -16,7 +16,9 @@ from controller.expert.targets import grasp_pose
 from tests.tissue_sim.hands import close, move, put, wait
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
+from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
+from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
@@ -46,6 +48,20 @@ def across(world: World, tube: str, share: float = 0.4, beyond_m: float = 0.004)
     return astride(world.tubes, tube, share * world.tubes.length_m[tube], beyond_m=beyond_m)
 
 
+def at_risk(world: World, trunk: str, before_m: float) -> Array:
+    """Return `T_world_tool` of jaws astride a trunk beside its branch, or this far before it."""
+    T = across(world, trunk, 0.75, 0.5 * CLIP_LENGTH_M)
+    T[:3, 3] -= before_m * T[:3, 2]
+    return T
+
+
+def grip(world: World, tube: str, jaw_rad: float) -> None:
+    """Take a structure at risk between the grasper's jaws."""
+    put(world, LEFT_ARM, at_risk(world, tube, 0.0), 1.0)
+    close(world, LEFT_ARM, jaw_rad, steps=15)
+    wait(world, 5)
+
+
 def before_sac(world: World, ring: int, beyond_m: float) -> Array:
     """Return `T_world_tool` of a tool that points at the gallbladder's front, this far beyond."""
     rings, x = world.organ.sac_rings, world.tissue.positions().astype(float)
@@ -64,7 +80,7 @@ def beside_sac(world: World) -> Array:
     return pose(np.stack([np.cross(y, AWAY), y, AWAY], axis=1), place)
 
 
-def use(world: World, T_world_tool: Array, intended: str, tool: str) -> None:
+def use(world: World, T_world_tool: Array, intended: str | None, tool: str) -> None:
     """Close a fresh clip, or the scissors, at a pose, and take the tool away."""
     world.equip(tool)
     put(world, RIGHT_ARM, T_world_tool, OPEN_RAD)
@@ -89,6 +105,13 @@ def drag(world: World, distance_m: float, speed_m_s: float, way: Array) -> None:
     grasp(world)
     move(world, LEFT_ARM, distance_m * way, speed_m_s=speed_m_s)
     wait(world, 3)
+
+
+def drag_the_freed_sac(world: World) -> None:
+    """Cut both tubes, which hold more than the liver bed, and draw the gallbladder off it."""
+    for tube in TUBES:
+        cut(world, tube, 0.5)
+    drag(world, 0.060, 0.1, LEFT)
 
 
 def squeeze(world: World, arm: int, tube: str, jaw_rad: float) -> None:
@@ -158,6 +181,8 @@ def clip_both(world: World, gap_m: float) -> None:
     put(world, RIGHT_ARM, T, OPEN_RAD)
     points = [world.tubes.point(t, 0.4 * world.tubes.length_m[t])[0] for t in ("duct", "artery")]
     radii_m = world.tubes.radius_m("duct") + world.tubes.radius_m("artery")
+    world.tissue.host("tie_stiffness")[0, world.tubes.root_rows[HEPATIC_ARTERY]] = 0.0
+    world.tissue.host("fixed")[0, world.tubes.below["artery"][0]] = 1  # its root is held there
     shift = points[0] + (gap_m + radii_m) * T[:3, 2] - points[1]
     world.tissue.positions()[world.tubes.below["artery"]] += shift.astype(np.float32)
     close(world, RIGHT_ARM, 0.0, steps=1, intended="duct")
@@ -179,7 +204,7 @@ class Abuse:
 
 
 def cut_between_clips(world: World) -> None:
-    clip_often(world, 0.15, 0.34, 0.75)
+    clip_often(world, 0.2, 0.36, 0.75)
     cut(world, "duct", 0.55)
     wait(world, 10)
 
@@ -209,7 +234,7 @@ ABUSES = {
     ),
     "the gallbladder is pulled off its bed": Abuse(
         event="detachment from liver bed",
-        careless=lambda w: drag(w, 0.060, 0.3, LEFT),
+        careless=drag_the_freed_sac,
         careful=lambda w: drag(w, 0.010, 0.02, OFF_LIVER),
     ),
     "the gallbladder is pressed on the liver": Abuse(
@@ -230,7 +255,7 @@ ABUSES = {
     "clips at one station": Abuse(
         event="clip on clip",
         careless=lambda w: clip_often(w, 0.4, 0.4, 0.4, 0.4),
-        careful=lambda w: clip_often(w, 0.15, 0.34, 0.53, 0.72),
+        careful=lambda w: clip_often(w, 0.2, 0.36, 0.53, 0.72),
     ),
     "scissors rammed into the neck of the gallbladder": Abuse(
         event="perforation of gallbladder",
@@ -281,6 +306,27 @@ ABUSES = {
         event="clip on artery",
         careless=lambda w: clip_both(w, 0.0),
         careful=lambda w: clip(w, "duct", 0.4),
+    ),
+    **{
+        f"the {tool} closed on the {trunk}": Abuse(
+            event=f"{deed} on {trunk}",
+            careless=lambda w, trunk=trunk, tool=tool: use(w, at_risk(w, trunk, 0.0), "duct", tool),
+            careful=lambda w, trunk=trunk, tool=tool: use(
+                w, at_risk(w, trunk, 0.012), "duct", tool
+            ),
+        )
+        for trunk in AT_RISK
+        for tool, deed in (("scissors", "cut"), ("clip_applier", "clip"))
+    },
+    "a clip on the common bile duct that nobody meant": Abuse(
+        event="clip on common bile duct",
+        careless=lambda w: use(w, at_risk(w, COMMON_DUCT, 0.0), None, "clip_applier"),
+        careful=lambda w: use(w, at_risk(w, COMMON_DUCT, 0.012), None, "clip_applier"),
+    ),
+    "the grasper crushes the common bile duct": Abuse(
+        event="crush of common bile duct",
+        careless=lambda w: grip(w, COMMON_DUCT, PRESSED_RAD),
+        careful=lambda w: grip(w, COMMON_DUCT, 0.6),
     ),
     "a cut before the clips": Abuse(
         event="leak",
