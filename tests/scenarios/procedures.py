@@ -10,8 +10,8 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import Recording, load
+from scenarios.run_episode import anatomy_of
 from tests.made_once import MadeOnce
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
@@ -61,6 +61,7 @@ def run(config: EpisodeConfig, out: Path) -> Procedure:
 def run_by_command(out: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
     """Call `calot run` in a process of its own; return its folder and its output."""
     words = ["--planner", "scripted", "--controller", "expert", "--seed", str(SEED_BY_COMMAND)]
+    words += ["--scenario", "textbook"]
     return out, subprocess.run(
         [sys.executable, "-m", "scenarios.cli", "run", *words, "--out", str(out)],
         cwd=ROOT,
@@ -78,6 +79,6 @@ def run_once(config: EpisodeConfig, name: str, made_once: MadeOnce) -> Procedure
 
     result, steps, file, state = made_once(name, make)
     world = World()
-    world.reset(textbook_from_seed(config.seed))
+    world.reset(anatomy_of(config))
     world.restore(state)
     return Procedure(result=result, steps=steps, file=file, recording=load(file), world=world)

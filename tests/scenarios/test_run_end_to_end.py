@@ -11,7 +11,7 @@ from planner.instruction import TASKS
 from scenarios.loop.results import read_results
 from scenarios.recording.recorder import load
 from tests.scenarios.procedures import SEED_BY_COMMAND
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.textbook import textbook_from_seed
 
 CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     "document": {"episodes", "summary", "config", "versions"},
@@ -78,7 +78,7 @@ def test_results_json_keeps_the_contract(document):
     assert {name: set(entry) for name, entry in found.items()} == CONTRACT
     assert episode["seed"] == document["config"]["seed"] == SEED_BY_COMMAND
     assert (episode["success"], episode["error"], episode["injuries"]) == (True, None, [])
-    assert episode["anatomy_hash"] == anatomy_from_seed(SEED_BY_COMMAND).hash
+    assert episode["anatomy_hash"] == textbook_from_seed(SEED_BY_COMMAND).hash
     summary = document["summary"]
     assert (summary["episodes"], summary["passed"], summary["errors"]) == (1, 1, 0)
     assert summary["wilson_95"][0] < summary["pass_rate"] == 1.0

@@ -42,9 +42,8 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
 
 
 def examined(controller, seed=SEED):
-    return ObedienceExamination(config=EpisodeConfig(planner="scripted", controller=controller))(
-        seed
-    )
+    config = EpisodeConfig(planner="scripted", scenario="textbook", controller=controller)
+    return ObedienceExamination(config=config)(seed)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,8 @@ PAIR = ["--arms", "filtered=scripted+expert", "free=scripted+expert,filter=off"]
 def words(out, *more):
     arms = [] if "--arms" in more else ["--arms", "scripted+expert"]
     seeds = ["--seed", str(SEEDS[0]), "--episodes", "2"]
-    return ["evaluate", *arms, *seeds, "--out", str(out), *more]
+    suite = [] if "--suite" in more else ["--suite", "textbook"]
+    return ["evaluate", *arms, *seeds, *suite, "--out", str(out), *more]
 
 
 def told(out):
@@ -37,14 +38,14 @@ def told(out):
 
 
 def recordings(out):
-    return sorted(out.glob("scripted+expert/nominal/nominal/episodes/*.npz"))
+    return sorted(out.glob("scripted+expert/textbook/textbook/episodes/*.npz"))
 
 
 @pytest.fixture(scope="module")
 def whole(procedure, ran_by_command, tmp_path_factory):
     """Return a finished evaluation whose episodes other commands recorded, one in a process."""
     out = tmp_path_factory.mktemp("whole")
-    recorded = out / "scripted+expert" / "nominal" / "nominal" / "episodes"
+    recorded = out / "scripted+expert" / "textbook" / "textbook" / "episodes"
     recorded.mkdir(parents=True)
     for recording in (procedure.file, ran_by_command[0] / "episodes" / f"{SEEDS[0]}.npz"):
         shutil.copy(recording, recorded)
@@ -63,7 +64,7 @@ def half(whole, tmp_path):
 
 
 def test_the_report_tells_what_was_recorded(whole):
-    (episode, other) = told(whole)["arms"]["scripted+expert"]["suites"]["nominal"]["episodes"]
+    (episode, other) = told(whole)["arms"]["scripted+expert"]["suites"]["textbook"]["episodes"]
     assert (episode["seed"], other["seed"]) == SEEDS
     recorded = load(recordings(whole)[0]).result
     assert recorded is not None
@@ -93,10 +94,10 @@ def test_when_all_is_finished_the_report_is_made_again_to_the_byte(whole):
 @pytest.mark.parametrize(("limit", "code"), [("0.5", 0), ("0.51", 1)])
 def test_a_pass_rate_below_the_limit_is_exit_code_1(tmp_path, capfd, limit, code):
     arm = arm_from_text("scripted+expert")
-    for case in plan("nominal", arms=(arm,), seeds=SEEDS).due({}):
+    for case in plan("textbook", arms=(arm,), seeds=SEEDS).due({}):
         record(case, tmp_path, episode(case, passed=case.seed == SEEDS[0]))
     assert main(words(tmp_path, "--fail-under", limit)) == code
-    assert ("passes 0.500 of nominal" in capfd.readouterr().out) == bool(code)
+    assert ("passes 0.500 of textbook" in capfd.readouterr().out) == bool(code)
 
 
 def test_errors_give_exit_code_3_even_if_others_passed(tmp_path, monkeypatch):
