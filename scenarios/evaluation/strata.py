@@ -20,7 +20,7 @@ NAMED = ("usual", "two-arteries", "artery-in-front", "artery-behind", "swapped",
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cut:
+class Division:
     """How a number of `Anatomy` is cut into strata; each stratum begins at its cut.
 
     Attributes:
@@ -36,22 +36,24 @@ class Cut:
         return self.names[sum(getattr(anatomy, self.field) >= cut for cut in self.at)]
 
 
-CUTS: dict[str, Cut] = {
-    "duct length": Cut(
+DIVISIONS: dict[str, Division] = {
+    "duct length": Division(
         field="duct_length_m",
         at=(0.012, 0.020, 0.040),
         names=("under 12 mm", "12 to 20 mm", "20 to 40 mm", "40 mm or more"),
     ),
-    "artery length": Cut(
+    "artery length": Division(
         field="artery_length_m",
         at=(0.010, 0.015, 0.025),
         names=("under 10 mm", "10 to 15 mm", "15 to 25 mm", "25 mm or more"),
     ),
-    "stiffness": Cut(  # thirds of the population, whose stiffness is uniform from 0.5 to 2
+    "stiffness": Division(  # thirds of the population, whose stiffness is uniform from 0.5 to 2
         field="stiffness_scale", at=(1.0, 1.5), names=("soft", "medium", "stiff")
     ),
 }
-NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {k: cut.names for k, cut in CUTS.items()}
+NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {
+    k: division.names for k, division in DIVISIONS.items()
+}
 
 
 def strata(results: Iterable[EpisodeResult]) -> Strata:
@@ -70,4 +72,6 @@ def strata(results: Iterable[EpisodeResult]) -> Strata:
 def places(seed: int, scenario: str) -> Mapping[str, str]:
     """Return the patient's stratum by property."""
     anatomy = patient_of(seed, SCENARIOS[scenario].variant)
-    return {VARIANT: anatomy.variant} | {k: cut.stratum(anatomy) for k, cut in CUTS.items()}
+    return {VARIANT: anatomy.variant} | {
+        k: division.stratum(anatomy) for k, division in DIVISIONS.items()
+    }

@@ -6,7 +6,7 @@ import pytest
 
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.strata import CUTS, NAMED, NAMES, VARIANT, places, strata
+from scenarios.evaluation.strata import DIVISIONS, NAMED, NAMES, VARIANT, places, strata
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.evaluation.words import interval
 from scenarios.loop.results import summarise
@@ -49,7 +49,7 @@ def test_a_patient_is_where_its_anatomy_belongs():
     for seed in SEEDS:
         anatomy, at = anatomy_from_seed(seed), places(seed, "nominal")
         assert at[VARIANT] == anatomy.variant
-        for prop, cut in CUTS.items():
+        for prop, cut in DIVISIONS.items():
             k = cut.names.index(at[prop])
             low, high = (0.0, *cut.at)[k], (*cut.at, 1e9)[k]
             assert low <= getattr(anatomy, cut.field) < high
