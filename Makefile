@@ -26,7 +26,7 @@ help:
 
 demo: .venv/.ready
 	video=$$($(BIN)/python -m tissue_sim.rendering.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
-	$(BIN)/calot run --seed 20000 --out $(DEMO) $$video
+	$(BIN)/calot run --out $(DEMO) $$video
 
 test: .venv/.ready
 	$(BIN)/pytest $(WORKERS)

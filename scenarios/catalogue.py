@@ -16,7 +16,8 @@ class Scenario:
 
     Attributes:
         variant: A key of `tissue_sim.patient.variants.VARIANTS`; None for the seed's own patient of
-            the published population.
+            the published population. Disturbances have textbook patients, so that only what the
+            name says is uncommon.
     """
 
     name: str
@@ -42,7 +43,7 @@ SCENARIOS: dict[str, Scenario] = {
     for scenario in (
         Scenario(name="nominal", description="a patient of the published population, undisturbed"),
         *(
-            Scenario(name=p.name, description=p.description, perturbations=(p,))
+            Scenario(name=p.name, description=p.description, perturbations=(p,), variant="textbook")
             for p in PERTURBATIONS
         ),
         *(

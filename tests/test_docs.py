@@ -240,7 +240,7 @@ def test_readmes_own_policy_acts(tmp_path):
     (code,) = (b for b in _blocks(ROOT / "README.md", "python") if "def make" in b)
     assert len(code.splitlines()) <= 14
     policy = _module_of(code, tmp_path, "my_policy").make(PolicySetup(seed=20_000))
-    episode = begin(EpisodeConfig(seed=20_000), controller=policy)
+    episode = begin(EpisodeConfig(), controller=policy)
     steps = list(islice(episode.steps(), 6))
     assert all(step.asked is not None for step in steps)
     assert max(abs(b.command.joints - a.command.joints).max() for a, b in pairwise(steps)) == 0.0
@@ -253,7 +253,7 @@ def test_the_own_policies_of_the_page_move_and_plan(tmp_path):
     made = _module_of(_own_policies(), tmp_path, "my_policies")
     setup = PolicySetup(seed=20_000)
     planner = made.make_planner(setup)
-    episode = begin(EpisodeConfig(seed=20_000), planner=planner, controller=made.make(setup))
+    episode = begin(EpisodeConfig(), planner=planner, controller=made.make(setup))
     tips = [step.observation.tips_endoscope for step in islice(episode.steps(), 30)]
     moved_m = (tips[-1] - tips[0])[:, :3, 3]
     assert moved_m[1, 2] < -0.004  # 30 steps of 0.3 mm towards the surgeon, minus the arms' lag

@@ -93,7 +93,8 @@ def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
         table.add_column(heading, justify="right")
     for delay in DELAYS:
         watched = _Watched(ControllerDiffusion(policy.config, sampler, seed, delay))
-        episode = begin(EpisodeConfig(seed=seed, planner="scripted"), controller=watched)
+        config = EpisodeConfig(scenario="textbook", seed=seed, planner="scripted")
+        episode = begin(config, controller=watched)
         for _ in islice(episode.steps(), steps):
             pass
         at, inside = watched.accelerations_m_s2()

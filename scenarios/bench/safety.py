@@ -152,7 +152,7 @@ def _crowded(seed: int, pairs: range) -> Laps:
 
 def _in_episode(seed: int) -> Laps:
     """Time the filter in the expert's whole procedure."""
-    steps = begin(EpisodeConfig(**WITNESS, seed=seed)).steps()
+    steps = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed)).steps()
     next(steps)
     with _watched() as (whole, seeing):
         for _ in steps:

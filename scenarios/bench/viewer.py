@@ -60,7 +60,7 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     if missing():
         raise BadInputError(missing())
     with browser() as chromium, TemporaryDirectory() as out:
-        session = _session(EpisodeConfig(**WITNESS, seed=seed), Path(out))
+        session = _session(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed), Path(out))
         with PageProcess(session, host=HOST, port=choose_port(HOST)) as page:
             address = f"http://{HOST}:{page.port}"
             _speed(session)  # loads libraries

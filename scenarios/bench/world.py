@@ -29,7 +29,7 @@ def bench_world(*, seed: int, steps: int) -> tuple[Table | str, ...]:
     Raises:
         BadInputError: the expert does not grasp this patient's gallbladder.
     """
-    episode = begin(EpisodeConfig(**WITNESS, seed=seed))
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed))
     control_steps = episode.steps()
     if not any(step.outcome.task_done for step in control_steps):  # also the warm-up
         raise BadInputError(f"--seed {seed}: the expert does not grasp this gallbladder")

@@ -190,7 +190,11 @@ class Obedience:
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
         config = EpisodeConfig(
-            planner="scripted", controller=self.controller, checkpoint=checkpoint, seed=self.seed
+            scenario="textbook",
+            planner="scripted",
+            controller=self.controller,
+            checkpoint=checkpoint,
+            seed=self.seed,
         )
         trials = run_trials(config, self.episodes, self.workers)
         errors = error_lines(trials)
@@ -274,7 +278,11 @@ class BenchLatency:
         require_checkpoint(self.controller, self.checkpoint)
         checkpoint = str(self.checkpoint) if self.checkpoint else None
         config = EpisodeConfig(
-            planner="scripted", controller=self.controller, checkpoint=checkpoint, seed=self.seed
+            scenario="textbook",
+            planner="scripted",
+            controller=self.controller,
+            checkpoint=checkpoint,
+            seed=self.seed,
         )
         with Console(stderr=True).status("measuring: latency"):
             table = latency_table(config, self.texts)

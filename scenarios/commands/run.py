@@ -73,7 +73,7 @@ class Run:
     """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
-    seed: Annotated[int, at_least(0)] = 20_000
+    seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 1
     """Number of episodes."""

@@ -36,7 +36,7 @@ class View:
     """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
-    seed: Annotated[int, at_least(0)] = 20_000
+    seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
     """Seed of the first episode."""
     out: Path = Path("runs/view")
     """Folder for the recorded episodes, and for interventions that are kept as training data."""

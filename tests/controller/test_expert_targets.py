@@ -56,7 +56,7 @@ def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) -> None:
-    for k in (1, 2, 3):
+    for k in (1, 2):  # the third is beside the gallbladder
         pose = partial(clip_pose, tube=tube, k=k)
         chosen = clear_approach(
             world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER, OPEN_RAD

@@ -24,7 +24,12 @@ from tissue_sim.outcome.room import MUST_DEAL, needed_m, why_call
 SEED = 10_004
 TOO_SHORT = EpisodeConfig(**WITNESS, seed=SEED, scenario="short-tubes", magnitude=1.0)
 TWO_ARTERIES = EpisodeConfig(**WITNESS, seed=SEED, scenario="two-arteries")
-CALLS = EpisodeConfig(planner="tests.scenarios.calling:PlannerCalls", controller="idle", seed=SEED)
+CALLS = EpisodeConfig(
+    scenario="textbook",
+    planner="tests.scenarios.calling:PlannerCalls",
+    controller="idle",
+    seed=SEED,
+)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +42,7 @@ def test_a_short_duct_ends_as_called_within_a_second_with_nothing_clipped(too_sh
     assert too_short.world.anatomy.duct_length_m < needed_m("duct")
     assert result.outcome == "called"
     assert result.call.needed
-    assert result.call.reason.startswith("The duct is 12.0 mm long: three clips and a cut need")
+    assert result.call.reason.startswith("The duct is 6.0 mm long: three clips and a cut need")
     assert (record.clips, record.cuts, record.injuries) == ((), (), ())
     assert 0.0 < result.procedure_time_s < 1.0
     assert [(task.index, task.success) for task in result.tasks] == [(1, False)]

@@ -212,7 +212,8 @@ sys.exit(main())
 
 
 def test_ctrl_c_keeps_the_finished_episodes(tmp_path):
-    words = f"run --controller breaks --seed {SEED} --episodes 3 --out {tmp_path}".split()
+    words = f"run --scenario textbook --controller breaks --seed {SEED} --episodes 3".split()
+    words += ["--out", str(tmp_path)]
     program = subprocess.Popen(
         [sys.executable, "-c", RUN_WITH_A_BREAKING_CONTROLLER, *words],
         cwd=ROOT,

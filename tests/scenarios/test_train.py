@@ -43,7 +43,11 @@ def checkpoint(data, tmp_path_factory):
 def commands(checkpoint):
     """Return the joints (n, 2, 7) commanded in an episode's first half second."""
     config = EpisodeConfig(
-        planner="scripted", seed=SEED, controller="diffusion", checkpoint=str(checkpoint)
+        scenario="textbook",
+        planner="scripted",
+        seed=SEED,
+        controller="diffusion",
+        checkpoint=str(checkpoint),
     )
     return np.array([step.command.joints for step in islice(begin(config).steps(), 15)])
 

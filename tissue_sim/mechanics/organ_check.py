@@ -20,7 +20,7 @@ def require_sound_organ(organ: Organ) -> None:
     """
     require_sound_elements(organ.vertices, organ.tets)
     n = len(organ.vertices)
-    for name in ("tie_vertex", "tie_corners", "anchored", "remnants"):
+    for name in ("tie_vertex", "tie_corners", "bed_vertices", "ligament_vertices", "remnants"):
         require_indices(name, getattr(organ, name), n, "tissue")
     ties = np.column_stack([organ.tie_vertex, organ.tie_corners[:, 0]]).reshape(-1, 2)
     joints = np.concatenate([ties, organ.remnants]).astype(np.int32)

@@ -1,8 +1,8 @@
 """Draw textbook patients: long tubes, one artery, on which three clips and a cut always fit.
 
-These are the patients of world versions 1 to 5, each drawn as it was then, number by number. Tests
-of tools and tissue, and the first lessons of a policy, need patients whose geometry does not decide
-the outcome. They are no sample of any population: see `tissue_sim.patient.population` for that.
+These are the patients of world versions 1 to 5, but for their shortest arteries. Tests of tools and
+tissue, and the first lessons of a policy, need patients whose geometry does not decide the outcome.
+They are no sample of any population: see `tissue_sim.patient.population` for that.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TEXTBOOK: dict[str, Bounds] = {  # assumed; drawn in this order
     "duct_diameter_m": (0.002, 0.004),
     "duct_angle_rad": (0.15, 0.50),
     "duct_slack": (0.02, 0.07),
-    "artery_length_m": (0.015, 0.030),
+    "artery_length_m": (0.0165, 0.030),
     "artery_diameter_m": (0.0012, 0.0025),
     "artery_angle_rad": (0.20, 0.55),
     "artery_slack": (0.02, 0.07),

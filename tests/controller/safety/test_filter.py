@@ -216,7 +216,7 @@ def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
         world, tip_m(world, start) - 0.008 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2], start
     )
     assert field.distance_m(start, "artery") == pytest.approx(distance_m, abs=1e-5)
-    allowed = SafetyFilter(world, limits=()).allow(start, back, GRAB, 0.0)
+    allowed = SafetyFilter(world, limits=(), interlocks=()).allow(start, back, GRAB, 0.0)
     np.testing.assert_array_equal(allowed.joints, back)
 
 

@@ -9,6 +9,7 @@ from scenarios.demonstration.mix import MIXES, RECOVERIES, demonstrations
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.patient.variants import patient_of
 
 
 @pytest.mark.parametrize("mix", MIXES)
@@ -16,10 +17,15 @@ def test_more_episodes_only_add(mix):
     many = demonstrations(mix, 0, 100)
     assert many[:40] == demonstrations(mix, 0, 40)
     assert many[40:] == demonstrations(mix, many[40].seed, 60)
-    operable = [seed for seed in range(many[-1].seed + 1) if not why_call(anatomy_from_seed(seed))]
-    assert [d.seed for d in many] == operable
+    assert not any(why_call(patient_of(d.seed, SCENARIOS[d.scenario].variant)) for d in many)
     assert [d.name for d in many] == sorted({d.name for d in many})
     assert all(d.scenario in SCENARIOS for d in many)
+
+
+def test_only_patients_for_whom_a_person_must_be_called_are_left_out():
+    many = demonstrations("nominal", 0, 40)
+    operable = [seed for seed in range(many[-1].seed + 1) if not why_call(anatomy_from_seed(seed))]
+    assert [d.seed for d in many] == operable
 
 
 def test_all_of_the_recovery_set_comes_up():
@@ -35,13 +41,15 @@ def test_one_number_stands_for_each_thing_that_may_be_heard():
 
 
 def test_patients_may_be_those_with_a_short_artery_alone():
-    short = demonstrations("recovery", 300, 20, artery_below_m=0.017)
-    assert short[:8] == demonstrations("recovery", 300, 8, artery_below_m=0.017)
-    lengths_m = [anatomy_from_seed(d.seed).artery_length_m for d in short]
-    assert max(lengths_m) < 0.017
+    short = demonstrations("recovery", 300, 20, artery_below_m=0.018)
+    assert short[:8] == demonstrations("recovery", 300, 8, artery_below_m=0.018)
+    lengths_m = [textbook_from_seed(d.seed).artery_length_m for d in short]
+    assert max(lengths_m) < 0.018
     every = demonstrations("recovery", 300, short[-1].seed - 299)
-    assert short == [d for d in every if anatomy_from_seed(d.seed).artery_length_m < 0.017]
-    textbook = demonstrations("textbook", 300, 20, artery_below_m=0.017)
-    assert all(0.015 <= textbook_from_seed(d.seed).artery_length_m < 0.017 for d in textbook)
-    assert {d.scenario for d in textbook} == {"textbook"}
-    assert len(demonstrations("nominal", 9990, 100)) == 10  # the training seeds end there
+    assert short == [d for d in every if textbook_from_seed(d.seed).artery_length_m < 0.018]
+    nominal = demonstrations("nominal", 300, 5, artery_below_m=0.018)
+    assert all(anatomy_from_seed(d.seed).artery_length_m < 0.018 for d in nominal)
+    last = [seed for seed in range(9990, 10_000) if not why_call(anatomy_from_seed(seed))]
+    assert [
+        d.seed for d in demonstrations("nominal", 9990, 100)
+    ] == last  # training seeds end there

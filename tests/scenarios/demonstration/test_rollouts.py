@@ -20,7 +20,7 @@ from scenarios.demonstration.rollout_recorder import RolloutRecorder
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-SEED, SLIPPING, ROOMY = 10_001, 10_003, 10_030
+SEED, SLIPPING, ROOMY, DEEPER = 10_001, 10_003, 10_030, 10_000
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
 
@@ -77,7 +77,7 @@ def test_a_wrong_task_does_not_change_the_due_task():
 
 
 def test_an_overshoot_lasts_while_the_applier_is_deeper_than_its_goal():
-    episode = begun(PlannedDemonstration(seed=ROOMY, kind="recovery:overshoot", noise=False))
+    episode = begun(PlannedDemonstration(seed=DEEPER, kind="recovery:overshoot", noise=False))
     failing, stood, deeper_m = FailureTracker(), [], []
     for step in islice(episode.steps(), 600):
         task, T = step.instruction.task, episode.world.arms.T_world_tool()[RIGHT_ARM]
@@ -129,7 +129,7 @@ def test_every_slip_is_flagged_until_a_tube_is_cut_also_one_while_a_clip_is_load
 
 
 def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
-    episode = begun(PlannedDemonstration(seed=SEED, kind="nominal", noise=False))
+    episode = begun(PlannedDemonstration(seed=SEED, kind="nominal:textbook", noise=False))
     world, steps, failing = episode.world, episode.steps(), FailureTracker()
     grasping = takewhile(lambda _: not gallbladder_grasped(world), steps)
     assert not any(failing.after(step, world) for step in grasping)

@@ -103,7 +103,8 @@ def test_a_pass_rate_below_the_limit_is_exit_code_1(tmp_path, capfd, limit, code
 def test_errors_give_exit_code_3_even_if_others_passed(tmp_path, monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
     out = str(tmp_path)
-    once = ["evaluate", "--arms", "a=scripted+breaks", "--seed", "10004", "--episodes", "1"]
+    once = ["evaluate", "--arms", "a=scripted+breaks", "--suite", "textbook"]
+    once += ["--seed", "10004", "--episodes", "1"]
     assert main([*once, "--out", out, "--fail-under", "1.0"]) == 3
     (error,) = told(tmp_path)["arms"]["a"]["errors"]
     assert error["outcome"] == "error: RuntimeError: a string snapped"

@@ -75,7 +75,7 @@ def test_a_damaged_recording_is_named(tmp_path):
 
 def test_an_episode_that_breaks_off_is_an_error_and_is_run_again(tmp_path, monkeypatch):
     monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
-    some = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
+    some = plan("textbook", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
     (case,) = some.due({})
     ended = attempt(case, tmp_path)
     assert ended.result.error == "RuntimeError: a string snapped"

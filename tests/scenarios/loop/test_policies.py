@@ -128,6 +128,7 @@ def test_calot_run_finds_a_policy_in_the_users_folder(tmp_path, monkeypatch, cap
     )
     monkeypatch.chdir(tmp_path)
     words = ["run", "--controller", "my_still:Still", "--seed", str(SEED), "--out", "out"]
+    words += ["--scenario", "textbook"]
     assert main(words) == 3
     (result,) = read_results(tmp_path / "out" / "results.json")
     assert (result.planner, result.controller) == ("scripted", "my_still:Still")

@@ -16,7 +16,9 @@ BY_NAME = {p.name: p for p in PERTURBATIONS}
 
 def disturbed(monkeypatch, *perturbations, seed=SEED, controller="expert"):
     """Return an episode that has not begun, with these perturbations in this order."""
-    scenario = Scenario(name="of the test", description="", perturbations=perturbations)
+    scenario = Scenario(
+        name="of the test", description="", perturbations=perturbations, variant="textbook"
+    )
     monkeypatch.setitem(SCENARIOS, scenario.name, scenario)
     return begin(
         EpisodeConfig(planner="scripted", scenario=scenario.name, seed=seed, controller=controller)

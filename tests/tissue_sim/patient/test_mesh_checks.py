@@ -125,7 +125,9 @@ def test_a_single_body_may_be_free() -> None:
     require_sound_organ(organ_of(body.vertices, body.tets))
 
 
-@pytest.mark.parametrize("name", ["tie_vertex", "tie_corners", "bed_vertices", "remnants"])
+@pytest.mark.parametrize(
+    "name", ["tie_vertex", "tie_corners", "bed_vertices", "ligament_vertices", "remnants"]
+)
 def test_joints_must_refer_to_existing_vertices(name: str) -> None:
     organ = build_organ(replace(anatomy_from_seed(0), remnants=3))
     require_sound_organ(organ)
