@@ -26,6 +26,8 @@ CLASSES = (
     "gallbladder leak",
     "second artery",
     "second artery leak",
+    "peritoneum",
+    "duodenum",
 )
 
 

@@ -241,7 +241,7 @@ def test_environment_sees_colour_depth_and_classes() -> None:
     eye = obs["sensor_data"]["endoscope_left"]
     names = env.unwrapped.segmentation_names()
     found = {names[int(k)] for k in eye["segmentation"].unique()}
-    assert {"gallbladder", "duct", "artery", "liver", "fat", "psm1", "psm2"} <= found
+    assert {"gallbladder", "duct", "artery", "liver", "peritoneum", "psm1", "psm2"} <= found
     world = env.unwrapped.world
     _depth_matches_geometry(
         world, eye["depth"][0, ..., 0].numpy(), eye["segmentation"][0, ..., 0].numpy(), names
