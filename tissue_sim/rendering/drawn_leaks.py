@@ -1,6 +1,7 @@
-"""Leaking bile and blood: a spot on the opening, and drops that fall from it.
+"""Leaking bile and blood: a spot on the opening, drops that fall from it, and a pool that grows.
 
-A drop holds what leaks until the next one falls, so its size shows the rate.
+A drop holds what leaks until the next one falls, so its size shows the rate. From an artery's open
+root the drops spurt with the pulse. What has leaked from a structure lies in a pool below it.
 """
 
 from __future__ import annotations
@@ -9,7 +10,10 @@ import numpy as np
 import sapien
 
 from tissue_sim.field import Field
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, unit
+from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
+from tissue_sim.patient.axes import AWAY, LEFT, RIGHT, UP, field_point
+from tissue_sim.patient.surroundings import FAT_BEHIND_M
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, joined
 from tissue_sim.rendering.textures import Look
@@ -19,6 +23,11 @@ FALL_M = 0.014
 DROPS = 4
 PERIOD_S = 0.8
 MAX_RADIUS_M = 0.003  # larger drops break up
+PULSE_S = 0.8  # 75 beats a minute
+SPURT_M = 0.016  # assumed: reach of a spurt at the height of the pulse
+POOL_DEPTH_M = 0.0015  # assumed: how thick liquid lies on peritoneum
+POOL_BELOW_M = 0.016  # of the opening, in the endoscope's picture
+POOL_BEHIND_M = FAT_BEHIND_M - 0.003  # where the peritoneum holds it
 _BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
 _BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
 LEAK_LOOKS = {
@@ -26,6 +35,8 @@ LEAK_LOOKS = {
     "gallbladder": _BILE,
     "artery": _BLOOD,
     "second artery": _BLOOD,
+    COMMON_DUCT: _BILE,
+    HEPATIC_ARTERY: _BLOOD,
 }
 
 
@@ -49,24 +60,62 @@ class DrawnLeaks:
 
 def leak_surfaces(field: Field) -> dict[str, Surface]:
     """Build the liquid at each structure that leaks."""
+    leaks = field.record.leaks
+    rate_m3_s = sum(leak.rate_m3_s for leak in leaks)
     wet: dict[str, list[Surface]] = {}
-    for leak in field.record.leaks:
-        wet.setdefault(leak.structure, []).append(_wet(field, leak))
+    for leak in leaks:
+        pooled_m3 = field.record.leaked_m3 * leak.rate_m3_s / rate_m3_s if rate_m3_s else 0.0
+        wet.setdefault(leak.structure, []).append(_wet(field, leak, pooled_m3))
     return {structure: joined(surfaces) for structure, surfaces in wet.items()}
 
 
-def _wet(field: Field, leak: Leak) -> Surface:
-    """Build a spot on the opening, and falling drops that grow with the rate."""
+def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
+    """Build a spot on the opening, drops that grow with the rate, and their pool."""
     radius = drop_radius_m(leak.rate_m3_s)
     phase = field.record.time_s / PERIOD_S % 1.0
     centre = _mouth(field, leak)
     down = np.array([0.0, 0.0, -1.0])
     spot = drop(centre, np.full(3, _mouth_radius_m(field, leak)))
     fallen = (np.arange(DROPS) + phase) / DROPS
+    spurt_m = _spurt_m(field, leak)
     falling = [
-        drop(centre + f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4])) for f in fallen
+        drop(centre + f * spurt_m + f * f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4]))
+        for f in fallen
     ]
-    return joined([spot, *falling])
+    return joined([spot, *falling, *_pool(centre, pooled_m3)])
+
+
+def _spurt_m(field: Field, leak: Leak) -> Array:
+    """Return how far (3,) an artery's open root spurts now; zero for what only drips."""
+    if LEAK_LOOKS[leak.structure] is not _BLOOD or leak.side != "body":
+        return np.zeros(3)
+    pulse = 0.5 - 0.5 * np.cos(2.0 * np.pi * field.record.time_s / PULSE_S)
+    rings = field.tubes.below[leak.structure][[leak.ring - 1, leak.ring], 0]
+    before, end = field.tissue.positions()[rings].astype(float)
+    return SPURT_M * pulse * unit(end - before)
+
+
+def _pool(mouth: Array, volume_m3: float) -> list[Surface]:
+    """Build a flat pool of this volume on the peritoneum, below an opening; none of nothing."""
+    if volume_m3 <= 0.0:
+        return []
+    centre = field_point(float(mouth @ RIGHT), float(mouth @ UP) - POOL_BELOW_M, POOL_BEHIND_M)
+    radius_m = pool_radius_m(volume_m3)
+    axes, radii_m = np.stack([LEFT, UP, AWAY]), np.array([radius_m, radius_m, 0.5 * POOL_DEPTH_M])
+    ball = drop(np.zeros(3), np.ones(3))
+    return [
+        Surface(
+            points=centre + ball.points * radii_m @ axes,
+            normals=unit(ball.points / radii_m @ axes),
+            triangles=ball.triangles,
+            uv=ball.uv,
+        )
+    ]
+
+
+def pool_radius_m(volume_m3: float) -> float:
+    """Return the radius of a flat ellipsoid of this volume, `POOL_DEPTH_M` thick in its middle."""
+    return float(np.sqrt(volume_m3 / (2.0 / 3.0 * np.pi * POOL_DEPTH_M)))
 
 
 def drop_radius_m(rate_m3_s: float) -> float:

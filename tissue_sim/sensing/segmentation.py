@@ -28,6 +28,8 @@ CLASSES = (
     "second artery leak",
     "peritoneum",
     "duodenum",
+    "common bile duct leak",
+    "hepatic artery leak",
 )
 
 

@@ -199,6 +199,13 @@ def test_drops_show_the_rate() -> None:
     assert fast == pytest.approx(2.0 * slow)
 
 
+def test_a_pool_holds_what_has_leaked() -> None:
+    from tissue_sim.rendering.drawn_leaks import POOL_DEPTH_M, pool_radius_m
+
+    volume_m3, radius_m = 5e-6, pool_radius_m(5e-6)
+    assert 4.0 / 3.0 * np.pi * radius_m**2 * 0.5 * POOL_DEPTH_M == pytest.approx(volume_m3)
+
+
 def test_drawn_clip_embraces_the_tube_it_is_on(world: World) -> None:
     from tissue_sim.surgery.clip import T_world_clip
 
