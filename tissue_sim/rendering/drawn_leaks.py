@@ -102,7 +102,7 @@ def _pool(mouth: Array, volume_m3: float) -> list[Surface]:
     centre = field_point(float(mouth @ RIGHT), float(mouth @ UP) - POOL_BELOW_M, POOL_BEHIND_M)
     radius_m = pool_radius_m(volume_m3)
     axes, radii_m = np.stack([LEFT, UP, AWAY]), np.array([radius_m, radius_m, 0.5 * POOL_DEPTH_M])
-    ball = drop(np.zeros(3), np.ones(3))
+    ball = drop(np.zeros(3), np.ones(3), fineness=4)
     return [
         Surface(
             points=centre + ball.points * radii_m @ axes,

@@ -76,16 +76,17 @@ def joined(surfaces: list[Surface]) -> Surface:
     )
 
 
-def drop(centre: Array, radii_m: Array) -> Surface:
-    """Build an ellipsoid along the world's axes."""
+def drop(centre: Array, radii_m: Array, fineness: int = 1) -> Surface:
+    """Build an ellipsoid along the world's axes, of 12 sectors times the fineness."""
+    rows, columns = 8 * fineness + 1, 12 * fineness + 1
     polar, turn = np.meshgrid(
-        np.linspace(0, np.pi, 9), np.linspace(0, 2 * np.pi, 13), indexing="ij"
+        np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
     )
     ball = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], -1)
     return Surface(
         points=centre + radii_m * ball.reshape(-1, 3),
         normals=unit(ball.reshape(-1, 3) / radii_m),
-        triangles=_grid(9, 13),
+        triangles=_grid(rows, columns),
         uv=np.zeros((ball[..., 0].size, 2)),
     )
 
