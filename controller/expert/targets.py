@@ -28,7 +28,8 @@ from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
-GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck
+GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
+GRASPED_M = 0.0094  # largest radius that the jaws embrace without pushing it away; assumed
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
@@ -71,12 +72,14 @@ APPROACHES = tuple(  # tried in this order, the usual one first
 
 def grasp_pose(world: World) -> Array:
     """Return `T_world_tool` of the grasper astride the infundibulum."""
-    rings = world.organ.sac_rings[:, 0]
-    axis = world.tissue.positions()[rings].astype(float)
-    along = unit(axis[GRASP_RING + 1] - axis[GRASP_RING - 1])
+    rings, rest = world.organ.sac_rings, world.organ.vertices
+    spokes = rest[rings[:, -1]] - rest[rings[:, 0]]
+    radii = np.linalg.norm(spokes[: GRASP_RING + 1], axis=1)
+    k = int(np.flatnonzero(radii <= GRASPED_M)[-1])
+    axis = world.tissue.positions()[rings[:, 0]].astype(float)
+    along = unit(axis[k + 1] - axis[k - 1])
     approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
-    radius = 0.22 * world.anatomy.gallbladder_width_m
-    return astride(axis[GRASP_RING], along, approach, beyond_m=0.5 * radius + 0.004)
+    return astride(axis[k], along, approach, beyond_m=0.5 * float(radii[k]) + 0.004)
 
 
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:

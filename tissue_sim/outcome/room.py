@@ -12,10 +12,11 @@ from tissue_sim.surgery.clip import CLIP_WIDTH_M
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 
 # Between middles of clips. What exceeds the thresholds is assumed: how exactly clips are placed.
-SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.00015  # of the first and the second
+SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # of the first and the second
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # of the second and the third: cut, cuffs
-# Assumed: from a tube's ends to the middle of a clip, so that the jaws catch nothing else.
-LOW_MARGIN_M = {"duct": 0.0036, "artery": 0.0038}  # off the common bile duct, the hepatic artery
+# From a tube's ends to the middle of a clip, so that the jaws catch nothing else. The low margin is
+# where the filter lets the applier's fingers pass beside the structure at risk (measured).
+LOW_MARGIN_M = {"duct": 0.0050, "artery": 0.0038}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # off the gallbladder
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
 

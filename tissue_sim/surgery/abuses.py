@@ -66,13 +66,12 @@ def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
 
 
 def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
-    """Yield the width, m, by which a new clip overlaps a clip that is on the same tube."""
-    for old, crossing in ((c, x) for c in before if not c.lost for x in clip.crossings):
-        other = old.on(crossing.tube)
-        if other is not None:
-            overlap_m = CLIP_WIDTH_M - abs(crossing.station_m - other.station_m)
-            if overlap_m > 0.0:
-                yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
+    """Yield the largest width, m, by which a new clip overlaps a clip on the same tube, if any."""
+    pairs = [(x, old.on(x.tube)) for old in before if not old.lost for x in clip.crossings]
+    apart_m = [abs(x.station_m - other.station_m) for x, other in pairs if other is not None]
+    overlap_m = CLIP_WIDTH_M - min(apart_m, default=CLIP_WIDTH_M)
+    if overlap_m > 0.0:
+        yield LimitReading(event="clip on clip", value=overlap_m, limit=0)
 
 
 def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:

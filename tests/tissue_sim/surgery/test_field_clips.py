@@ -296,7 +296,7 @@ def test_a_tube_beside_the_closing_jaws_is_not_in_the_clip(world: World) -> None
     put_right_tool(world, T, 0.3)
     put_right_tool(world, T, 0.2)
     radii_m = sum(world.tubes.radius_m(tube) for tube in TUBES)
-    bring_artery_to_duct(world, 0.0048 - radii_m, T[:3, 1])  # outside a finger
+    bring_artery_to_duct(world, 0.0058 - radii_m, T[:3, 1])  # outside a finger
     put_right_tool(world, T, 0.0, "duct")
     (clip,) = world.record.clips
     assert [c.tube for c in clip.crossings] == ["duct"]
