@@ -78,7 +78,7 @@ TORN_MAX = 0
 """Broken attachments of a tube to the sac, or of the sac to the liver bed."""
 
 # Ultimate strength.
-STRENGTH_PA = dict.fromkeys(
+STRENGTH_PA: dict[str, float] = dict.fromkeys(
     ("duct", "artery", "second artery", "common bile duct", "hepatic artery"), 1.4e6
 )
 """Of an artery's wall, as the reference sheet has it. The ducts' is assumed equal: the artery's is

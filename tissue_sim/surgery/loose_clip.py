@@ -1,4 +1,4 @@
-"""A clip that nothing holds falls freely, onto the liver bed or the fat behind the tubes."""
+"""A clip that nothing holds falls freely, onto the liver bed or the peritoneum behind the tubes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import LiverBed
 from tissue_sim.surgery.clip import Clip
 
-FAT_AWAY_M = 0.011  # assumed: where the fat behind the field begins
+PERITONEUM_AWAY_M = 0.005  # assumed: how far behind the field it lies, where it is nearest
 GRAVITY_M_S2 = 9.81
 
 
@@ -26,7 +26,7 @@ def fall(clip: Clip, bed: LiverBed, step_s: float) -> Clip:
     above_bed = tip - bed.point_m
     if above_bed @ bed.along > bed.edge_m and (height := above_bed @ bed.normal) < 0.0:
         T[:3, 3] -= height * bed.normal
-    elif (inside := tip @ AWAY - FAT_AWAY_M) > 0.0:
+    elif (inside := tip @ AWAY - PERITONEUM_AWAY_M) > 0.0:
         T[:3, 3] -= inside * AWAY
     else:
         return replace(clip, T_world_clip=T, fall_m_s=speed)

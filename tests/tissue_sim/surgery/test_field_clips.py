@@ -17,7 +17,7 @@ from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
-from tissue_sim.surgery.loose_clip import FAT_AWAY_M, GRAVITY_M_S2
+from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride
@@ -216,7 +216,7 @@ def test_a_dropped_clip_falls_into_the_field_and_is_not_a_failure(world: World) 
     np.testing.assert_allclose(heights[:-1], free)
     rest = world.record.clips[0].T_world_clip
     np.testing.assert_array_equal(rest[:3, :3], start[:3, :3])
-    assert rest[:3, 3] @ AWAY <= FAT_AWAY_M + 1e-12
+    assert rest[:3, 3] @ AWAY <= PERITONEUM_AWAY_M + 1e-12
     seen = world.step(HOME)
     np.testing.assert_array_equal(world.record.clips[0].T_world_clip, rest)
     assert seen.n_clips == 1
