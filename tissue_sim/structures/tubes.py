@@ -66,6 +66,7 @@ class Tubes:
         self._inner = slice(1, 1 + n)
         shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
         self._next = shift - shift.T
+        self._vertices: dict[str, tuple[bytes, Indices]] = {}  # by the rings above its cuts
         self._tube_tets = {
             tube: np.flatnonzero(organ.region // 2 == PARTS.index(tube)) for tube in organ.hollow
         }
@@ -81,14 +82,15 @@ class Tubes:
         It is averaged over a few segments, as jaws also move single rings. Segments under clips are
         left out: what a clip squeezes out lengthens them by up to a half, without any pull.
         """
-        centres = self.centres(tube)
-        covered = self.tissue.host("covered")[self.b, self.below[tube][: len(centres)]].any(axis=1)
-        free = ~(covered[:-1] | covered[1:])
-        if not free.any():
+        centres, covered = self.centres(tube), self.tissue.host("covered")[self.b]
+        steps, stations = centres[1:] - centres[:-1], self.stations_m[tube][: len(centres)]
+        now_m, rest_m = np.sqrt(np.vecdot(steps, steps)), stations[1:] - stations[:-1]
+        if covered.any():
+            under = covered[self.below[tube][: len(centres)]].any(axis=1)
+            free = ~(under[:-1] | under[1:])
+            now_m, rest_m = now_m[free], rest_m[free]
+        if not len(now_m):
             return 1.0
-        steps = centres[1:] - centres[:-1]
-        now_m = np.sqrt(np.einsum("ij,ij->i", steps, steps))[free]
-        rest_m = np.diff(self.stations_m[tube][: len(centres)])[free]
         window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
         return float(
             (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
@@ -96,10 +98,14 @@ class Tubes:
 
     def vertices(self, tube: str) -> Indices:
         """Return the vertices of a tube up to the neck, on both sides of its cuts."""
-        rings = slice(self.organ.neck_ring[tube] + 1)
-        in_tube = np.zeros(self.tissue.n_vertex(self.b), bool)
-        in_tube[self.below[tube][rings]] = in_tube[self.above[tube][rings]] = True
-        return np.flatnonzero(in_tube).astype(np.int32)
+        above = self.above[tube].tobytes()
+        if self._vertices.get(tube, (b"",))[0] != above:
+            rings = slice(self.organ.neck_ring[tube] + 1)
+            both = np.concatenate(
+                [self.below[tube][rings].ravel(), self.above[tube][rings].ravel()]
+            )
+            self._vertices[tube] = above, np.unique(both).astype(np.int32)
+        return self._vertices[tube][1]
 
     def radius_m(self, tube: str) -> float:
         """Return the outer radius at rest."""
