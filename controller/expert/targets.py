@@ -18,7 +18,9 @@ from tissue_sim.outcome.room import (
     NEARER_M,
     SPACING_M,
 )
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
+from tissue_sim.patient.mesher import subdivide
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
@@ -37,6 +39,8 @@ CLEARANCE_M = 0.0018  # between tube and finger on either side
 OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
 WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
+RISK_ROOM_M = 0.0006  # from the open jaws to a structure at risk: the filter keeps 0.5 mm
+LINE_PARTS = 5  # between rings of a structure at risk
 SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
 STANDOFF_M = 0.020  # in front of the tool's target
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches
@@ -130,7 +134,8 @@ def clear_approach(
     Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
     with the list's end, where approaches differ most: the tool itself may have pushed something
     between the jaws. If the gallbladder is in the way of all approaches, return the one that
-    leaves it the most room, then the best one from another side.
+    leaves it the most room, then the best one from another side. Where a structure at risk is near
+    in all of them, those come first that leave it the most room.
     """
     poses = {approach: pose(world, approach) for approach in APPROACHES}
     poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
@@ -141,6 +146,10 @@ def clear_approach(
     if not roomy:
         best = _roomiest(room_m) or [USUAL]
         return best[attempt % len(best)]
+    free_m = {a: risk_room_m(world, poses[a], tool, opening_rad) for a in roomy}
+    roomy = [a for a in roomy if free_m[a] > RISK_ROOM_M] or sorted(
+        roomy, key=free_m.__getitem__, reverse=True
+    )
     turn = attempt // 2 % len(roomy)
     return roomy[-1 - turn] if attempt % 2 else roomy[turn]
 
@@ -176,6 +185,25 @@ def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float)
     x, y, z = transform(inverse_pose(T_world_tool), sac).T
     before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
     return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
+
+
+def risk_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return the gap from the open jaws' fingers to the structures at risk; negative if inside.
+
+    A finger is the rounded patch that touches tissue (`mechanics/contact.py`).
+    """
+    fingers, to_tool = INSTRUMENTS[tool], inverse_pose(T_world_tool)
+    reach_m, gaps = fingers.yaw_to_tip_m - fingers.finger_start_m, []
+    for trunk in AT_RISK:
+        line = subdivide(world.tubes.centres(trunk), LINE_PARTS)
+        x, y, z = transform(to_tool, line).T
+        beside = np.maximum(np.abs(x) - fingers.finger_half_width_m, 0.0)
+        beyond = np.maximum(z, np.maximum(-reach_m - z, 0.0))
+        middle = outer_face_m(tool, opening_rad, np.clip(z, -reach_m, 0.0))
+        middle = middle - fingers.finger_half_thickness_m
+        away = np.sqrt(beside**2 + beyond**2 + (np.abs(y) - middle) ** 2)
+        gaps.append(away.min() - fingers.finger_half_thickness_m - world.tubes.radius_m(trunk))
+    return float(min(gaps))
 
 
 def catches_another(

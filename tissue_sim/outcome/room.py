@@ -16,7 +16,7 @@ SPACING_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0003  # of the first and the secon
 CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # of the second and the third: cut, cuffs
 # From a tube's ends to the middle of a clip, so that the jaws catch nothing else. The low margin is
 # where the filter lets the applier's fingers pass beside the structure at risk (measured).
-LOW_MARGIN_M = {"duct": 0.0050, "artery": 0.0038}  # off the common bile duct, the hepatic artery
+LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # off the gallbladder
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
 
