@@ -1,5 +1,6 @@
 """Tests of the expert's approach: usual where it is clear; the jaws close on one tube only."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -10,8 +11,10 @@ from controller.expert.skills import skill
 from controller.expert.targets import (
     APPROACHES,
     OFF_CENTRE_M,
+    RISK_ROOM_M,
     SAC_ROOM_M,
     Approach,
+    _on_tube,
     applier_opening_rad,
     catches_another,
     clear_approach,
@@ -20,18 +23,24 @@ from controller.expert.targets import (
     clips_at_m,
     cut_pose,
     in_reach,
+    risk_room_m,
     sac_room_m,
 )
 from controller.kinematics import inverse_kinematics
+from controller.safety.geometry.collision import CollisionModel
+from controller.safety.geometry.link_cores import FINGERS
+from controller.safety.obstacles import registered, surroundings_of
 from planner.task import task_from_text
-from tissue_sim.frames import inverse_pose
+from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome.room import CUT_ROOM_M, SPACING_M, needed_m
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
@@ -56,12 +65,36 @@ def lay_across(world: World, tube: str, over: str, station_m: float) -> None:
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) -> None:
-    for k in (1, 2):  # the third is beside the gallbladder
-        pose = partial(clip_pose, tube=tube, k=k)
-        chosen = clear_approach(
-            world, tube, lambda w, a, p=pose: p(w, approach=a), APPLIER, OPEN_RAD
-        )
-        assert chosen == Approach()
+    """Take the second place: the others are beside a structure at risk, or the gallbladder."""
+    pose = partial(clip_pose, tube=tube, k=2)
+    chosen = clear_approach(world, tube, lambda w, a: pose(w, approach=a), APPLIER, OPEN_RAD)
+    assert chosen == Approach()
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_beside_a_structure_at_risk_the_jaws_keep_away_from_it(world: World, tube: str) -> None:
+    def room_m(pose: Callable[..., Array], approach: Approach) -> float:
+        return risk_room_m(world, pose(world, approach=approach), APPLIER, OPEN_RAD)
+
+    close = partial(_on_tube, tube=tube, station_m=0.003, beyond_m=0.5 * CLIP_LENGTH_M)
+    chosen = clear_approach(world, tube, lambda w, a: close(w, approach=a), APPLIER, OPEN_RAD)
+    assert room_m(close, Approach()) < RISK_ROOM_M
+    assert room_m(close, chosen) > room_m(close, Approach()) + 2e-4
+
+
+def test_the_room_beside_a_structure_at_risk_is_the_filters_distance(world: World) -> None:
+    """Compare with the filter's own distance of the right fingers to the common bile duct."""
+    model = CollisionModel(registered(world), world.arms.T_world_rcm)
+    joints, T = world.target, clip_pose(world, "duct", 1)
+    T_rcm_tool = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T
+    applier = INSTRUMENTS[APPLIER]
+    joints[RIGHT_ARM, :6] = inverse_kinematics(T_rcm_tool, applier, joints[RIGHT_ARM, :6])
+    joints[RIGHT_ARM, 6] = OPEN_RAD
+    near = model.near(joints, world.arms.mounted, surroundings_of(world))
+    chosen = near.of(*AT_RISK) & (near.arm == RIGHT_ARM) & np.isin(near.link, FINGERS)
+    assert near.distance_m[chosen].min() == pytest.approx(
+        risk_room_m(world, T, APPLIER, OPEN_RAD), abs=1e-4
+    )
 
 
 def test_an_approach_out_of_reach_is_not_tried(world: World) -> None:
