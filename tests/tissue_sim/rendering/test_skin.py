@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tissue_sim.mechanics.topology import part_vertices
+from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.mesher import signed_volumes, sweep
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -51,9 +52,10 @@ def test_whole_organ_is_closed_outward_and_near_its_true_volume() -> None:
         there, back = (set(map(tuple, e.tolist())) for e in (edges, edges[:, ::-1]))
         assert there == back  # every edge has a neighbour, turned the same way
         chords = signed_volumes(organ.vertices, organ.tets)[organ.region // 2 == k].sum()
-        # The mesh is a prism; the circle through its corners has at most 1.21 of its area, and a
-        # curved axis a little more than its chords.
-        assert 1.0 < enclosed_volume(surfaces[part][0], triangles) / chords < 1.26
+        # The mesh is a prism; the circle through its corners has at most 1.21 of its area. Rings
+        # of a structure at risk are farther apart: its curved axis exceeds its chords by more.
+        most = 1.26 if part in AT_RISK else 1.25
+        assert 1.0 < enclosed_volume(surfaces[part][0], triangles) / chords < most
 
 
 def test_tube_of_six_sides_is_round_to_three_percent() -> None:
