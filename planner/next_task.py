@@ -7,9 +7,9 @@ import numpy as np
 from planner.command import Deed
 from planner.task import TASKS, Task, Tube
 from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 
-CLIPS_A_TUBE = 3
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
 
 
@@ -17,21 +17,35 @@ class NotNowError(ValueError):
     """A command cannot be carried out now; the message tells a person why."""
 
 
-def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
+def next_task(deed: Deed, tube: Tube, observation: Observation, duct: Tube = "left") -> Task:
     """Return the task that carries out the deed.
+
+    Args:
+        deed: to clip or to cut.
+        tube: on which tube.
+        observation: the present one; the clips that a tube needs follow from its length there.
+        duct: which tube is the duct; the other one is the artery.
 
     Raises:
         NotNowError: the tube is cut, has all its clips, or lacks the clips that a cut needs.
     """
     n_clips = clips_on(tube, observation)
+    n_needed = clips_needed("duct" if tube == duct else "artery", length_m(tube, observation))
     if observation.severed[("left", "right").index(tube)]:
         raise NotNowError(f"the {tube} tube is cut already")
-    if deed == "clip" and n_clips >= CLIPS_A_TUBE:
-        raise NotNowError(f"the {tube} tube has its {CLIPS_A_TUBE} clips")
-    if deed == "cut" and n_clips < CLIPS_A_TUBE:
-        raise NotNowError(f"the {tube} tube has {n_clips} of the {CLIPS_A_TUBE} clips a cut needs")
-    clip = n_clips + 1 if deed == "clip" else None
+    if deed == "clip" and n_clips >= n_needed:
+        raise NotNowError(f"the {tube} tube has its {n_needed} clips")
+    if deed == "cut" and n_clips < n_needed:
+        raise NotNowError(f"the {tube} tube has {n_clips} of the {n_needed} clips a cut needs")
+    last = USUAL_CLIPS if n_clips == n_needed - 1 else n_clips + 1  # the gallbladder's clip
+    clip = last if deed == "clip" else None
     return next(t for t in TASKS if (t.kind, t.tube, t.clip) == (deed, tube, clip))
+
+
+def length_m(tube: Tube, observation: Observation) -> float:
+    """Return a tube's length along its observed points, m; traction makes it up to 12 % longer."""
+    line = observation.left_tube_m if tube == "left" else observation.right_tube_m
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:

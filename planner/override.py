@@ -157,7 +157,7 @@ class PlannerOverridden:
         if command.correction is not None:
             return self._order_to_correct(command.correction, observation.time_s)
         if command.deed is not None and command.tube is not None:
-            return _Order(task=next_task(command.deed, command.tube, observation))
+            return _Order(task=next_task(command.deed, command.tube, observation, self._duct))
         if command.word == "repeat":
             return self._latest
         if command.word == "undo":

@@ -6,7 +6,7 @@ from math import degrees
 
 import numpy as np
 
-from planner.next_task import clips_on, distance_to_line_m
+from planner.next_task import clips_on, distance_to_line_m, length_m
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
@@ -70,13 +70,12 @@ def _tool(arm: int, observation: Observation) -> str:
 
 
 def _tube(tube: Tube, observation: Observation) -> str:
-    line = _line(tube, observation)
-    length_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-    straight = np.linalg.norm(line[-1] - line[0]) / max(length_m, 1e-9)
+    line, along_m = _line(tube, observation), length_m(tube, observation)
+    straight = np.linalg.norm(line[-1] - line[0]) / max(along_m, 1e-9)
     parts = "in two parts" if observation.severed[TUBES.index(tube)] else "in one part"
     return (
         f"{tube.capitalize()} tube: {clips_on(tube, observation)} clips, {parts},"
-        f" {100 * straight:.0f} % straight."
+        f" {100 * straight:.0f} % straight, {1e3 * along_m:.0f} mm long."
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planner.base import PATIENCE_S
-from planner.criteria import structure_of, task_done
+from planner.criteria import is_needed, structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from planner.policy_setup import PolicySetup, privileged
 from tissue_sim.outcome.predicates import (
@@ -24,8 +24,9 @@ class PlannerScripted:
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
     the same task again; when the gallbladder has slipped out of the grasper, to go back and to
-    grab it again. Where three clips and a cut do not fit, or there is a second artery, it calls for
-    a person before the first clip.
+    grab it again. On a tube without room for three clips it leaves the second one out. Where not
+    even a clip on either side of a cut fits, or there is a second artery, it calls for a person
+    before the first clip.
     """
 
     privileged = True
@@ -64,12 +65,17 @@ class PlannerScripted:
         return Instruction(task=said, time_s=now_s)
 
     def _next_to_do(self) -> int:
-        """Return the next task; skip those that were given before and are still done."""
+        """Return the next task; skip those that are left out, or were given and are still done."""
         at = self._index + 1
-        while at < self._furthest and self._is_over(self._order[at]):
+        while at < len(self._order) and self._is_skipped(at):
             at += 1
         self._furthest = max(self._furthest, at)
         return min(at, len(self._order) - 1)
+
+    def _is_skipped(self, at: int) -> bool:
+        task = self._order[at]
+        given_before = at < self._furthest
+        return (given_before and self._is_over(task)) or not is_needed(task, self._world)
 
     def _is_over(self, task: Task) -> bool:
         """Return whether a task is done or cannot be repeated: a severed tube is not cut again."""

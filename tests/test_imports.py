@@ -20,6 +20,7 @@ MAX_FILES = 20  # in a folder
 TOLD_OBSERVATIONS = ("planner.learned", "planner.llm", "controller.diffusion")
 OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and constants
     "tissue_sim.frames",
+    "tissue_sim.outcome.clip_rule",
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
     "tissue_sim.sensing.observation",

@@ -9,15 +9,16 @@ import numpy as np
 
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
-from tissue_sim.outcome.jaws import MOUTHS
-from tissue_sim.outcome.predicates import straightness
-from tissue_sim.outcome.room import (
+from tissue_sim.outcome.clip_rule import (
     CUT_ROOM_M,
     HIGH_MARGIN_M,
     LOW_MARGIN_M,
     NEARER_M,
     SPACING_M,
+    clips_needed,
 )
+from tissue_sim.outcome.jaws import MOUTHS
+from tissue_sim.outcome.predicates import straightness
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
 from tissue_sim.patient.mesher import subdivide
@@ -87,28 +88,34 @@ def grasp_pose(world: World) -> Array:
 
 
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:
-    """Return `T_world_tool` of the applier with the k-th clip's place between its jaws.
+    """Return `T_world_tool` of the applier with the k-th clip's place (1 to 3) between its jaws.
 
-    It is farther up if the clip below sits higher than intended.
+    It is farther up if the clip below sits higher than intended. On a tube that takes two clips
+    the third is the upper one, and so is the second if a person asks for it.
     """
-    station_m = clip_stations_m(world.tubes, tube, approach.aside)[k - 1]
-    below = sorted(clips_at_m(world, tube))[: k - 1]
-    if below and len(below) == k - 1:
-        room_m = (SPACING_M, CUT_ROOM_M)[k - 2]
+    stations = clip_stations_m(world.tubes, tube, approach.aside)
+    n_below = min(k, len(stations)) - 1
+    station_m = stations[n_below]
+    below = sorted(clips_at_m(world, tube))[:n_below]
+    if below and len(below) == n_below:
+        room_m = CUT_ROOM_M if n_below == len(stations) - 1 else SPACING_M
         highest_m = world.tubes.length_m[tube] - HIGH_MARGIN_M + NEARER_M
         station_m = min(max(station_m, below[-1] + room_m), highest_m)
     return _on_tube(world, tube, station_m, 0.5 * CLIP_LENGTH_M, approach)
 
 
 def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
-    """Return `T_world_tool` of the scissors between clips 2 and 3, midway unless aside.
+    """Return `T_world_tool` of the scissors below the gallbladder's clip, midway unless aside.
 
-    With more than three clips, because some were repeated: in the widest gap above two of them.
+    With more clips than needed, because some were repeated: in the widest gap above those that must
+    stay in the patient.
     """
+    planned = clip_stations_m(world.tubes, tube)
     stations = sorted(clips_at_m(world, tube))
-    if len(stations) < 3:
-        stations = list(clip_stations_m(world.tubes, tube))
-    k = 1 + int(np.argmax(np.diff(stations[1:])))
+    if len(stations) < len(planned):
+        stations = list(planned)
+    stay = len(planned) - 1
+    k = stay - 1 + int(np.argmax(np.diff(stations[stay - 1 :])))
     low, high = stations[k : k + 2]
     spare = max(high - low - CUT_ROOM_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
@@ -227,23 +234,21 @@ def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
     return (z + instrument.yaw_to_tip_m) * np.tan(half_rad) + thickness_m / np.cos(half_rad)
 
 
-def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, float, float]:
-    """Return where the three clips go: two low, the third near the gallbladder, less so if aside.
+def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, ...]:
+    """Return where the clips go: all but one low, the last near the gallbladder, less so if aside.
 
     The spare length of a tube is divided about equally; the cut has a part on both sides. If it
-    is scarce, the third clip goes nearer to the gallbladder, less so if aside. A tube of
-    `needed_m` has just room for all three.
+    is scarce, the last clip goes nearer to the gallbladder, less so if aside. A tube of
+    `needed_m` has just room for all of them.
     """
-    first, third = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
-    spare = third - first - SPACING_M - CUT_ROOM_M
+    n_low = clips_needed(tube, tubes.length_m[tube]) - 1
+    first, last = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
+    spare = last - first - (n_low - 1) * SPACING_M - CUT_ROOM_M
     nearer = (1.0 - aside) * float(np.clip(SCARCE_M - spare, 0.0, NEARER_M))
     shared = max(spare + nearer, 0.0)
     below, between, above = SHARES
-    return (
-        first + below * shared,
-        first + (below + between) * shared + SPACING_M,
-        third + nearer - (above + 0.3 * aside) * max(spare, 0.0),
-    )
+    low = [first + (below + k * between) * shared + k * SPACING_M for k in range(n_low)]
+    return (*low, last + nearer - (above + 0.3 * aside) * max(spare, 0.0))
 
 
 def applier_opening_rad(tubes: Tubes, tube: str) -> float:

@@ -16,6 +16,7 @@ from controller.safety.proof import safe_share
 from controller.safety.situation import Situation
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import clips_needed
 from tissue_sim.outcome.jaws import between_jaws
 from tissue_sim.surgery.clip import retention_n
 from tissue_sim.thresholds import TEST_PULL_N
@@ -59,7 +60,7 @@ class ExactSense:
             instruction=instruction,
             worked_on=worked_on(instruction.task, world),
             between_jaws=between,
-            held_by_clips={tube: self._clips_that_hold(tube) for tube in between},
+            lacking_clips=frozenset(filter(self._lacks_clips, between)),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:
@@ -78,10 +79,11 @@ class ExactSense:
         axes = shafts[:, :3, 2].tolist()
         return np.array([shaft_offset_m(*line) for line in zip(from_rcm_m, axes, strict=True)])
 
-    def _clips_that_hold(self, tube: str) -> int:
+    def _lacks_clips(self, structure: str) -> bool:
         world = self._world
-        clips = [c for c in world.record.clips if not c.lost and c.on(tube)]
-        return sum(retention_n(world.tubes, clip) >= TEST_PULL_N for clip in clips)
+        clips = [c for c in world.record.clips if not c.lost and c.on(structure)]
+        hold = sum(retention_n(world.tubes, clip) >= TEST_PULL_N for clip in clips)
+        return hold < clips_needed(structure, world.tubes.length_m.get(structure, np.inf))
 
 
 def _parting(near: NearPairs, moving: Rates) -> Array:

@@ -16,7 +16,6 @@ from controller.safety.bounds import (
 )
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
 from controller.safety.situation import Situation
-from tissue_sim.outcome.predicates import CLIPS_A_TUBE
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -27,15 +26,14 @@ _RIGHT_JAW = 13
 
 @dataclass(frozen=True, kw_only=True)
 class ClipsBeforeCut:
-    """Keeps the scissors from closing on a tube without three clips that hold."""
+    """Keeps the scissors from closing on what has not the clips it needs, each of which holds."""
 
-    name: str = "three clips before a cut"
+    name: str = "clips before a cut"
 
     def bounds(self, situation: Situation) -> Bounds:
-        held = situation.held_by_clips
-        bare = {tube for tube in situation.between_jaws if held.get(tube, 0) < CLIPS_A_TUBE}
+        bare = sorted(situation.lacking_clips)
         cutting = situation.instruments[RIGHT_ARM].name == "scissors"
-        return _no_closing(sorted(bare)) if cutting and bare else NO_BOUNDS
+        return _no_closing(bare) if cutting and bare else NO_BOUNDS
 
 
 @dataclass(frozen=True, kw_only=True)

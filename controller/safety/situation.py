@@ -38,7 +38,8 @@ class Situation:
         instruction: the present one.
         worked_on: structures ("duct", "artery") that the left and the right jaws work on.
         between_jaws: structures between the right tool's jaws; empty unless the jaws close.
-        held_by_clips: structure -> how many clips on it hold the test pull.
+        lacking_clips: those of `between_jaws` on which fewer clips hold the test pull than must be
+            there before a cut.
     """
 
     step_s: float
@@ -55,7 +56,7 @@ class Situation:
     instruction: Instruction
     worked_on: WorkedOn
     between_jaws: frozenset[str]
-    held_by_clips: dict[str, int]
+    lacking_clips: frozenset[str]
 
     @cached_property
     def motion(self) -> Array:

@@ -194,7 +194,7 @@ def _controller(
 def failures_of(result: EpisodeResult) -> list[str]:
     """Return the reasons of failure: injuries, and tasks that were not done."""
     injuries = [f"{i.event} at {i.time_s:.1f} s" for i in result.injuries]
-    return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.success]
+    return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.is_over]
 
 
 def _written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> DemonstrationOutcome:

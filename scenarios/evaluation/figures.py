@@ -65,7 +65,8 @@ class TaskFigures:
 def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> TaskFigures:
     """Return the figures of a kind of task for which SRT-H reports them."""
     indices = {t.index for t in TASKS if (t.kind, t.clip) == (published.kind, published.clip)}
-    tasks = [t for r in results if r.success for t in r.tasks if t.index in indices]
+    passed = [r for r in results if r.success]
+    tasks = [t for r in passed for t in r.tasks if t.index in indices and not t.left_out]
     return TaskFigures(
         time_s=mean(t.time_s for t in tasks),
         path_m=mean(t.path_m and t.path_m[RIGHT] for t in tasks),

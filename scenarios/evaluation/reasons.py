@@ -23,7 +23,7 @@ def reason(result: EpisodeResult) -> str | None:
 
 def first_not_done(result: EpisodeResult) -> str | None:
     """Return the words of the first task, in the procedure's order, not done; None if all are."""
-    done = {task.index for task in result.tasks if task.success}
+    done = {task.index for task in result.tasks if task.is_over}
     return next((task.text for task in TASKS if task.index not in done), None)
 
 

@@ -205,7 +205,7 @@ def _climb(
 
 def _badness(result: EpisodeResult) -> tuple[bool, int, int, float]:
     """Return a sort key: failed before passed, few tasks before many, then injuries and time."""
-    done = sum(task.success for task in result.tasks)
+    done = sum(task.is_over for task in result.tasks)
     return not result.success, -done, len(result.injuries), result.procedure_time_s
 
 

@@ -52,7 +52,7 @@ class ProgressDisplay:
 
     def on_end(self, result: EpisodeResult) -> None:
         """Fill the bar with the tasks that were done."""
-        self._progress.update(self._tasks, completed=sum(task.success for task in result.tasks))
+        self._progress.update(self._tasks, completed=sum(task.is_over for task in result.tasks))
 
     def advance(self) -> None:
         """Count one finished episode."""

@@ -28,6 +28,8 @@ class TaskResult:
             between control steps; None if there were too few.
         failure_chance: The planner's highest chance of failure; None if it gives none.
         alarm_s: Simulated time of the planner's first alarm in it; None without one.
+        left_out: Passed over by the rule for fewer clips (`tissue_sim.outcome.room`): no success,
+            and no failure.
     """
 
     index: int
@@ -39,6 +41,12 @@ class TaskResult:
     jerk_m_s3: tuple[float, float] | None = None
     failure_chance: float | None = None
     alarm_s: float | None = None
+    left_out: bool = False
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether nothing of it is left to do."""
+        return self.success or self.left_out
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner.criteria import task_done
+from planner.criteria import is_needed, task_done
 from planner.instruction import TASKS, Instruction, Source
 from planner.task import Task
 from scenarios.loop.results import TaskResult
@@ -22,6 +22,7 @@ class TaskRecord:
         self._world = world
         self._control_step_s = world.config.control_step_s
         self._correction: tuple[str, Source, float] | None = None  # in force at the last step
+        self._needed = tuple(task for task in TASKS if is_needed(task, world))
 
     def note(self, step: Step, planned: Task) -> None:
         """Record one step; `planned` is the planner's current task.
@@ -36,19 +37,33 @@ class TaskRecord:
             corrections=int(self._begins_correction(step.instruction)),
         )
         done = {TASKS[k - 1] for k, task in self.results.items() if task.success}
-        due = {*TASKS[: planned.index], *(TASKS[k - 1] for k in self.results)}
+        before = {task for task in self._needed if task.index <= planned.index}
+        due = before | {TASKS[k - 1] for k in self.results}
         for task in (due - done) | {planned}:
             if task != step.instruction.task and task_done(task, self._world):
                 self._credit(task, success=True)
 
     @property
     def is_complete(self) -> bool:
-        """Return whether all 17 tasks have succeeded, in any order."""
-        return len(self.results) == len(TASKS) and all(t.success for t in self.results.values())
+        """Return whether all tasks that this patient needs have succeeded, in any order."""
+        done = {k for k, task in self.results.items() if task.success}
+        return done.issuperset(task.index for task in self._needed)
 
     def in_order(self) -> tuple[TaskResult, ...]:
-        """Return the results by index."""
-        return tuple(self.results[k] for k in sorted(self.results))
+        """Return the results by index, those of tasks that were passed over by the rule too."""
+        left_out = {
+            task.index: TaskResult(
+                index=task.index,
+                instruction=task.text,
+                success=False,
+                time_s=0.0,
+                corrections=0,
+                left_out=True,
+            )
+            for task in TASKS[: max(self.results, default=0)]
+            if task not in self._needed
+        }
+        return tuple(dict(sorted({**left_out, **self.results}.items())).values())
 
     def _credit(
         self, task: Task, *, success: bool, time_s: float = 0.0, corrections: int = 0

@@ -19,7 +19,7 @@ def task_table(episode: EpisodeResult) -> Table:
         table.add_row(
             str(task.index),
             task.instruction,
-            "yes" if task.success else "no",
+            "left out" if task.left_out else "yes" if task.success else "no",
             f"{task.time_s:.1f}",
             str(task.corrections),
         )

@@ -32,7 +32,7 @@ from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
 from planner.task import task_from_text
 from tissue_sim.frames import Array, inverse_pose
-from tissue_sim.outcome.room import CUT_ROOM_M, SPACING_M, needed_m
+from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -214,12 +214,27 @@ def test_whatever_the_rule_lets_pass_has_room_for_each_clip_and_the_cut(
 
 
 @pytest.mark.parametrize("tube", TUBES)
+@pytest.mark.parametrize("longer_m", [0.0, 0.0004, 0.002, 0.0039])
+def test_a_tube_without_room_for_three_clips_gets_one_on_either_side_of_the_cut(
+    world: World, tube: str, longer_m: float
+) -> None:
+    world.tubes.length_m[tube] = needed_m(tube, FEWEST_CLIPS) + longer_m
+    low, high = clip_stations_m(world.tubes, tube)
+    edge_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
+    assert edge_m <= low
+    assert high <= world.tubes.length_m[tube] - edge_m
+    assert high - low >= CUT_ROOM_M - 1e-9
+    second, third = (clip_pose(world, tube, k) for k in (2, 3))
+    np.testing.assert_array_equal(second, third)  # whichever of them a person asks for
+
+
+@pytest.mark.parametrize("tube", TUBES)
 def test_on_a_tube_that_the_rule_refuses_the_cut_has_too_little_room(
     world: World, tube: str
 ) -> None:
-    world.tubes.length_m[tube] = needed_m(tube) - 0.0002
-    _, second, third = clip_stations_m(world.tubes, tube)
-    assert third - second < CUT_ROOM_M
+    world.tubes.length_m[tube] = needed_m(tube, FEWEST_CLIPS) - 0.0002
+    low, high = clip_stations_m(world.tubes, tube)
+    assert high - low < CUT_ROOM_M
 
 
 def test_the_cut_goes_into_the_widest_gap_above_two_clips(world: World) -> None:

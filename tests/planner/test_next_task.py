@@ -7,6 +7,7 @@ import pytest
 
 from planner.next_task import NotNowError, clips_on, next_task
 from tests.planner.seen import clipped
+from tissue_sim.outcome.clip_rule import needed_m
 
 
 @pytest.mark.parametrize("tube", ["left", "right"])
@@ -26,6 +27,20 @@ def test_the_clips_follow_one_another_and_then_the_cut(tube):
 def test_an_action_that_is_not_possible_is_refused(deed, n, why):
     with pytest.raises(NotNowError, match=f"the left tube {why}"):
         next_task(deed, "left", clipped(left=n, right=3))
+
+
+@pytest.mark.parametrize(("duct", "n_needed"), [("left", 2), ("right", 3)])
+def test_a_short_tube_is_cut_between_two_clips(duct, n_needed):
+    """Take a tube with room for three clips if it is the artery, and for two if it is the duct."""
+    along_m = 0.5 * (needed_m("duct") + needed_m("artery"))
+    seen = clipped(left=1)
+    line = seen.left_tube_m.copy()
+    line[:, 1] = np.linspace(0.0, along_m, len(line))
+    seen = replace(seen, left_tube_m=line)
+    last = "third" if n_needed == 2 else "second"
+    assert next_task("clip", "left", seen, duct).text == f"clipping {last} clip left tube"
+    with pytest.raises(NotNowError, match=f"has 1 of the {n_needed} clips"):
+        next_task("cut", "left", seen, duct)
 
 
 @pytest.mark.parametrize("deed", ["clip", "cut"])

@@ -13,8 +13,9 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbation import AtTask
 from scenarios.run_episode import begin
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.outcome.predicates import right_arm_back
-from tissue_sim.outcome.room import needed_m, why_call
+from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.variants import variant
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
@@ -131,8 +132,8 @@ def test_after_a_slip_no_task_is_given_that_is_still_done():
 def test_it_calls_a_person_where_it_cannot_operate_but_not_after_a_clip(untouched, change):
     asked = untouched.anatomy
     hopeless = {
-        "short duct": replace(asked, duct_length_m=needed_m("duct") - 1e-6),
-        "short artery": replace(asked, artery_length_m=needed_m("artery") - 1e-6),
+        "short duct": replace(asked, duct_length_m=needed_m("duct", FEWEST_CLIPS) - 1e-6),
+        "short artery": replace(asked, artery_length_m=needed_m("artery", FEWEST_CLIPS) - 1e-6),
         "second artery": variant("two-arteries", asked),
     }[change]
     world = World()

@@ -19,7 +19,8 @@ from scenarios.run_episode import anatomy_of, begin, play, run_episode
 from scenarios.viewer.recording_frames import marks_of
 from tests.scenarios.calling import UNSURE, PlannerCalls
 from tests.scenarios.procedures import run
-from tissue_sim.outcome.room import MUST_DEAL, needed_m, why_call
+from tissue_sim.outcome.clip_rule import needed_m
+from tissue_sim.outcome.room import MUST_DEAL, why_call
 
 SEED = 10_004
 TOO_SHORT = EpisodeConfig(**WITNESS, seed=SEED, scenario="short-tubes", magnitude=1.0)
@@ -42,7 +43,7 @@ def test_a_short_duct_ends_as_called_within_a_second_with_nothing_clipped(too_sh
     assert too_short.world.anatomy.duct_length_m < needed_m("duct")
     assert result.outcome == "called"
     assert result.call.needed
-    assert result.call.reason.startswith("The duct is 6.0 mm long: three clips and a cut need")
+    assert result.call.reason.startswith("The duct is 6.0 mm long: a clip on either side")
     assert (record.clips, record.cuts, record.injuries) == ((), (), ())
     assert 0.0 < result.procedure_time_s < 1.0
     assert [(task.index, task.success) for task in result.tasks] == [(1, False)]

@@ -45,19 +45,25 @@ def pull_share(t: TissueArrays, b: int, e: int, F: wp.mat33, direction: wp.vec3,
 
 
 @wp.func
-def real_stretch(F: wp.mat33, stiffness: float, limit: float):
-    """Return the real wall's stretch under the tension that gives the meshed wall the mean F.
+def largest_stretch(F: wp.mat33):
+    """Return the largest principal stretch of F: the root of F^T F's largest eigenvalue.
 
-    Below the limit return an upper bound, which is cheaper.
+    The eigenvalues of a symmetric 3 x 3 matrix in closed form: Smith, Commun. ACM 4, 1961, p. 168.
     """
-    bound = 1.0 + (wp.sqrt(wp.ddot(F, F)) - 1.0) * stiffness
-    if bound <= limit:
-        return bound
-    U = wp.mat33()
-    s = wp.vec3()
-    V = wp.mat33()
-    wp.svd3(F, U, s, V)
-    return 1.0 + (s[0] - 1.0) * stiffness
+    C = wp.transpose(F) * F
+    mean = wp.trace(C) / 3.0
+    off = C - wp.identity(n=3, dtype=float) * mean
+    size = wp.sqrt(wp.ddot(off, off) / 6.0)
+    if size <= 1.0e-6 * mean:
+        return wp.sqrt(mean)
+    half = wp.clamp(0.5 * wp.determinant(off / size), -1.0, 1.0)
+    return wp.sqrt(mean + 2.0 * size * wp.cos(wp.acos(half) / 3.0))
+
+
+@wp.func
+def real_stretch(F: wp.mat33, stiffness: float):
+    """Return the real wall's stretch under the tension that gives the meshed wall the mean F."""
+    return 1.0 + (largest_stretch(F) - 1.0) * stiffness
 
 
 @wp.func
@@ -110,7 +116,7 @@ def add_pulls(t: TissueArrays, b: int):
 
 
 @wp.kernel
-def load_walls(t: TissueArrays, most_stretch: float):
+def load_walls(t: TissueArrays):
     """Compute the pull in every segment (N; zero where it is slack), and every patch's stretch."""
     b = wp.tid()
     clear_loads(t, b)
@@ -119,4 +125,4 @@ def load_walls(t: TissueArrays, most_stretch: float):
     for p in range(t.patch_stretch.shape[1]):
         if t.patch_volume[b, p] > 0.0:
             mean = t.patch_shape[b, p] / t.patch_volume[b, p]
-            t.patch_stretch[b, p] = real_stretch(mean, t.patch_stiffness[b, p], most_stretch)
+            t.patch_stretch[b, p] = real_stretch(mean, t.patch_stiffness[b, p])

@@ -22,7 +22,6 @@ from tissue_sim.mechanics.topology import block_pattern, boundary_faces, compone
 from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.patient.organ import Organ
-from tissue_sim.thresholds import SAC_MAX_STRETCH
 
 # The arrays that a step or an event changes; the others follow from the organ or from these.
 STATE = (
@@ -356,7 +355,7 @@ class Tissue:
         }
         viscosity = step_parameters(self.config).viscosity
         self._restore_stiffness = self._prepared(assembly.restore_stiffness, self.arrays, viscosity)
-        self._walls = self._prepared(rupture.load_walls, self.arrays, SAC_MAX_STRETCH)
+        self._walls = self._prepared(rupture.load_walls, self.arrays)
 
     def _arguments(self, first: int, end: int) -> tuple[Any, ...]:
         return self.arrays, self.shapes, step_parameters(self.config), first, end

@@ -1,7 +1,7 @@
 """The scrub nurse: exchanges and reloads the right arm's tool, as a person does in SRT-H.
 
-The arm goes back through its port, gets what the next task needs, and returns to where it was.
-Policies pause meanwhile, and the time is counted separately.
+The arm straightens as it goes back through its port, gets what the next task needs, and returns the
+same way to where it was. Policies pause meanwhile, and the time is counted separately.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
-from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
+JAW = 6
 OUT_INSERTION_M = 0.05  # the tip is outside the field
 EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
 
@@ -29,10 +30,12 @@ def is_needed(field: Field, tool: str, *, clip: bool) -> bool:
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
     """Yield joint targets, one for each control step, from commanded joints (2, 7) and back.
 
-    If the new tool's wrist turns less far, it returns to the nearest limit.
+    A bent wrist that is drawn straight out of the field could hit the other arm: all joints but the
+    jaw go home meanwhile. If the new tool's wrist turns less far, it returns to the nearest limit.
     """
     steps = round(EXCHANGE_S / world.config.control_step_s)
     there = joints.copy()
+    there[RIGHT_ARM, :JAW] = HOME_JOINTS[:JAW]
     there[RIGHT_ARM, 2] = min(OUT_INSERTION_M, joints[RIGHT_ARM, 2])
     for k in range(steps):
         yield _between(joints, there, (k + 1) / steps)

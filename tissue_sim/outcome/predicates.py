@@ -9,6 +9,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip, closure
@@ -29,8 +30,6 @@ from tissue_sim.thresholds import (
     TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-
-CLIPS_A_TUBE = 3
 
 
 def gallbladder_grasped(field: Field) -> bool:
@@ -92,9 +91,13 @@ def good_clips(field: Field, tube: str) -> tuple[Clip, ...]:
 
 
 def clip_placed(field: Field, tube: str, k: int) -> bool:
-    """Return whether the first k clips (1 to 3) are good, each further from the fixed end."""
-    stations = [station_m(c, tube) for c in good_clips(field, tube)][:k]
-    return len(stations) == k and all(a < b for a, b in pairwise(stations))
+    """Return whether the first k clips (1 to 3) are good, each further from the fixed end.
+
+    Where the tube needs fewer, these are enough.
+    """
+    n = min(k, clips_needed(tube, field.tubes.length_m[tube]))
+    stations = [station_m(c, tube) for c in good_clips(field, tube)][:n]
+    return len(stations) == n and all(a < b for a, b in pairwise(stations))
 
 
 def right_arm_back(field: Field) -> bool:
@@ -107,17 +110,20 @@ def right_arm_back(field: Field) -> bool:
 
 
 def tube_cut(field: Field, tube: str) -> bool:
-    """Return whether the tube is cut once, between clips 2 and 3, with a cuff on both sides.
+    """Return whether the tube is cut once, above all clips but one, with a cuff on both sides.
 
-    It is in two parts, and not torn.
+    It is in two parts, and not torn. The clip above is the gallbladder's; the others, two of three
+    as a rule, stay in the patient.
     """
     cuts = [c for c in field.record.cuts if c.tube == tube]
     torn = any(t.tube == tube for t in field.record.tears)
-    clips = good_clips(field, tube)
-    if torn or len(cuts) != 1 or len(clips) < CLIPS_A_TUBE or not field.tubes.in_two_parts(tube):
+    if torn or len(cuts) != 1 or not field.tubes.in_two_parts(tube):
         return False
-    low, high = sorted(station_m(c, tube) for c in clips)[1:3]
-    return cuffs_m(cuts[0], low, high) >= CUFF_MIN_M
+    stay = clips_needed(tube, field.tubes.length_m[tube]) - 1
+    stations = sorted(station_m(c, tube) for c in good_clips(field, tube))
+    low = [s for s in stations if s < cuts[0].station_m]
+    high = stations[len(low) :]
+    return len(low) >= stay and bool(high) and cuffs_m(cuts[0], low[-1], high[0]) >= CUFF_MIN_M
 
 
 def tube_severed(field: Field, tube: str) -> bool:
@@ -147,7 +153,7 @@ def procedure_flags(field: Field) -> dict[str, bool]:
     flags = {"gallbladder grasped": gallbladder_grasped(field)}
     for side in ("left", "right"):
         tube = field.anatomy.structure(side)
-        for k in range(1, CLIPS_A_TUBE + 1):
+        for k in range(1, USUAL_CLIPS + 1):
             flags[f"{side} clip {k}"] = clip_placed(field, tube, k)
         flags[f"{side} cut"] = tube_cut(field, tube)
     flags["right arm back"] = right_arm_back(field)

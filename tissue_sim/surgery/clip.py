@@ -11,9 +11,8 @@ from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
 from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.squeeze import Spring, release, springs_across, squeeze, tension_n
 from tissue_sim.thresholds import CUFF_MIN_M
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M, CLIP_WIDTH_M
 
-CLIP_LENGTH_M = 0.0095  # assumed: leg length of a medium-large polymer clip
-CLIP_WIDTH_M = 0.0022  # assumed: along the tube
 LATCH_GAP_M = 0.0016  # assumed: distance of the legs' middles at which the lock closes
 CLIP_FRICTION = 0.4  # assumed: ribbed polymer legs on wet tissue
 LOCK_STRENGTH_N = 8.0  # assumed: pull across the tube at which the lock opens

@@ -58,7 +58,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "instruction": GRAB,
         "worked_on": NOTHING,
         "between_jaws": frozenset(),
-        "held_by_clips": {},
+        "lacking_clips": frozenset(),
     }
     given = usual | changes
     motion = (asked - start).ravel()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tissue_sim.outcome import nurse
-from tissue_sim.outcome.nurse import EXCHANGE_S, OUT_INSERTION_M
+from tissue_sim.outcome.nurse import EXCHANGE_S, JAW, OUT_INSERTION_M
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
@@ -51,11 +51,13 @@ def test_the_tool_goes_out_and_comes_back_and_never_deeper_than_it_was(
     np.testing.assert_allclose(path[-1], start, atol=1e-12)
 
 
-def test_only_the_insertion_of_the_right_arm_moves(world: World) -> None:
+def test_the_right_arm_straightens_and_nothing_else_moves(world: World) -> None:
     start = joints_at(0.09)
-    path, _ = exchanged(world, "scissors", start)
+    path, tools = exchanged(world, "scissors", start)
+    outside = path[tools.index("scissors"), RIGHT_ARM]
+    np.testing.assert_allclose(np.delete(outside, [INSERTION, JAW]), np.zeros(5), atol=0.01)
     still = np.ones((2, 7), bool)
-    still[RIGHT_ARM, INSERTION] = False
+    still[RIGHT_ARM, :JAW] = False
     np.testing.assert_allclose(path[:, still], np.tile(start[still], (len(path), 1)), atol=1e-12)
 
 

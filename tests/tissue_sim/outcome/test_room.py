@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, clips_needed, needed_m
 from tissue_sim.outcome.predicates import untouched
-from tissue_sim.outcome.room import MUST_DEAL, needed_m, why_call
+from tissue_sim.outcome.room import MUST_DEAL, why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -53,30 +54,42 @@ def events(world: World, steps: int = 3) -> list[str]:
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_a_tube_that_is_long_enough_takes_what_the_judge_asks_for(tube: str) -> None:
-    asked_m = 2 * CUFF_MIN_M + 3 * CLIP_WIDTH_M + CLIP_MIN_GAP_M + 2 * CUFF_MIN_M
-    assert needed_m(tube) > asked_m
+    staying_m = CLIP_WIDTH_M + CLIP_MIN_GAP_M
+    asked_m = 2 * CUFF_MIN_M + 2 * CLIP_WIDTH_M + 2 * CUFF_MIN_M
+    assert needed_m(tube, FEWEST_CLIPS) > asked_m
+    assert needed_m(tube) > asked_m + staying_m
+    assert needed_m(tube) - needed_m(tube, FEWEST_CLIPS) >= staying_m
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_a_tube_a_hair_too_short_for_three_clips_gets_two(tube: str) -> None:
+    assert clips_needed(tube, needed_m(tube) + HAIR_M) == USUAL_CLIPS
+    assert clips_needed(tube, needed_m(tube) - HAIR_M) == FEWEST_CLIPS
+    assert clips_needed("hepatic artery", 0.001) == USUAL_CLIPS  # the rule is for cystic tubes
 
 
 @pytest.mark.parametrize("tube", TUBES)
 def test_a_person_is_called_for_a_tube_that_is_a_hair_too_short(tube: str) -> None:
-    assert why_call(patient(**{f"{tube}_length_m": needed_m(tube) + HAIR_M})) is None
-    why = why_call(patient(**{f"{tube}_length_m": needed_m(tube) - HAIR_M})) or ""
+    least_m = needed_m(tube, FEWEST_CLIPS)
+    assert why_call(patient(**{f"{tube}_length_m": least_m + HAIR_M})) is None
+    why = why_call(patient(**{f"{tube}_length_m": least_m - HAIR_M})) or ""
     assert why.startswith(f"The {tube} is ")
-    assert "three clips and a cut need" in why
+    assert "a clip on either side of a cut needs" in why
 
 
 def test_the_reason_names_both_lengths() -> None:
-    why = why_call(patient(duct_length_m=0.0125))
+    why = why_call(patient(duct_length_m=0.0105))
     assert why == (
-        f"The duct is 12.5 mm long: three clips and a cut need {1e3 * needed_m('duct'):.1f} mm."
+        "The duct is 10.5 mm long: a clip on either side of a cut needs"
+        f" {1e3 * needed_m('duct', FEWEST_CLIPS):.1f} mm."
     )
 
 
 def test_a_second_artery_is_a_reason_beside_a_short_tube() -> None:
-    two = variant("two-arteries", patient(duct_length_m=0.0125))
+    two = variant("two-arteries", patient(duct_length_m=0.0105))
     assert why_call(variant("two-arteries", patient())) == MUST_DEAL
     assert (why_call(two) or "").endswith(MUST_DEAL)
-    assert (why_call(two) or "").startswith("The duct is 12.5 mm")
+    assert (why_call(two) or "").startswith("The duct is 10.5 mm")
 
 
 def test_nothing_irreversible_is_done_until_a_clip_holds_tissue(world: World) -> None:

@@ -8,7 +8,7 @@ import pytest
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.outcome.room import needed_m
+from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ, build_organ

@@ -313,6 +313,20 @@ def test_a_patch_tears_when_the_real_wall_would_be_stretched_too_far(world: Worl
     assert stiffness[opened] == pytest.approx(stiffness[worst], rel=1e-3)
 
 
+def test_the_stretch_of_a_patch_is_the_largest_singular_value(world: World) -> None:
+    rng = np.random.default_rng(0)
+    stiffness, rest = patch_stiffness(world.organ), world.organ.vertices
+    for F in (np.eye(3), np.diag([1.3, 1.3, 0.6]), *np.eye(3) + 0.4 * rng.normal(size=(5, 3, 3))):
+        put(world.tissue, rest @ F.T)
+        world.tissue.load_walls()
+        longest = np.linalg.svd(F, compute_uv=False)[0]
+        np.testing.assert_allclose(
+            world.tissue.host("patch_stretch")[0, : len(stiffness)],
+            1.0 + (longest - 1.0) * stiffness,
+            atol=2e-3,
+        )
+
+
 def test_each_tear_opens_another_patch_as_a_removed_wall_is_not_stretched(
     world: World,
 ) -> None:
