@@ -49,8 +49,7 @@ The tasks in their order, the left tube first:
 {chr(10).join(f"{task.index}. {task.text}" for task in TASKS)}
 
 A tube below {1e3 * needed_m("duct"):.0f} mm (the duct) or {1e3 * needed_m("artery"):.0f} mm (the \
-artery) has no room for three clips: leave its second clip out. The duct is the left tube unless \
-you see otherwise.
+artery) has no room for three clips: leave its second clip out.
 
 Task 1 is done when the grasper has held the gallbladder for a second and both tubes are pulled \
 straight. A clip is done when it is seen on its tube; going back, when the right tip is at least \

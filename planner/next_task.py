@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.command import Deed
+from planner.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
@@ -17,20 +18,19 @@ class NotNowError(ValueError):
     """A command cannot be carried out now; the message tells a person why."""
 
 
-def next_task(deed: Deed, tube: Tube, observation: Observation, duct: Tube = "left") -> Task:
+def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     """Return the task that carries out the deed.
 
     Args:
         deed: to clip or to cut.
         tube: on which tube.
         observation: the present one; the clips that a tube needs follow from its length there.
-        duct: which tube is the duct; the other one is the artery.
 
     Raises:
         NotNowError: the tube is cut, has all its clips, or lacks the clips that a cut needs.
     """
     n_clips = clips_on(tube, observation)
-    n_needed = clips_needed("duct" if tube == duct else "artery", length_m(tube, observation))
+    n_needed = clips_needed(structure_seen(tube, observation), length_m(tube, observation))
     if observation.severed[("left", "right").index(tube)]:
         raise NotNowError(f"the {tube} tube is cut already")
     if deed == "clip" and n_clips >= n_needed:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from planner.base import Planner
 from planner.command import Command
 from planner.correction import Correction, correction_from_text, opposite
+from planner.duct_side import duct_side
 from planner.instruction import TASKS, Instruction, Task
 from planner.next_task import NotNowError, next_task
-from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
 HOLD_S = 5.0  # of simulated time: how long a person's instruction stays in force
@@ -57,14 +57,9 @@ class PlannerOverridden:
     the second after a stop, only "resume" is accepted.
     """
 
-    def __init__(self, planner: Planner[Observation], duct: Tube = "left") -> None:
-        """Take `duct` as the tube that people call the duct; they call the other one the artery.
-
-        A person who names a structure has identified it by the critical view of safety: which tube
-        it is, is the person's knowledge and not the planner's.
-        """
+    def __init__(self, planner: Planner[Observation]) -> None:
+        """Take the planner whose instructions hold where no person's does."""
         self._planner = planner
-        self._duct: Tube = duct
         self._forget()
 
     @property
@@ -108,7 +103,7 @@ class PlannerOverridden:
         """Take a person's command; a refused command changes nothing."""
         now_s = observation.time_s
         try:
-            order = self._interpret(command.seen(self._duct), observation)
+            order = self._interpret(command.seen(duct_side(observation)), observation)
         except NotNowError as refusal:
             return Answer(instruction=None, reply=f"not done: {refusal}")
         if order is None:
@@ -157,7 +152,7 @@ class PlannerOverridden:
         if command.correction is not None:
             return self._order_to_correct(command.correction, observation.time_s)
         if command.deed is not None and command.tube is not None:
-            return _Order(task=next_task(command.deed, command.tube, observation, self._duct))
+            return _Order(task=next_task(command.deed, command.tube, observation))
         if command.word == "repeat":
             return self._latest
         if command.word == "undo":

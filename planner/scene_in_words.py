@@ -6,6 +6,7 @@ from math import degrees
 
 import numpy as np
 
+from planner.duct_side import structure_seen
 from planner.next_task import clips_on, distance_to_line_m, length_m
 from planner.task import Tube
 from tissue_sim.frames import Array
@@ -74,8 +75,9 @@ def _tube(tube: Tube, observation: Observation) -> str:
     straight = np.linalg.norm(line[-1] - line[0]) / max(along_m, 1e-9)
     parts = "in two parts" if observation.severed[TUBES.index(tube)] else "in one part"
     return (
-        f"{tube.capitalize()} tube: {clips_on(tube, observation)} clips, {parts},"
-        f" {100 * straight:.0f} % straight, {1e3 * along_m:.0f} mm long."
+        f"{tube.capitalize()} tube ({structure_seen(tube, observation)}):"
+        f" {clips_on(tube, observation)} clips, {parts}, {100 * straight:.0f} % straight,"
+        f" {1e3 * along_m:.0f} mm long."
     )
 
 

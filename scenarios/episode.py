@@ -102,8 +102,7 @@ class Episode:
         return self._instruction
 
     def _begin(self) -> None:
-        duct = "left" if self.world.anatomy.structure("left") == "duct" else "right"
-        self._override = PlannerOverridden(self.planner, duct=duct)
+        self._override = PlannerOverridden(self.planner)
         self._instruction = self._plan()
         self._begun = True
 

@@ -4,15 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.task import Tube
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
 
 
 def clipped(
-    left: int = 0, right: int = 0, time_s: float = 0.0, apart_m: float = 0.016
+    left: int = 0,
+    right: int = 0,
+    time_s: float = 0.0,
+    apart_m: float = 0.016,
+    duct: Tube = "left",
 ) -> Observation:
     """Return an observation of two parallel tubes of 28 mm with clips on them.
 
-    The clips are between tracked points, 1 mm off the middle line.
+    The clips are between tracked points, 1 mm off the middle line. The infundibulum goes on from
+    the duct's upper end.
     """
     tubes_m = {
         side: np.column_stack(
@@ -38,7 +44,7 @@ def clipped(
         clip_loaded=True,
         left_tube_m=tubes_m["left"],
         right_tube_m=tubes_m["right"],
-        sac_m=np.zeros((SAC_POINTS, 3)),
+        sac_m=tubes_m[duct][-1] + np.linspace(0.0, 0.01, SAC_POINTS)[:, None] * [0.0, 1.0, 0.0],
         clips_m=clips_m,
         n_clips=left + right,
         severed=np.zeros(2, bool),

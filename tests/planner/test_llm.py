@@ -84,7 +84,7 @@ def test_the_request_has_the_closed_set_and_the_scene():
     assert set(SCHEMA["properties"]["task"]["enum"]) == {task.text for task in TASKS}
     assert set(SCHEMA["properties"]["correction"]["enum"]) == {NONE, *(c.text for c in CORRECTIONS)}
     scene = asked["messages"][1]["content"]
-    assert "Left tube: 2 clips" in scene
+    assert "Left tube (duct): 2 clips" in scene
     assert f"0 s: {TASKS[3].text}" in scene
 
 

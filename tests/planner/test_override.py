@@ -190,16 +190,16 @@ def test_repeat_after_a_new_task_of_the_planner_repeats_that_task(planner):
 @pytest.mark.parametrize("duct", ["left", "right"])
 def test_a_structure_means_the_tube_that_it_is_in_this_patient(duct):
     artery = "right" if duct == "left" else "left"
-    planner = PlannerOverridden(PlannerCounting(), duct=duct)
-    planner.plan(clipped())
+    planner = PlannerOverridden(PlannerCounting())
+    planner.plan(clipped(duct=duct))
     for words, tube in (("duct", duct), ("artery", artery), (f"{duct} tube", duct)):
-        seen = {duct: 1, artery: 2}
+        seen = {duct: 1, artery: 2, "duct": duct}
         expected = {
             duct: f"clipping second clip {duct} tube",
             artery: f"clipping third clip {artery} tube",
         }
         assert say(planner, f"clip {words}", **seen).instruction.text == expected[tube]
-    assert say(planner, "clipping first clip artery").instruction.text == (
+    assert say(planner, "clipping first clip artery", duct=duct).instruction.text == (
         f"clipping first clip {artery} tube"
     )
 
