@@ -13,6 +13,7 @@ from controller.expert.targets import (
     STANDOFF_M,
     applier_opening_rad,
     before,
+    belongs_here,
     catches_another,
     clear_approach,
     clip_pose,
@@ -155,11 +156,11 @@ def _close_on(
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
         caught = catches_another(world, tube, T, tool, jaw_rad)
-        return Goal() if caught else Goal(jaw_rad=SHUT_RAD)
+        return Goal() if caught or not belongs_here(world, tube, T) else Goal(jaw_rad=SHUT_RAD)
 
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
-    shut = Phase(name="close unless another tube is caught", arm=arm, goal=close, done=_snapped)
+    shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
     return stand, astride, shut, _stay(arm)
 
 

@@ -26,7 +26,9 @@ from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
+from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
@@ -120,6 +122,21 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     spare = max(high - low - CUT_ROOM_M, 0.0)
     station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
+
+
+def belongs_here(world: World, tube: str, T_world_tool: Array) -> bool:
+    """Return whether jaws that close here clip or cut a tube where the judge allows it.
+
+    The filter may have held the tool off its place; a clip or a cut beside it would be of no use.
+    """
+    clips_m = np.array(clips_at_m(world, tube))
+    clips = world.arms.mounted[RIGHT_ARM].name == "clip_applier"
+    reach_m = CLIP_LENGTH_M if clips else BLADE_LENGTH_M
+    crossing = world.tubes.crossing(tube, T_world_tool, reach_m)
+    if crossing is None or crossing.tilt_rad > CLIP_MAX_TILT_RAD:
+        return False
+    between_m = CLIP_WIDTH_M + CLIP_MIN_GAP_M if clips else 0.5 * CLIP_WIDTH_M + CUFF_MIN_M
+    return bool((np.abs(clips_m - crossing.station_m) >= between_m).all())
 
 
 def clips_at_m(world: World, tube: str) -> list[float]:

@@ -36,7 +36,7 @@ from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, ne
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -252,11 +252,38 @@ def test_the_cut_goes_into_the_widest_gap_above_two_clips(world: World) -> None:
 
 def test_the_jaws_stay_open_while_another_tube_is_between_them(world: World) -> None:
     task = task_from_text("clipping first clip left tube")
-    other = world.anatomy.structure("right")
+    mine, other = (world.anatomy.structure(side) for side in ("left", "right"))
     close = next(p for p in skill(task, world) if p.name.startswith("close"))
     start = world.arms.T_world_tool()[RIGHT_ARM]
+    assert close.goal(world, start).jaw_rad is None  # nothing is between the jaws
+    put_between_jaws(world, mine)
     assert close.goal(world, start).jaw_rad is not None
-    x, rings = world.tissue.positions(), world.organ.rings[other]
-    spread = np.linspace(-0.01, 0.01, len(rings))[:, None, None]
-    x[rings] = start[:3, 3] - 0.004 * start[:3, 2] + spread * start[:3, 0]  # a line across the jaws
+    put_between_jaws(world, other)
     assert close.goal(world, start).jaw_rad is None
+
+
+def put_between_jaws(world: World, tube: str) -> None:
+    """Move a tube to a line square across the right jaws."""
+    T, rings = world.arms.T_world_tool()[RIGHT_ARM], world.organ.rings[tube]
+    spread = np.linspace(-0.01, 0.01, len(rings))[:, None, None]
+    world.tissue.positions()[rings] = T[:3, 3] - 0.004 * T[:3, 2] + spread * T[:3, 0]
+
+
+@pytest.mark.parametrize(("off_m", "closes"), [(0.0036, False), (0.0038, True)])
+def test_the_applier_does_not_close_too_near_to_another_clip(
+    world: World, off_m: float, *, closes: bool
+) -> None:
+    task = task_from_text("clipping second clip left tube")
+    tube, start = world.anatomy.structure("left"), world.arms.T_world_tool()[RIGHT_ARM]
+    close = next(p for p in skill(task, world) if p.name.startswith("close"))
+    put_between_jaws(world, tube)
+    here = world.tubes.crossing(tube, start, CLIP_LENGTH_M)
+    assert here is not None
+    clip = Clip(
+        number=1,
+        time_s=0.0,
+        T_world_clip=start,
+        crossings=(replace(here, station_m=here.station_m - off_m),),
+    )
+    world.record = replace(world.record, clips=(clip,))
+    assert (close.goal(world, start).jaw_rad is not None) == closes

@@ -1,7 +1,7 @@
 """The scrub nurse: exchanges and reloads the right arm's tool, as a person does in SRT-H.
 
-The arm straightens as it goes back through its port, gets what the next task needs, and returns the
-same way to where it was. Policies pause meanwhile, and the time is counted separately.
+The arm straightens as it goes back through its port, gets what the next task needs, and waits where
+it was at the start. Policies pause meanwhile, and the time is counted separately.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ def is_needed(field: Field, tool: str, *, clip: bool) -> bool:
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
-    """Yield joint targets, one for each control step, from commanded joints (2, 7) and back.
+    """Yield joint targets, one for each control step, from commanded joints (2, 7) to home.
 
-    A bent wrist that is drawn straight out of the field could hit the other arm: all joints but the
-    jaw go home meanwhile. If the new tool's wrist turns less far, it returns to the nearest limit.
+    The jaws stay as they are. A bent wrist that is drawn straight out of the field, or a longer
+    tool that returns to where the other one was, could hit the other arm.
     """
     steps = round(EXCHANGE_S / world.config.control_step_s)
-    there = joints.copy()
-    there[RIGHT_ARM, :JAW] = HOME_JOINTS[:JAW]
+    home = joints.copy()
+    home[RIGHT_ARM, :JAW] = HOME_JOINTS[:JAW]
+    there = home.copy()
     there[RIGHT_ARM, 2] = min(OUT_INSERTION_M, joints[RIGHT_ARM, 2])
     for k in range(steps):
         yield _between(joints, there, (k + 1) / steps)
     world.equip(tool)
-    there, back = world.arms.limited(there), world.arms.limited(joints)
+    there, home = world.arms.limited(there), world.arms.limited(home)
     for k in range(steps):
-        yield _between(there, back, (k + 1) / steps)
+        yield _between(there, home, (k + 1) / steps)
 
 
 def _between(start: Array, end: Array, share: float) -> JointCommand:
