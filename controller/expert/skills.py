@@ -18,6 +18,7 @@ from controller.expert.targets import (
     clear_approach,
     clip_pose,
     cut_pose,
+    grasp_opening_rad,
     grasp_pose,
     pull_direction,
     taut,
@@ -30,7 +31,7 @@ from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-GRASP_OPEN_RAD, GRASP_SHUT_RAD = 1.0, 0.0
+GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3
 LET_GO_RAD = 0.4  # wider than tissue that is held firmly; assumed
 SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
@@ -72,7 +73,8 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     if task.right_tool == "clip_applier" and tube:
         opening = applier_opening_rad(world.tubes, tube)
     if task.kind == "grab":
-        return _from_outside(LEFT_ARM, _grab(), GRASP_OPEN_RAD, world)
+        opening = grasp_opening_rad(world)
+        return _from_outside(LEFT_ARM, _grab(opening), opening, world)
     if lacks_clip(task, world):
         return _retreat(opening)
     if task.kind == "clip":
@@ -122,17 +124,15 @@ def among_tissue(arm: int, world: World) -> bool:
     return bool(((-jaws_m < z) & (z < 0.0) & (np.hypot(x, y) < BESIDE_M)).any())
 
 
-def _grab() -> tuple[Phase, ...]:
+def _grab(opening: float) -> tuple[Phase, ...]:
     arm = LEFT_ARM
     stand = _go(
         arm,
         "in front of the infundibulum",
         lambda w: before(grasp_pose(w), STANDOFF_M),
-        GRASP_OPEN_RAD,
+        opening,
     )
-    astride = _go(
-        arm, "astride the infundibulum", grasp_pose, GRASP_OPEN_RAD, speed_m_s=NEAR_SPEED_M_S
-    )
+    astride = _go(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
     return stand, astride, close, pull, _stay(arm)
@@ -241,7 +241,7 @@ def _firm(world: World) -> bool:
 
 
 def _pinched(world: World, time_s: float) -> bool:
-    return _firm(world) or time_s > GRASP_OPEN_RAD
+    return _firm(world) or time_s > PINCH_MAX_S
 
 
 def _pull(world: World, start: Array) -> Goal:

@@ -34,7 +34,9 @@ from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
-GRASPED_M = 0.0094  # largest radius that the jaws embrace without pushing it away; assumed
+GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have closed; measured
+GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the middle of the radius behind the axis
+GRASP_OPEN_RAD, GRASP_ROOM_M = 1.0, 0.0026  # usual opening; room beside a wide infundibulum
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
@@ -79,14 +81,27 @@ APPROACHES = tuple(  # tried in this order, the usual one first
 
 def grasp_pose(world: World) -> Array:
     """Return `T_world_tool` of the grasper astride the infundibulum."""
+    k, radius_m = grasped_ring(world)
+    axis = world.tissue.positions()[world.organ.sac_rings[:, 0]].astype(float)
+    along = unit(axis[k + 1] - axis[k - 1])
+    approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
+    return astride(axis[k], along, approach, beyond_m=0.5 * radius_m + GRASP_BEYOND_M)
+
+
+def grasp_opening_rad(world: World) -> float:
+    """Return the jaw opening that passes the infundibulum where it is grasped."""
+    _, radius_m = grasped_ring(world)
+    hinge_m = INSTRUMENTS["grasper"].yaw_to_tip_m - 0.5 * radius_m - GRASP_BEYOND_M
+    return max(GRASP_OPEN_RAD, 2.0 * float(np.arctan((radius_m + GRASP_ROOM_M) / hinge_m)))
+
+
+def grasped_ring(world: World) -> tuple[int, float]:
+    """Return the ring of the infundibulum that is grasped, and its radius at rest, m."""
     rings, rest = world.organ.sac_rings, world.organ.vertices
     spokes = rest[rings[:, -1]] - rest[rings[:, 0]]
     radii = np.linalg.norm(spokes[: GRASP_RING + 1], axis=1)
     k = int(np.flatnonzero(radii <= GRASPED_M)[-1])
-    axis = world.tissue.positions()[rings[:, 0]].astype(float)
-    along = unit(axis[k + 1] - axis[k - 1])
-    approach = np.cos(LEFT_SLANT_RAD) * AWAY + np.sin(LEFT_SLANT_RAD) * RIGHT
-    return astride(axis[k], along, approach, beyond_m=0.5 * float(radii[k]) + 0.004)
+    return k, float(radii[k])
 
 
 def clip_pose(world: World, tube: str, k: int, approach: Approach = USUAL) -> Array:

@@ -13,9 +13,10 @@ import numpy as np
 
 from controller.action import ToolAction, hold
 from controller.expert.motion import JAW_SPEED_RAD_S
-from controller.expert.skills import GRASP_OPEN_RAD, GRASP_PINCH_N, GRASP_SHUT_RAD
+from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
     CLEARANCE_M,
+    GRASP_OPEN_RAD,
     applier_opening_rad,
     astride,
     before,
