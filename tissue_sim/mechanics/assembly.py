@@ -21,6 +21,7 @@ from tissue_sim.mechanics.elasticity import (
     stiffness_block,
 )
 from tissue_sim.mechanics.fibres import fibre_stiffness, fibre_stress
+from tissue_sim.mechanics.implicit import clear_blocks, copy_blocks
 
 wp.set_module_options({"enable_backward": False})
 
@@ -129,8 +130,7 @@ def has_moved_far(t: TissueArrays, b: int):
 def renew_stiffness(t: TissueArrays, b: int, viscosity: float):
     """Compute the elements' stiffness at the positions `stiffness_at`."""
     elastic = t.elastic[b]
-    for k in range(t.row[b, t.n_vertex[b]]):
-        elastic[k] = wp.mat33()
+    clear_blocks(elastic, t.row[b, t.n_vertex[b]])
     for e in range(t.n_tet[b]):
         if t.tet_alive[b, e] != 0:
             add_stiffness(t, b, e, t.stiffness_at[b], elastic, viscosity)
@@ -151,9 +151,7 @@ def add_elements(t: TissueArrays, b: int, viscosity: float):
         renew_stiffness(t, b, viscosity)
         t.stiffness_holds[b] = 1
     elastic = t.elastic[b]
-    block = t.block[b]
-    for k in range(t.row[b, t.n_vertex[b]]):
-        block[k] = elastic[k]
+    copy_blocks(elastic, t.block[b], t.row[b, t.n_vertex[b]])
     for e in range(t.n_tet[b]):
         if t.tet_alive[b, e] != 0:
             add_elastic_force(t, b, e)
