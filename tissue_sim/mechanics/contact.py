@@ -311,14 +311,6 @@ def contains(box: Box, x: wp.vec3):
 
 
 @wp.func
-def forget_contact(t: TissueArrays, b: int, i: int):
-    t.contact_shape[b, i] = -1
-    t.contact_side[b, i] = 0.0
-    t.contact_force[b, i] = wp.vec3()
-    t.contact_stiffness[b, i] = wp.mat33()
-
-
-@wp.func
 def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
     """Add the contact of every surface vertex with instruments and liver bed."""
     t.bed_force[b] = wp.vec3()
@@ -332,8 +324,6 @@ def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
             x = t.position[b, i]
             if t.contact_shape[b, i] >= 0 or contains(left, x) or contains(right, x):
                 add_tool_contact(t, s, b, i)
-            else:
-                forget_contact(t, b, i)
             add_bed_contact(t, b, i)
 
 
