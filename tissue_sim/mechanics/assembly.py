@@ -21,6 +21,8 @@ from tissue_sim.mechanics.elasticity import (
     stiffness_block,
 )
 from tissue_sim.mechanics.fibres import fibre_stiffness, fibre_stress
+from tissue_sim.mechanics.implicit import clear_blocks, copy_blocks, multiply
+from tissue_sim.mechanics.lanes import LANES, add_lanes
 
 wp.set_module_options({"enable_backward": False})
 
@@ -126,20 +128,50 @@ def has_moved_far(t: TissueArrays, b: int):
 
 
 @wp.func
-def renew_stiffness(t: TissueArrays, b: int, viscosity: float):
-    """Compute the elements' stiffness at the positions `stiffness_at`."""
+def add_living(
+    t: TissueArrays,
+    b: int,
+    x: wp.array(dtype=wp.vec3),
+    force: bool,
+    stiffness: bool,
+    viscosity: float,
+):
+    """Add forces, stiffness or both of all living elements, for corners at positions x."""
     elastic = t.elastic[b]
-    for k in range(t.row[b, t.n_vertex[b]]):
-        elastic[k] = wp.mat33()
-    for e in range(t.n_tet[b]):
-        if t.tet_alive[b, e] != 0:
-            add_stiffness(t, b, e, t.stiffness_at[b], elastic, viscosity)
+    for first in range(0, t.n_tet[b], LANES):
+        left = add_lanes(t, b, first, x, force, stiffness, elastic, viscosity)
+        for lane in range(LANES):
+            if (left >> lane) & 1 == 1:
+                if force:
+                    add_elastic_force(t, b, first + lane)
+                if stiffness:
+                    add_stiffness(t, b, first + lane, x, elastic, viscosity)
+
+
+@wp.func
+def renew_stiffness(t: TissueArrays, b: int, force: bool, viscosity: float):
+    """Compute the elements' stiffness at the positions `stiffness_at`; add their forces there."""
+    clear_blocks(t.elastic[b], t.row[b, t.n_vertex[b]])
+    add_living(t, b, t.stiffness_at[b], force, True, viscosity)
 
 
 @wp.kernel
 def restore_stiffness(t: TissueArrays, viscosity: float):
     """Compute the kept stiffness of every environment again."""
-    renew_stiffness(t, wp.tid(), viscosity)
+    renew_stiffness(t, wp.tid(), False, viscosity)
+
+
+@wp.func
+def add_viscous_forces(t: TissueArrays, b: int, viscosity: float):
+    """Add the viscous force on every vertex; `step` and `product` are free until the solve."""
+    n = t.n_vertex[b]
+    step = t.step[b]
+    product = t.product[b]
+    for i in range(n):
+        step[i] = t.position[b, i] - t.previous[b, i]
+    multiply(t.row[b], t.column[b], t.elastic[b], step, product, n)
+    for i in range(n):
+        t.force[b, i] = t.force[b, i] - product[i] * (viscosity / (1.0 + viscosity))
 
 
 @wp.func
@@ -148,14 +180,9 @@ def add_elements(t: TissueArrays, b: int, viscosity: float):
     if t.stiffness_holds[b] == 0 or has_moved_far(t, b):
         for i in range(t.n_vertex[b]):
             t.stiffness_at[b, i] = t.position[b, i]
-        renew_stiffness(t, b, viscosity)
+        renew_stiffness(t, b, True, viscosity)
         t.stiffness_holds[b] = 1
-    elastic = t.elastic[b]
-    block = t.block[b]
-    for k in range(t.row[b, t.n_vertex[b]]):
-        block[k] = elastic[k]
-    for e in range(t.n_tet[b]):
-        if t.tet_alive[b, e] != 0:
-            add_elastic_force(t, b, e)
-    for i in range(t.n_vertex[b]):
-        add_viscous_force(t, b, i, elastic, viscosity)
+    else:
+        add_living(t, b, t.position[b], True, False, viscosity)
+    copy_blocks(t.elastic[b], t.block[b], t.row[b, t.n_vertex[b]])
+    add_viscous_forces(t, b, viscosity)

@@ -26,97 +26,154 @@ MODES = wp.constant(coarse.MODES)
 DIAGONAL_SHIFT = wp.constant(1.0e-3)
 
 
-@wp.func
-def add_columns(
+@wp.func_native("""
+    // four lanes: the columns of A's blocks are the rows of the stored ones; lane 3 is idle
+    typedef float lanes __attribute__((vector_size(16)));
+    typedef float columns __attribute__((vector_size(32)));
+    for (int i = 0; i < n; ++i) {
+        const int p = part[i];
+        if (p < 0)
+            continue;
+        int now = -1;
+        lanes sum[6] = {};  // columns of [A_ij, -A_ij skew(arm_j)], over the vertices j of part now
+        const float* w = arm.data[i].c;
+        const lanes yzx = {w[1], w[2], w[0]}, zxy = {w[2], w[0], w[1]};
+        const auto add_columns = [&]() {
+            for (int c = 0; c < 6; ++c) {
+                const lanes s = sum[c];
+                const lanes moment = yzx * __builtin_shufflevector(s, s, 2, 0, 1, 3)
+                    - zxy * __builtin_shufflevector(s, s, 1, 2, 0, 3);
+                float* to = factor.data[start[p] + 6 * (now - first[p]) + c].c;
+                columns both = {};
+                __builtin_memcpy(&both, to, 6 * sizeof(float));
+                both += __builtin_shufflevector(s, moment, 0, 1, 2, 4, 5, 6, 3, 7);
+                __builtin_memcpy(to, &both, 6 * sizeof(float));
+                sum[c] = lanes{};
+            }
+        };
+        for (int k = row[i]; k < row[i + 1]; ++k) {
+            const int j = column[k], q = part[j];
+            if (q < 0 || q > p)
+                continue;
+            if (q != now && now >= 0)
+                add_columns();
+            now = q;
+            const float* K = block.data[k].data[0];
+            const float* v = arm.data[j].c;
+            lanes a, b, c;
+            __builtin_memcpy(&a, K, sizeof a);
+            __builtin_memcpy(&b, K + 3, sizeof b);
+            __builtin_memcpy(&c, K + 6, sizeof c);
+            sum[0] += a;
+            sum[1] += b;
+            sum[2] += c;
+            sum[3] -= b * v[2] - c * v[1];
+            sum[4] -= c * v[0] - a * v[2];
+            sum[5] -= a * v[1] - b * v[0];
+        }
+        if (now >= 0)
+            add_columns();
+    }
+""")
+def add_restricted(
+    row: wp.array(dtype=int),
+    column: wp.array(dtype=int),
+    block: wp.array(dtype=wp.mat33),
+    part: wp.array(dtype=int),
+    arm: wp.array(dtype=wp.vec3),
+    first: wp.array(dtype=int),
+    start: wp.array(dtype=int),
     factor: wp.array(dtype=wp.spatial_vector),
-    at: int,
-    top: wp.mat33,
-    right: wp.mat33,
-    arm: wp.vec3,
+    n: int,
 ):
-    """Add P_i^T [top, right] to six columns of the storage, from place `at`."""
-    lever = wp.skew(arm)
-    low = lever * top
-    low_right = lever * right
-    for c in range(3):
-        factor[at + c] = factor[at + c] + column_of(top, low, c)
-        factor[at + 3 + c] = factor[at + 3 + c] + column_of(right, low_right, c)
-
-
-@wp.func
-def column_of(top: wp.mat33, low: wp.mat33, c: int):
-    """Return column c of one matrix above another."""
-    return wp.spatial_vector(top[0, c], top[1, c], top[2, c], low[0, c], low[1, c], low[2, c])
+    """Add P^T A P to the skyline. Reads one number beyond the last block."""
+    ...
 
 
 @wp.func
 def restrict_matrix(t: TissueArrays, b: int):
     """Compute P^T A P in the skyline."""
-    part = t.part[b]
-    arm = t.arm[b]
-    row = t.row[b]
-    column = t.column[b]
-    block = t.block[b]
     factor = t.factor[b]
-    first = t.factor_first[b]
     start = t.factor_start[b]
     for k in range(start[t.n_part[b]]):
         factor[k] = wp.spatial_vector()
-    for i in range(t.n_vertex[b]):
-        p = part[i]
-        if p >= 0:
-            mine = start[p] - MODES * first[p]  # place of column 0, if it were stored
-            now = int(-1)
-            top = wp.mat33()
-            right = wp.mat33()
-            for k in range(row[i], row[i + 1]):
-                j = column[k]
-                q = part[j]
-                if q >= 0 and q <= p:
-                    if q != now:
-                        if now >= 0:
-                            add_columns(factor, mine + MODES * now, top, right, arm[i])
-                        now = q
-                        top = wp.mat33()
-                        right = wp.mat33()
-                    K = wp.transpose(block[k])
-                    top = top + K
-                    right = right - K * wp.skew(arm[j])
-            if now >= 0:
-                add_columns(factor, mine + MODES * now, top, right, arm[i])
+    add_restricted(
+        t.row[b],
+        t.column[b],
+        t.block[b],
+        t.part[b],
+        t.arm[b],
+        t.factor_first[b],
+        start,
+        factor,
+        t.n_vertex[b],
+    )
+
+
+@wp.func_native("""
+    // eight lanes hold a column of six
+    typedef float lanes __attribute__((vector_size(32)));
+    const auto load = [&](int k) {
+        lanes v = {};
+        __builtin_memcpy(&v, factor.data[k].c, 6 * sizeof(float));
+        return v;
+    };
+    for (int p = 0; p < n; ++p) {
+        const int mine = start[p] - 6 * first[p];  // place of column 0, if it were stored
+        float rest[6];
+        for (int a = 0; a < 6; ++a)
+            rest[a] = factor.data[mine + 6 * p + a].c[a] * (1.0f + shift);
+        for (int q = first[p]; q <= p; ++q) {
+            const int theirs = start[q] - 6 * first[q];
+            lanes s[6];
+            for (int a = 0; a < 6; ++a)
+                s[a] = load(mine + 6 * q + a);
+            for (int k = 6 * (first[p] > first[q] ? first[p] : first[q]); k < 6 * q; ++k) {
+                const lanes x = load(mine + k);
+                for (int a = 0; a < 6; ++a)
+                    s[a] -= x * factor.data[theirs + k].c[a];
+            }
+            for (int a = 0; a < 6; ++a) {
+                const int j = 6 * q + a;
+                for (int k = 6 * q; k < j; ++k)
+                    s[a] -= load(mine + k) * factor.data[theirs + k].c[a];
+                if (q == p)
+                    pivot[j] = rest[a] > 0.0f ? 1.0f / wp::sqrt(rest[a]) : 0.0f;
+                s[a] *= pivot[j];
+                __builtin_memcpy(factor.data[mine + j].c, &s[a], 6 * sizeof(float));
+                for (int c = 0; c < 6; ++c)
+                    rest[c] -= s[a][c] * s[a][c];
+            }
+        }
+    }
+""")
+def factorise_parts(
+    first: wp.array(dtype=int),
+    start: wp.array(dtype=int),
+    factor: wp.array(dtype=wp.spatial_vector),
+    pivot: wp.array(dtype=float),
+    n: int,
+    shift: float,
+):
+    """Factor by Cholesky in place; `pivot` holds the inverse diagonal, 0 for no mode.
+
+    The six rows of a part are the lanes, so their sums do not wait for each other. The values left
+    on and above the diagonal are never read.
+    """
+    ...
 
 
 @wp.func
 def factorise(t: TissueArrays, b: int):
-    """Factor by Cholesky in place; `factor_pivot` holds the inverse diagonal, 0 for no mode.
-
-    The six rows of a part are computed together, column by column: six independent sums instead of
-    one chain. The values left on and above the diagonal are never read.
-    """
-    factor = t.factor[b]
-    first = t.factor_first[b]
-    start = t.factor_start[b]
-    pivot = t.factor_pivot[b]
-    for p in range(t.n_part[b]):
-        mine = start[p] - MODES * first[p]  # place of column 0, if it were stored
-        rest = wp.spatial_vector()
-        for a in range(6):
-            rest[a] = factor[mine + MODES * p + a][a] * (1.0 + DIAGONAL_SHIFT)
-        for q in range(first[p], p + 1):
-            theirs = start[q] - MODES * first[q]
-            begin = MODES * wp.max(first[p], first[q])
-            for a in range(6):
-                j = MODES * q + a
-                s = factor[mine + j]
-                for k in range(begin, j):
-                    s = s - factor[mine + k] * factor[theirs + k][a]
-                if q == p:
-                    pivot[j] = 0.0
-                    if rest[a] > 0.0:
-                        pivot[j] = 1.0 / wp.sqrt(rest[a])
-                s = s * pivot[j]
-                factor[mine + j] = s
-                rest = rest - wp.cw_mul(s, s)
+    """Factor P^T A P in place."""
+    factorise_parts(
+        t.factor_first[b],
+        t.factor_start[b],
+        t.factor[b],
+        t.factor_pivot[b],
+        t.n_part[b],
+        DIAGONAL_SHIFT,
+    )
 
 
 @wp.func

@@ -264,22 +264,66 @@ def agree_on_side(t: TissueArrays, b: int, tube: int, c: int):
 
 
 @wp.func
-def agree_on_sides(t: TissueArrays, b: int, tube: int):
-    """Agree on the side of every finger."""
-    for arm in range(2):
-        agree_on_side(t, b, tube, 4 * arm + 2)
-        agree_on_side(t, b, tube, 4 * arm + 3)
+def agree_on_sides(t: TissueArrays, b: int, tube: int, touched: int):
+    """Agree on the side of every finger whose bit is set in `touched`."""
+    for c in range(8):
+        if c % 4 >= 2 and (touched >> c) & 1 == 1:
+            agree_on_side(t, b, tube, c)
+
+
+@wp.func
+def touched_shapes(t: TissueArrays, b: int):
+    """Return a bit for each shape that touches tissue."""
+    touched = int(0)
+    for i in range(t.n_vertex[b]):
+        if t.contact_shape[b, i] >= 0:
+            touched = touched | (1 << t.contact_shape[b, i])
+    return touched
+
+
+@wp.struct
+class Box:
+    """A box that contains every point which an arm's shapes can touch, world frame."""
+
+    low: wp.vec3
+    high: wp.vec3
+
+
+@wp.func
+def box_of_arm(s: ToolShapes, b: int, arm: int):
+    box = Box()
+    box.low = wp.vec3(1.0e9, 1.0e9, 1.0e9)
+    box.high = -box.low
+    for k in range(4):
+        c = 4 * arm + k
+        reach = wp.max(s.radius[b, c], REACH)
+        w = s.half_width[b, c]
+        margin = wp.vec3(wp.abs(w[0]) + reach, wp.abs(w[1]) + reach, wp.abs(w[2]) + reach)
+        box.low = wp.min(box.low, wp.min(s.a[b, c], s.b[b, c]) - margin)
+        box.high = wp.max(box.high, wp.max(s.a[b, c], s.b[b, c]) + margin)
+    return box
+
+
+@wp.func
+def contains(box: Box, x: wp.vec3):
+    inward = wp.min(x - box.low, box.high - x)
+    return wp.min(inward) > 0.0
 
 
 @wp.func
 def add_surface_contact(t: TissueArrays, s: ToolShapes, b: int):
     """Add the contact of every surface vertex with instruments and liver bed."""
     t.bed_force[b] = wp.vec3()
+    touched = touched_shapes(t, b)
     for tube in range(t.ring.shape[1]):
-        agree_on_sides(t, b, tube)
+        agree_on_sides(t, b, tube, touched)
+    left = box_of_arm(s, b, 0)
+    right = box_of_arm(s, b, 1)
     for i in range(t.n_vertex[b]):
         if t.surface[b, i] != 0 and t.fixed[b, i] == 0:
-            add_tool_contact(t, s, b, i)
+            x = t.position[b, i]
+            if t.contact_shape[b, i] >= 0 or contains(left, x) or contains(right, x):
+                add_tool_contact(t, s, b, i)
             add_bed_contact(t, b, i)
 
 

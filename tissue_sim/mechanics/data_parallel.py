@@ -132,7 +132,7 @@ def tube_contact(t: TissueArrays):
 @wp.kernel
 def ring_sides(t: TissueArrays):
     b, tube = wp.tid()
-    agree_on_sides(t, b, tube)
+    agree_on_sides(t, b, tube, -1)  # every finger
 
 
 @wp.kernel

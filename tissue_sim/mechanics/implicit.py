@@ -49,14 +49,25 @@ def predict(t: TissueArrays, b: int, i: int, h: float):
         t.position[b, i] = x + t.velocity[b, i] * (PREDICT * h)
 
 
+@wp.func_native("__builtin_memset(block.data, 0, n * sizeof(block.data[0]));")
+def clear_blocks(block: wp.array(dtype=wp.mat33), n: int):
+    """Set the first n blocks to zero."""
+    ...
+
+
+@wp.func_native("__builtin_memcpy(to.data, block.data, n * sizeof(block.data[0]));")
+def copy_blocks(block: wp.array(dtype=wp.mat33), to: wp.array(dtype=wp.mat33), n: int):
+    """Copy the first n blocks."""
+    ...
+
+
 @wp.func
 def begin_step(t: TissueArrays, b: int, h: float):
     """Predict every vertex and clear the sums."""
     n = t.n_vertex[b]
     for i in range(n):
         predict(t, b, i, h)
-    for k in range(t.row[b, n]):
-        t.block[b, k] = wp.mat33()
+    clear_blocks(t.block[b], t.row[b, n])
 
 
 @wp.func

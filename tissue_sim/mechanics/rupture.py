@@ -83,6 +83,9 @@ def clear_loads(t: TissueArrays, b: int):
 @wp.func
 def add_deformations(t: TissueArrays, b: int):
     """Sum V F A of each segment and V F of each patch, over living elements."""
+    tube = int(-1)
+    segment = int(-1)
+    A = wp.vec3()
     for e in range(t.n_tet[b]):
         k = t.wall[b, e][0]
         p = t.wall[b, e][1]
@@ -92,8 +95,11 @@ def add_deformations(t: TissueArrays, b: int):
             if k >= 0:
                 if wp.determinant(F) <= 0.0:
                     V = TANGLED
+                if k != tube or p != segment:
+                    tube = k
+                    segment = p
+                    A = wp.normalize(t.segment_gradient[b, k, p])
                 t.segment_volume[b, k, p] = t.segment_volume[b, k, p] + V
-                A = wp.normalize(t.segment_gradient[b, k, p])
                 t.segment_direction[b, k, p] = t.segment_direction[b, k, p] + F * A * t.volume[b, e]
             else:
                 t.patch_volume[b, p] = t.patch_volume[b, p] + V

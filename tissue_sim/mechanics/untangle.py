@@ -32,15 +32,20 @@ def volume_share(t: TissueArrays, b: int, e: int):
 
 @wp.func
 def mark_tangled(t: TissueArrays, b: int, e: int):
-    """Mark the corners of a folded element, unless a clip holds one of them."""
-    c = t.tet[b, e]
-    clipped = t.covered[b, c[0]] + t.covered[b, c[1]] + t.covered[b, c[2]] + t.covered[b, c[3]]
-    least = wp.where(t.folded[b, e] != 0, UNFOLDED, 0.0)
+    """Mark the corners of a folded element, unless a clip holds one of them.
+
+    Return whether it is folded or was so.
+    """
+    was_folded = t.folded[b, e] != 0
     t.folded[b, e] = 0
-    if t.tet_alive[b, e] != 0 and clipped == 0 and volume_share(t, b, e) < least:
-        t.folded[b, e] = 1
-        for k in range(4):
-            t.tangled[b, c[k]] = 1
+    if volume_share(t, b, e) < wp.where(was_folded, UNFOLDED, 0.0):
+        c = t.tet[b, e]
+        clipped = t.covered[b, c[0]] + t.covered[b, c[1]] + t.covered[b, c[2]] + t.covered[b, c[3]]
+        if t.tet_alive[b, e] != 0 and clipped == 0:
+            t.folded[b, e] = 1
+            for k in range(4):
+                t.tangled[b, c[k]] = 1
+    return was_folded or t.folded[b, e] != 0
 
 
 @wp.func
@@ -59,7 +64,10 @@ def ease_bulk(t: TissueArrays, b: int):
     """Update the current lambda of all elements."""
     for i in range(t.n_vertex[b]):
         t.tangled[b, i] = 0
+    changes = int(0)
     for e in range(t.n_tet[b]):
-        mark_tangled(t, b, e)
-    for e in range(t.n_tet[b]):
-        ease(t, b, e)
+        if mark_tangled(t, b, e):
+            changes = 1
+    if changes != 0:
+        for e in range(t.n_tet[b]):
+            ease(t, b, e)

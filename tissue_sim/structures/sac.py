@@ -56,8 +56,8 @@ class Sac:
         World frame. The surface is the whole one: holes do not count as outside.
         """
         x = self.tissue.positions(self.b)
-        outer = x[self._outer]
-        near = ((points_m > outer.min(axis=0)) & (points_m < outer.max(axis=0))).all(axis=1)
+        outer = np.ascontiguousarray(x.take(self._outer, axis=0).T)  # by axis: fast to reduce
+        near = ((points_m > outer.min(axis=1)) & (points_m < outer.max(axis=1))).all(axis=1)
         if not near.any():
             return 0.0
         skin, points_m = x[self._skin].astype(float), points_m[near]

@@ -64,6 +64,10 @@ class Tubes:
         }
         n = (next(iter(self.below.values())).shape[1] - 1) // 2
         self._inner = slice(1, 1 + n)
+        sections = [self.below[tube][: organ.neck_ring[tube] + 1] for tube in organ.hollow]
+        self._n_centre = [len(rings) for rings in sections]
+        self._section = np.concatenate(sections)
+        self._centre = self._section[:, 0].copy()
         shift = np.roll(np.eye(n), 1, axis=1)  # x @ shift @ x.T sums x_k x_(k+1)
         self._next = shift - shift.T
         self._vertices: dict[str, tuple[bytes, Indices]] = {}  # by the rings above its cuts
@@ -76,25 +80,30 @@ class Tubes:
         rings = self.below[tube][: self.organ.neck_ring[tube] + 1, 0]
         return self.tissue.positions(self.b)[rings].astype(np.float64)
 
-    def stretch(self, tube: str) -> float:
-        """Return the largest stretch of the centreline of a tube that is not severed.
+    def stretches(self) -> dict[str, float]:
+        """Return the largest stretch of each tube's centreline, for tubes that are not severed.
 
         It is averaged over a few segments, as jaws also move single rings. Segments under clips are
         left out: what a clip squeezes out lengthens them by up to a half, without any pull.
         """
-        centres, covered = self.centres(tube), self.tissue.host("covered")[self.b]
-        steps, stations = centres[1:] - centres[:-1], self.stations_m[tube][: len(centres)]
+        centres = self.tissue.positions(self.b).take(self._centre, axis=0).astype(np.float64)
+        steps = centres[1:] - centres[:-1]
+        lines = list(zip(self.organ.hollow, self._n_centre, strict=True))
+        stations = np.concatenate([self.stations_m[tube][:n] for tube, n in lines])
         now_m, rest_m = np.sqrt(np.vecdot(steps, steps)), stations[1:] - stations[:-1]
-        if covered.any():
-            under = covered[self.below[tube][: len(centres)]].any(axis=1)
-            free = ~(under[:-1] | under[1:])
-            now_m, rest_m = now_m[free], rest_m[free]
-        if not len(now_m):
-            return 1.0
-        window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
-        return float(
-            (np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max()
-        )
+        covered = self.tissue.host("covered")[self.b]
+        under = covered.take(self._section).any(axis=1) if covered.any() else None
+        found, start = {}, 0
+        for tube, n in lines:
+            segments = slice(start, start + n - 1)
+            now, rest = now_m[segments], rest_m[segments]
+            if under is not None:
+                clipped = under[start : start + n]
+                free = ~(clipped[:-1] | clipped[1:])
+                now, rest = now[free], rest[free]
+            found[tube] = _largest_share(now, rest)
+            start += n
+        return found
 
     def vertices(self, tube: str) -> Indices:
         """Return the vertices of a tube up to the neck, on both sides of its cuts."""
@@ -264,6 +273,14 @@ class Tubes:
         spokes = corners - corners.mean(axis=1, keepdims=True)
         areas = 0.5 * np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
         return np.linalg.norm(areas, axis=1)
+
+
+def _largest_share(now_m: Array, rest_m: Array) -> float:
+    """Return the largest of now over rest, each averaged over neighbouring segments (n,)."""
+    if not len(now_m):
+        return 1.0
+    window = np.ones(min(STRETCHED_SEGMENTS, len(now_m)))
+    return float((np.convolve(now_m, window, "valid") / np.convolve(rest_m, window, "valid")).max())
 
 
 def _stations(organ: Organ, tube: str) -> Array:

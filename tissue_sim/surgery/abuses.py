@@ -59,10 +59,10 @@ def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
 def stretched(field: Field, r: Record) -> Iterator[LimitReading]:
     """Yield the elongation of each tube that is not severed, over its length at rest."""
     opened = {opening.tube for opening in r.openings}
-    for tube in field.organ.hollow:
+    for tube, stretch in field.tubes.stretches().items():
         if tube not in opened or not len(field.tubes.severed_rings(tube)):
-            longer = field.tubes.stretch(tube) - 1.0
-            yield LimitReading(event=f"stretch of {tube}", value=longer, limit=MAX_STRETCH - 1.0)
+            event = f"stretch of {tube}"
+            yield LimitReading(event=event, value=stretch - 1.0, limit=MAX_STRETCH - 1.0)
 
 
 def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
@@ -75,8 +75,10 @@ def clipped_twice(before: Sequence[Clip], clip: Clip) -> Iterator[LimitReading]:
 
 
 def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
-    """Return arm and fingers of each tool that can crush and touches tissue with both fingers."""
-    touched = np.bincount(field.tissue.host("contact_shape")[0] + 1, minlength=N_SHAPES + 1)[1:]
+    """Return arm and fingers of each tool that can crush and touches tubes with both fingers."""
+    vertices = np.concatenate([field.tubes.vertices(tube) for tube in field.organ.hollow])
+    touching = field.tissue.host("contact_shape")[0].take(vertices)
+    touched = np.bincount(touching + 1, minlength=N_SHAPES + 1)[1:]
     empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not r.clip_loaded
     tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
     return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]

@@ -339,11 +339,10 @@ class Arms:
 
     def apply_wrenches(self, force_world_n: Numbers, torque_world_nm: Numbers) -> None:
         """Add forces (8, 3) and torques (8, 3) about the patches' link origins, for one step."""
-        forces = np.asarray(force_world_n, np.float32)
-        torques = np.asarray(torque_world_nm, np.float32)
-        loaded = forces.any(axis=1) | torques.any(axis=1)
-        for i in np.flatnonzero(loaded):
-            self._patch_links[i].add_force_torque(forces[i], torques[i])
+        wrenches = zip(force_world_n.tolist(), torque_world_nm.tolist(), strict=True)
+        for link, (force, torque) in zip(self._patch_links, wrenches, strict=True):
+            if any(force) or any(torque):
+                link.add_force_torque(force, torque)
 
     def contact_forces_n(self) -> ContactForces:
         """Return the rigid contact of the last step: between the arms, and of arms with `LIVER`."""
