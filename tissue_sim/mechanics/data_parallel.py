@@ -13,6 +13,7 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness, add_viscous_force
+from tissue_sim.mechanics.bars import place_bar, push_bar, react_to_bar
 from tissue_sim.mechanics.contact import (
     add_bed_contact,
     add_tool_contact,
@@ -141,6 +142,27 @@ def surface_contact(t: TissueArrays, s: ToolShapes):
     if i < t.n_vertex[b] and t.surface[b, i] != 0 and t.fixed[b, i] == 0:
         add_tool_contact(t, s, b, i)
         add_bed_contact(t, b, i)
+
+
+@wp.kernel
+def place_bars(t: TissueArrays):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        place_bar(t, b, k)
+
+
+@wp.kernel
+def bar_contact(t: TissueArrays, s: ToolShapes):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        push_bar(t, s, b, k)
+
+
+@wp.kernel
+def bar_reactions(t: TissueArrays, s: ToolShapes):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        react_to_bar(t, s, b, k)
 
 
 @wp.kernel
@@ -285,6 +307,8 @@ class DataParallelTissue:
             (tube_contact, t.ring.shape, [t]),
             (ring_sides, t.n_ring.shape, [t]),
             (surface_contact, vertices, [t, s]),
+            (place_bars, t.bar_count.shape, [t]),
+            (bar_contact, t.bar_count.shape, [t, s]),
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]
         for count in range(self.iterations):
@@ -294,6 +318,7 @@ class DataParallelTissue:
             ]
         plan += [
             (finish_all, vertices, [t, s, h]),
+            (bar_reactions, t.bar_count.shape, [t, s]),
             (break_ties, t.tie_stiffness.shape, [t]),
             (break_links, t.link_stiffness.shape, [t]),
             (break_anchors, t.anchor_stiffness.shape, [t]),

@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.bars import BALLS, BAR_VERTICES, N_BARS
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.collagen import collagen
@@ -136,6 +137,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     n_patch = max(n_patches(o) for o in organs)
     segments = (n_tube, n_ring)
+    carried, balls = (N_BARS, BAR_VERTICES), (N_BARS, BALLS)
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
@@ -155,6 +157,11 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "n_ring": (n_tube,), "n_colliding": (),
         "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
+        "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),
+        "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
+        "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,),
+        "ball": balls, "ball_before": balls, "ball_shape": balls, "ball_force": balls,
+        "ball_stiffness": balls,
         "wall": (n_tet,), "segment_gradient": segments, "segment_direction": segments,
         "segment_volume": segments, "segment_pull": segments,
         "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),

@@ -10,12 +10,13 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, latch
+from tissue_sim.surgery.clip_bar import leave_jaws
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
 from tissue_sim.surgery.grasp import follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
 from tissue_sim.surgery.leak import hole_leak, leaks
-from tissue_sim.surgery.loose_clip import fall
+from tissue_sim.surgery.loose_clip import fall, push_aside
 from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.slip import Pull, apply_pull, update_after_cut
 from tissue_sim.surgery.tear import Load, tear, worst_load
@@ -46,8 +47,10 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     loads = [worst_load(field.tubes, tube) for tube in field.organ.hollow]
     monitor.watch(injuries.wall_loads(field, loads), time_s)
     r = _tear(field, r, loads, time_s)
-    if any(c.fall_m_s is not None for c in r.clips):
-        r = replace(r, clips=tuple(fall(c, field.organ.bed, step_s) for c in r.clips))
+    if any(clip.lost or clip.in_jaws for clip in r.clips):
+        now = _clips_beside_tools(field, r.clips, step_s)
+        if any(clip is not before for clip, before in zip(now, r.clips, strict=True)):
+            r = replace(r, clips=now)
     if r.pull is not None:
         r = _pull(field, r, r.pull, step_s, monitor)
     r = _leak(field, r, step_s)
@@ -132,6 +135,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
         return r
     r = replace(r, tears=(*r.tears, *(t for t in torn if t is not None)))
     return _part_clips(field, r)
+
+
+def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
+    """Return the clips as instruments and gravity have left them: out of the jaws, pushed aside."""
+    shapes = field.arms.contact_shapes()
+    now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
+    now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
+    return tuple(fall(clip, field.organ.bed, step_s) for clip in now)
 
 
 def _part_clips(field: Field, r: Record) -> Record:
