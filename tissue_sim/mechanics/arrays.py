@@ -88,6 +88,15 @@ class TissueArrays:
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
+    # the gallbladder's skin: triangles, oriented outward; those near the tubes now, with a ball
+    # around each; and which rings of the tubes can touch it
+    n_skin: wp.array(dtype=int)
+    skin: wp.array2d(dtype=wp.vec3i)
+    n_skin_near: wp.array(dtype=int)
+    skin_near: wp.array2d(dtype=int)
+    skin_middle: wp.array2d(dtype=wp.vec3)
+    skin_reach: wp.array2d(dtype=float)
+    ring_beside_sac: wp.array3d(dtype=int)
     # bars: rigid bodies that vertices carry (closed clips). Middle and axis are weighted sums of
     # the vertices' positions; balls in a row touch instruments and other bars (see `bars`)
     n_bar: wp.array(dtype=int)

@@ -23,6 +23,7 @@ from tissue_sim.mechanics.contact import (
     react,
 )
 from tissue_sim.mechanics.implicit import add_inertia, finish, predict
+from tissue_sim.mechanics.sac_contact import find_near_skin, push_ring_out_of_sac
 from tissue_sim.mechanics.springs import (
     add_anchor,
     add_link,
@@ -128,6 +129,18 @@ def tube_contact(t: TissueArrays):
     b, tube, r, k = wp.tid()
     if tube < t.n_colliding[b] and r < t.n_ring[b, tube]:
         push_corner_from_earlier(t, b, tube, r, k)
+
+
+@wp.kernel
+def near_skin(t: TissueArrays):
+    find_near_skin(t, wp.tid())
+
+
+@wp.kernel
+def sac_contact(t: TissueArrays):
+    b, tube, r = wp.tid()
+    if tube < t.n_colliding[b] and r < t.n_ring[b, tube]:
+        push_ring_out_of_sac(t, b, tube, r)
 
 
 @wp.kernel
@@ -305,6 +318,8 @@ class DataParallelTissue:
             (anchors, t.anchor_stiffness.shape, [t]),
             (ring_centres, t.ring_centre.shape, [t]),
             (tube_contact, t.ring.shape, [t]),
+            (near_skin, t.n_skin.shape, [t]),
+            (sac_contact, t.ring_centre.shape, [t]),
             (ring_sides, t.n_ring.shape, [t]),
             (surface_contact, vertices, [t, s]),
             (place_bars, t.bar_count.shape, [t]),

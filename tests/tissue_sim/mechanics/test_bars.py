@@ -85,7 +85,7 @@ def test_an_instrument_moves_a_clip_and_its_tube_and_feels_the_opposite_force(
     f = forces(tissue, "bar contact")
     assert np.linalg.norm(force) > 0.02
     scale = np.abs(f).sum()
-    np.testing.assert_allclose(force, -f.sum(axis=0), atol=1e-2 * np.linalg.norm(force))
+    np.testing.assert_allclose(force, -f.sum(axis=0), atol=1e-2 * float(np.linalg.norm(force)))
     arms = tissue.positions() - tissue.shapes.T_world_link.numpy()[0, BALL, :3, 3]
     np.testing.assert_allclose(torque, -np.cross(arms, f).sum(axis=0), atol=2e-4 * scale)
     assert not np.delete(tissue.tool_wrenches()[0], BALL, axis=0).any()
