@@ -108,6 +108,7 @@ class TissueArrays:
     bar_axis: wp.array3d(dtype=float)
     bar_scale: wp.array2d(dtype=float)  # one over the length of the weighted sum for the axis
     bar_in_jaws: wp.array2d(dtype=int)  # the right jaws have closed it and not left it
+    bar_force: wp.array2d(dtype=wp.vec3)  # of instruments and other bars
     ball: wp.array3d(dtype=wp.vec3)
     ball_before: wp.array3d(dtype=wp.vec3)
     ball_shape: wp.array3d(dtype=int)

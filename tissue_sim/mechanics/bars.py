@@ -70,6 +70,7 @@ def place_bar(t: TissueArrays, b: int, k: int):
     along_before = carried(t, axis, t.previous[b], b, k)
     length = wp.length(along) + 1.0e-9
     t.bar_scale[b, k] = 1.0 / length
+    t.bar_force[b, k] = wp.vec3()
     for j in range(BALL_COUNT):
         offset = ball_offset(t, b, k, j)
         t.ball[b, k, j] = now + along * (offset / length)
@@ -150,6 +151,8 @@ def push_from_bar(t: TissueArrays, b: int, k: int, j: int, other: int):
         K = wp.outer(n, n) * (2.0 * BAR_STIFFNESS)
         load_bar(t, b, k, ball_offset(t, b, k, j), f, K)
         load_bar(t, b, other, reach * (2.0 * share - 1.0), -f, K)
+        wp.atomic_add(t.bar_force, b, k, f)
+        wp.atomic_sub(t.bar_force, b, other, f)
 
 
 @wp.func
@@ -179,6 +182,7 @@ def react_to_bar(t: TissueArrays, s: ToolShapes, b: int, k: int):
                 moved = moved + t.step[b, t.bar_vertex[b, k, m]] * w
             f = t.ball_force[b, k, j] - t.ball_stiffness[b, k, j] * moved * total
             t.ball_force[b, k, j] = f
+            wp.atomic_add(t.bar_force, b, k, f)
             arm = t.ball[b, k, j] - link_origin(s.T_world_link[b, c])
             wp.atomic_sub(s.force, b, c, f)
             wp.atomic_sub(s.torque, b, c, wp.cross(arm, f))

@@ -186,7 +186,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "skin_middle": (n_skin,), "skin_reach": (n_skin,), "ring_beside_sac": segments,
         "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),
         "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
-        "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,),
+        "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,), "bar_force": (N_BARS,),
         "ball": balls, "ball_before": balls, "ball_shape": balls, "ball_force": balls,
         "ball_stiffness": balls,
         "wall": (n_tet,), "segment_gradient": segments, "segment_direction": segments,

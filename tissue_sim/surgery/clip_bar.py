@@ -22,8 +22,27 @@ LEAST_EXTENT = 0.1  # assumed: of what a clip holds, over its largest; a smaller
 
 def place_bars(tubes: Tubes, clips: Sequence[Clip]) -> None:
     """Let the tissue carry all clips that hold it."""
-    bars = [bar_of(clip) for clip in clips if len(clip.vertices) > 1]
+    bars = [bar_of(clip) for clip in clips if is_bar(clip)]
     tubes.tissue.place_bars(tubes.b, bars, reach_m=REACH_M, radius_m=RADIUS_M)
+
+
+def pushes_n(tubes: Tubes, clips: Sequence[Clip]) -> list[tuple[Clip, Array]]:
+    """Return the clips that instruments or other clips push now, and the forces (3,), N.
+
+    The tube's own tension is none of them: it passes under the legs, on a stump as on a whole tube.
+
+    Args:
+        tubes: the tubes, after the step that began with these clips.
+        clips: all clips, as `place_bars` had them.
+    """
+    force = tubes.tissue.host("bar_force")[tubes.b].astype(float)
+    bars = [clip for clip in clips if is_bar(clip)][-len(force) :]
+    return [(clip, f) for clip, f in zip(bars, force, strict=False) if f.any()]
+
+
+def is_bar(clip: Clip) -> bool:
+    """Tell whether a clip holds enough for the tissue to carry it."""
+    return len(clip.vertices) > 1
 
 
 def bar_of(clip: Clip) -> Bar:
