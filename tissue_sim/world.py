@@ -25,7 +25,8 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import dropped_clip, grip_n
+from tissue_sim.surgery.clip import Clip, dropped_clip, grip_n
+from tissue_sim.surgery.clip_bar import place_bars
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.events import record_step
 from tissue_sim.surgery.record import Record
@@ -90,6 +91,7 @@ class World(Field):
         """Put in a new patient, move the instruments home and let the tissue come to rest."""
         self.anatomy = anatomy
         self.tissue, self.tubes = self._prepare(anatomy)
+        self._barred: tuple[Clip, ...] = ()
         self.organ = self.tubes.organ
         self.sac = Sac(self.tissue, self.organ)
         self.T_world_endoscope = endoscope_pose(
@@ -127,6 +129,7 @@ class World(Field):
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
         start, self._target = self._target, self.arms.limited(joints)
         way = self._target - start
+        self._place_bars()
         moving = self.body.begin_step(self.config.control_step_s)
         self.arms.settle()
         for part in self._shares:
@@ -274,6 +277,12 @@ class World(Field):
             [organ], stiffness_scale=[anatomy.stiffness_scale], config=self.config.tissue
         )
         return tissue, Tubes(tissue, organ)
+
+    def _place_bars(self) -> None:
+        """Let the tissue carry the clips that the record has now."""
+        if self._barred is not self.record.clips:
+            self._barred = self.record.clips
+            place_bars(self.tubes, self._barred)
 
     def _place_tools(self, **before: Array) -> None:
         shapes = self.arms.contact_shapes()

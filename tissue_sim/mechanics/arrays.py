@@ -88,6 +88,32 @@ class TissueArrays:
     ring_centre: wp.array3d(dtype=wp.vec3)
     ring_centre_above: wp.array3d(dtype=wp.vec3)
     tube_radius: wp.array2d(dtype=float)
+    # the gallbladder's skin: triangles, oriented outward; those near the tubes now, with a ball
+    # around each; and which rings of the tubes can touch it
+    n_skin: wp.array(dtype=int)
+    skin: wp.array2d(dtype=wp.vec3i)
+    n_skin_near: wp.array(dtype=int)
+    skin_near: wp.array2d(dtype=int)
+    skin_middle: wp.array2d(dtype=wp.vec3)
+    skin_reach: wp.array2d(dtype=float)
+    ring_beside_sac: wp.array3d(dtype=int)
+    # bars: rigid bodies that vertices carry (closed clips). Middle and axis are weighted sums of
+    # the vertices' positions; balls in a row touch instruments and other bars (see `bars`)
+    n_bar: wp.array(dtype=int)
+    bar_reach: wp.array(dtype=float)  # from the middle to the last ball, m
+    bar_radius: wp.array(dtype=float)
+    bar_count: wp.array2d(dtype=int)
+    bar_vertex: wp.array3d(dtype=int)
+    bar_middle: wp.array3d(dtype=float)  # weights
+    bar_axis: wp.array3d(dtype=float)
+    bar_scale: wp.array2d(dtype=float)  # one over the length of the weighted sum for the axis
+    bar_in_jaws: wp.array2d(dtype=int)  # the right jaws have closed it and not left it
+    bar_force: wp.array2d(dtype=wp.vec3)  # of instruments and other bars
+    ball: wp.array3d(dtype=wp.vec3)
+    ball_before: wp.array3d(dtype=wp.vec3)
+    ball_shape: wp.array3d(dtype=int)
+    ball_force: wp.array3d(dtype=wp.vec3)
+    ball_stiffness: wp.array3d(dtype=wp.mat33)
     # walls: tube or sac of each element, its segment or patch (see `walls`), and their loads
     wall: wp.array2d(dtype=wp.vec2i)
     segment_gradient: wp.array3d(dtype=wp.vec3)

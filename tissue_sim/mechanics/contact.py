@@ -422,7 +422,7 @@ def push_corner_from_earlier(t: TissueArrays, b: int, tube: int, r: int, k: int)
 @wp.func
 def add_tube_contact(t: TissueArrays, b: int):
     """Add the contact of each tube's surface with the earlier tubes."""
-    for tube in range(t.n_colliding[b] - 1):
+    for tube in range(t.n_colliding[b]):
         for r in range(t.n_ring[b, tube]):
             find_ring_centres(t, b, tube, r)
     for later in range(1, t.n_colliding[b]):

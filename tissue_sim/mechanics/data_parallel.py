@@ -13,6 +13,7 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness, add_viscous_force
+from tissue_sim.mechanics.bars import place_bar, push_bar, react_to_bar
 from tissue_sim.mechanics.contact import (
     add_bed_contact,
     add_tool_contact,
@@ -22,6 +23,7 @@ from tissue_sim.mechanics.contact import (
     react,
 )
 from tissue_sim.mechanics.implicit import add_inertia, finish, predict
+from tissue_sim.mechanics.sac_contact import find_near_skin, push_ring_out_of_sac
 from tissue_sim.mechanics.springs import (
     add_anchor,
     add_link,
@@ -130,6 +132,18 @@ def tube_contact(t: TissueArrays):
 
 
 @wp.kernel
+def near_skin(t: TissueArrays):
+    find_near_skin(t, wp.tid())
+
+
+@wp.kernel
+def sac_contact(t: TissueArrays):
+    b, tube, r = wp.tid()
+    if tube < t.n_colliding[b] and r < t.n_ring[b, tube]:
+        push_ring_out_of_sac(t, b, tube, r)
+
+
+@wp.kernel
 def ring_sides(t: TissueArrays):
     b, tube = wp.tid()
     agree_on_sides(t, b, tube, -1)  # every finger
@@ -141,6 +155,27 @@ def surface_contact(t: TissueArrays, s: ToolShapes):
     if i < t.n_vertex[b] and t.surface[b, i] != 0 and t.fixed[b, i] == 0:
         add_tool_contact(t, s, b, i)
         add_bed_contact(t, b, i)
+
+
+@wp.kernel
+def place_bars(t: TissueArrays):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        place_bar(t, b, k)
+
+
+@wp.kernel
+def bar_contact(t: TissueArrays, s: ToolShapes):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        push_bar(t, s, b, k)
+
+
+@wp.kernel
+def bar_reactions(t: TissueArrays, s: ToolShapes):
+    b, k = wp.tid()
+    if k < t.n_bar[b]:
+        react_to_bar(t, s, b, k)
 
 
 @wp.kernel
@@ -283,8 +318,12 @@ class DataParallelTissue:
             (anchors, t.anchor_stiffness.shape, [t]),
             (ring_centres, t.ring_centre.shape, [t]),
             (tube_contact, t.ring.shape, [t]),
+            (near_skin, t.n_skin.shape, [t]),
+            (sac_contact, t.ring_centre.shape, [t]),
             (ring_sides, t.n_ring.shape, [t]),
             (surface_contact, vertices, [t, s]),
+            (place_bars, t.bar_count.shape, [t]),
+            (bar_contact, t.bar_count.shape, [t, s]),
             (start_solve, vertices, [t, c, h, config.damping_per_s, gravity]),
         ]
         for count in range(self.iterations):
@@ -294,6 +333,7 @@ class DataParallelTissue:
             ]
         plan += [
             (finish_all, vertices, [t, s, h]),
+            (bar_reactions, t.bar_count.shape, [t, s]),
             (break_ties, t.tie_stiffness.shape, [t]),
             (break_links, t.link_stiffness.shape, [t]),
             (break_anchors, t.anchor_stiffness.shape, [t]),

@@ -9,7 +9,9 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.bars import BALLS, BAR_VERTICES, N_BARS
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
+from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.collagen import collagen
 from tissue_sim.patient.material import (
@@ -24,6 +26,7 @@ from tissue_sim.patient.material import (
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import REGIONS, Organ
 from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
+from tissue_sim.structures.surface import distances_to_triangles, encloses
 
 SPARE_PARTS = 8  # a transection adds one
 SPARE_VERTICES = 96  # for cuts: a transection uses 13
@@ -86,6 +89,7 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "wall": wall_pieces(organ),
         "patch_stiffness": patch_stiffness(organ),
         **_tube_values(organ),
+        **_skin_values(organ),
     }
 
 
@@ -107,6 +111,27 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
         "n_colliding": np.array(len(organ.tubes)),
         "tube_radius": radius,
     }
+
+
+def _skin(organ: Organ) -> Indices:
+    """Return the triangles (n, 3) of the gallbladder's surface."""
+    return boundary_faces(organ.tets[organ.region <= 1])[0]
+
+
+def _skin_values(organ: Organ) -> dict[str, NDArray]:
+    """Return the gallbladder's skin, and the rings that can touch it: those beside it at rest.
+
+    A ring that overlaps it at rest is where the tube joins it; there, ties hold the tube.
+    """
+    skin, tubes = _skin(organ), _tube_values(organ)
+    corners = organ.vertices[skin]
+    beside = np.zeros(tubes["ring"].shape[:2], int)
+    for k, tube in enumerate(organ.tubes if len(skin) else ()):
+        centres = organ.vertices[organ.rings[tube][: tubes["n_ring"][k], 0]]
+        for r in np.flatnonzero(~encloses(corners, centres)):
+            distance_m = distances_to_triangles(corners, centres[r]).min()
+            beside[k, r] = distance_m > tubes["tube_radius"][k]
+    return {"skin": skin, "n_skin": np.array(len(skin)), "ring_beside_sac": beside}
 
 
 def _all_rings(organ: Organ) -> list[Indices]:
@@ -135,7 +160,9 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     n_patch = max(n_patches(o) for o in organs)
+    n_skin = max(len(_skin(o)) for o in organs)
     segments = (n_tube, n_ring)
+    carried, balls = (N_BARS, BAR_VERTICES), (N_BARS, BALLS)
     return {
         "position": (n_vertex,),
         "n_vertex": (), "n_tet": (), "bed_point": (), "bed_normal": (), "bed_along": (),
@@ -155,6 +182,13 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
         "n_ring": (n_tube,), "n_colliding": (),
         "ring_centre": (n_tube, n_ring), "ring_centre_above": (n_tube, n_ring),
         "tube_radius": (n_tube,),
+        "n_skin": (), "skin": (n_skin,), "n_skin_near": (), "skin_near": (n_skin,),
+        "skin_middle": (n_skin,), "skin_reach": (n_skin,), "ring_beside_sac": segments,
+        "n_bar": (), "bar_reach": (), "bar_radius": (), "bar_count": (N_BARS,),
+        "bar_vertex": carried, "bar_middle": carried, "bar_axis": carried,
+        "bar_scale": (N_BARS,), "bar_in_jaws": (N_BARS,), "bar_force": (N_BARS,),
+        "ball": balls, "ball_before": balls, "ball_shape": balls, "ball_force": balls,
+        "ball_stiffness": balls,
         "wall": (n_tet,), "segment_gradient": segments, "segment_direction": segments,
         "segment_volume": segments, "segment_pull": segments,
         "patch_shape": (n_patch,), "patch_volume": (n_patch,), "patch_stretch": (n_patch,),

@@ -10,8 +10,10 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.assembly import add_elements
+from tissue_sim.mechanics.bars import add_bar_contact, react_to_bars
 from tissue_sim.mechanics.contact import add_surface_contact, add_tube_contact, react_on_tools
 from tissue_sim.mechanics.implicit import StepParameters, begin_step, solve_step
+from tissue_sim.mechanics.sac_contact import add_sac_contact
 from tissue_sim.mechanics.springs import add_springs, break_springs
 from tissue_sim.mechanics.untangle import ease_bulk
 
@@ -24,6 +26,7 @@ STAGES = (
     "springs",
     "tube contact",
     "tool and bed contact",
+    "bar contact",
     "solve",
     "breakage",
     "reactions",
@@ -45,11 +48,15 @@ def take_stages(t: TissueArrays, s: ToolShapes, c: StepParameters, first: int, e
             add_springs(t, b)
         if stage == 4:
             add_tube_contact(t, b)
+            add_sac_contact(t, b)
         if stage == 5:
             add_surface_contact(t, s, b)
         if stage == 6:
-            solve_step(t, b, c)
+            add_bar_contact(t, s, b)
         if stage == 7:
-            break_springs(t, b)
+            solve_step(t, b, c)
         if stage == 8:
+            break_springs(t, b)
+        if stage == 9:
             react_on_tools(t, s, b)
+            react_to_bars(t, s, b)

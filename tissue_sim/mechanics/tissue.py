@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.mechanics import assembly, elasticity, rupture, springs
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
+from tissue_sim.mechanics.bars import N_BARS, Bar
 from tissue_sim.mechanics.coarse import skyline
 from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
@@ -133,6 +134,25 @@ class Tissue:
         values.setdefault("T_world_link_before", values["T_world_link"])
         for name, value in values.items():
             self._tools(name)[env] = value
+
+    def place_bars(self, b: int, bars: Sequence[Bar], *, reach_m: float, radius_m: float) -> None:
+        """Let tissue carry rigid bars, in place of those so far; of too many, the last ones.
+
+        Args:
+            b: the environment.
+            bars: the bars.
+            reach_m: from a bar's middle to its first and last ball.
+            radius_m: of the balls.
+        """
+        bars = bars[-N_BARS:]
+        self.host("n_bar")[b] = len(bars)
+        self.host("bar_reach")[b], self.host("bar_radius")[b] = reach_m, radius_m
+        for k, bar in enumerate(bars):
+            n = len(bar.vertices)
+            self.host("bar_count")[b, k], self.host("bar_in_jaws")[b, k] = n, bar.in_jaws
+            self.host("bar_vertex")[b, k, :n] = bar.vertices
+            self.host("bar_middle")[b, k, :n] = bar.middle
+            self.host("bar_axis")[b, k, :n] = bar.axis
 
     def T_world_links(self, b: int = 0) -> Array:
         """Return the (8, 4, 4) poses of the instruments' links at the last placement."""

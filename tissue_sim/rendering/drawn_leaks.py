@@ -11,13 +11,13 @@ import sapien
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, unit
-from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
+from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT, UP, field_point
 from tissue_sim.patient.surroundings import FAT_BEHIND_M
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, joined
 from tissue_sim.rendering.textures import Look
-from tissue_sim.surgery.leak import Leak
+from tissue_sim.surgery.leak import HOLE, Leak
 
 FALL_M = 0.014
 DROPS = 4
@@ -125,14 +125,15 @@ def drop_radius_m(rate_m3_s: float) -> float:
 
 
 def _mouth_radius_m(field: Field, leak: Leak) -> float:
-    if leak.structure == "gallbladder":
+    if leak.side == HOLE:
         return MAX_RADIUS_M
     return 1.15 * field.tubes.radius_m(leak.structure)
 
 
 def _mouth(field: Field, leak: Leak) -> Array:
     """Return the middle of the leaking opening (3,), world frame."""
-    if leak.structure == "gallbladder":
-        return field.sac.hole_centre()
+    if leak.side == HOLE:
+        trunk = leak.structure in BRANCHES
+        return field.tubes.root_m(leak.structure) if trunk else field.sac.hole_centre()
     rings = field.tubes.below if leak.side == "body" else field.tubes.above
     return field.tissue.positions()[rings[leak.structure][leak.ring, 0]].astype(float)

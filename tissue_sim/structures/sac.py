@@ -14,6 +14,7 @@ from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 from tissue_sim.structures.tubes import MEETING_HALF_GAP_M
 
+ENTRY_SAMPLES = 41  # places along a tool at which its entry into the wall is looked for
 BLADE_SAMPLES = 9  # sample points on the blades' trace across a patch
 
 
@@ -63,6 +64,23 @@ class Sac:
         skin, points_m = x[self._skin].astype(float), points_m[near]
         inside = points_m[encloses(skin, points_m)]
         return max((float(distances_to_triangles(skin, p).min()) for p in inside), default=0.0)
+
+    def pierced(self, tips_m: Array, hilts_m: Array) -> Indices:
+        """Return the whole patches through which tools have entered, world frame.
+
+        Args:
+            tips_m: (n, 3) tips, inside of the gallbladder.
+            hilts_m: (n, 3) other ends of their axes, outside or inside.
+        """
+        x = self.tissue.positions(self.b)
+        share = np.linspace(0.0, 1.0, ENTRY_SAMPLES)[:, None]
+        middles = x[self._corners[:, 1]].astype(float).mean(axis=1)
+        skin, found = x[self._skin].astype(float), []
+        for tip, hilt in zip(tips_m, hilts_m, strict=True):
+            way = tip + share * (hilt - tip)
+            entry = way[np.argmin(encloses(skin, way))]  # the first place outside; the tip if none
+            found.append(int(np.argmin(np.linalg.norm(middles - entry, axis=1))))
+        return np.setdiff1d(found, self.open_patches()).astype(np.int32)
 
     def tear(self) -> None:
         """Open the most stretched patch; the other patches may then hold."""

@@ -105,6 +105,20 @@ class Tubes:
             start += n
         return found
 
+    def torn_share(self, trunk: str) -> float:
+        """Return the share of a trunk's branch that is torn off it, 0 to 1."""
+        rows = self.root_rows.get(trunk, ())
+        torn = self.tissue.host("tie_stiffness")[self.b, rows] == 0.0
+        return float(torn.mean()) if len(torn) else 0.0
+
+    def root_m(self, trunk: str) -> Array:
+        """Return the middle (3,) of the place where a trunk's branch leaves it, world frame."""
+        rows = self.root_rows[trunk]
+        corners = self.tissue.host("tie_corner")[self.b, rows, 1:]
+        weights = -self.tissue.host("tie_weight")[self.b, rows, 1:]
+        x = self.tissue.positions(self.b)[corners].astype(float)
+        return (weights[..., None] * x).sum(axis=1).mean(axis=0)
+
     def vertices(self, tube: str) -> Indices:
         """Return the vertices of a tube up to the neck, on both sides of its cuts."""
         above = self.above[tube].tobytes()

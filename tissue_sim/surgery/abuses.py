@@ -27,18 +27,19 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 FINGER_PLACES = (1.0, 0.5)  # shares of a finger's length, from the jaws' hinge to the tip
 
 
-def readings(field: Field, r: Record) -> Iterator[LimitReading]:
+def readings(field: Field, r: Record, stab_m: float) -> Iterator[LimitReading]:
     """Yield every quantity of this file that can exceed its limit in any step.
 
     Args:
         field: after the step.
         r: its new record.
+        stab_m: `stab_m(field)` in this step.
     """
     yield from crushed(field, r)
     if r.pull is None:  # the judge's own test pull stretches the tube between clip and clamp
         yield from stretched(field, r)
     yield LimitReading(event="blunt force", value=_blunt_n(field), limit=BLUNT_MAX_N)
-    yield LimitReading(event="perforation of gallbladder", value=_stab_m(field), limit=PIERCED_M)
+    yield LimitReading(event="perforation of gallbladder", value=stab_m, limit=PIERCED_M)
     lost = sum(clip.lost for clip in r.clips)
     yield LimitReading(event="clips left in the body", value=lost, limit=CLIPS_LEFT_MAX)
 
@@ -99,7 +100,7 @@ def _blunt_n(field: Field) -> float:
     return float(np.linalg.norm(field.tool_forces_n()[RIGHT_ARM]))
 
 
-def _stab_m(field: Field) -> float:
+def stab_m(field: Field) -> float:
     """Return how deep the deepest place of the right fingers is in the gallbladder, m."""
     near, far = (ends[list(RIGHT_FINGERS)].astype(float) for ends in field.tissue.tool_axes())
     return field.sac.depth_m(np.concatenate([near + s * (far - near) for s in FINGER_PLACES]))

@@ -36,6 +36,7 @@ class Clip:
         slid_m: distance that it has been pulled along its tube.
         fall_m_s: its fall speed; None while it is held or lies still.
         T_world_clip: (4, 4) the pose at which it closed; once it is lost, its current pose.
+        in_jaws: whether the jaws that closed or dropped it still touch it; they do not push it.
     """
 
     number: int
@@ -51,6 +52,7 @@ class Clip:
     lost: bool = False
     slid_m: float = 0.0
     fall_m_s: float | None = None
+    in_jaws: bool = True
 
     @property
     def dropped(self) -> bool:

@@ -10,16 +10,17 @@ import numpy as np
 from tissue_sim.field import Field
 from tissue_sim.frames import Array
 from tissue_sim.surgery import abuses, injuries
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, latch
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, LATCH_GAP_M, Clip, grip_n, latch
+from tissue_sim.surgery.clip_bar import leave_jaws, pushes_n
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, SHEAR_GAP_M, sever
-from tissue_sim.surgery.grasp import follow_grasp
+from tissue_sim.surgery.grasp import RIGHT_FINGERS, follow_grasp
 from tissue_sim.surgery.injury import InjuryMonitor
-from tissue_sim.surgery.leak import hole_leak, leaks
-from tissue_sim.surgery.loose_clip import fall
+from tissue_sim.surgery.leak import hole_leak, leaks, root_leaks
+from tissue_sim.surgery.loose_clip import fall, push_aside
 from tissue_sim.surgery.record import Record
 from tissue_sim.surgery.slip import Pull, apply_pull, update_after_cut
 from tissue_sim.surgery.tear import Load, tear, worst_load
-from tissue_sim.thresholds import SAC_MAX_STRETCH
+from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
@@ -41,20 +42,29 @@ def record_step(field: Field, step_s: float, beyond_rad: float, intended: str | 
     r = field.record
     time_s = r.time_s + step_s
     monitor = InjuryMonitor(r.injuries, r.broken_limits, r.peaks)
+    pushes = pushes_n(field.tubes, r.clips)
     r = _use_right_tool(field, time_s, intended, monitor)
+    for clip, force_n in pushes:
+        pull = Pull(number=clip.number, force_world_n=force_n, grip_n=grip_n(field.tubes, clip))
+        r = _pull(field, r, pull, step_s, monitor)
     field.tissue.load_walls()
     loads = [worst_load(field.tubes, tube) for tube in field.organ.hollow]
     monitor.watch(injuries.wall_loads(field, loads), time_s)
+    stab_m = abuses.stab_m(field)
+    if stab_m > PIERCED_M:
+        _pierce(field)
     r = _tear(field, r, loads, time_s)
-    if any(c.fall_m_s is not None for c in r.clips):
-        r = replace(r, clips=tuple(fall(c, field.organ.bed, step_s) for c in r.clips))
+    if any(clip.lost or clip.in_jaws for clip in r.clips):
+        now = _clips_beside_tools(field, r.clips, step_s)
+        if any(clip is not before for clip, before in zip(now, r.clips, strict=True)):
+            r = replace(r, clips=now)
     if r.pull is not None:
         r = _pull(field, r, r.pull, step_s, monitor)
     r = _leak(field, r, step_s)
     T_world_tool = field.arms.T_world_tool()[LEFT_ARM]
     grasp = follow_grasp(r.grasp, field.tissue, field.organ, T_world_tool, time_s)
     monitor.watch(injuries.other_readings(field, r, grasp, beyond_rad), time_s)
-    monitor.watch(abuses.readings(field, r), time_s)
+    monitor.watch(abuses.readings(field, r, stab_m), time_s)
     return replace(
         r,
         time_s=time_s,
@@ -123,6 +133,15 @@ def _slit_sac(field: Field, T_world_tool: Array) -> float | None:
     return field.sac.hole_m2() - before_m2
 
 
+def _pierce(field: Field) -> None:
+    """Open the gallbladder's wall where the right fingers have entered it."""
+    near, far = (ends[list(RIGHT_FINGERS)].astype(float) for ends in field.tissue.tool_axes())
+    inside = [field.sac.depth_m(tip[None]) > 0.0 for tip in far]
+    holes = field.sac.pierced(far[inside], (2.0 * near - far)[inside])
+    if holes.size:
+        field.sac.open(holes)
+
+
 def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Record:
     """Tear the walls that are loaded beyond their strength."""
     if field.sac.stretch() > SAC_MAX_STRETCH:
@@ -132,6 +151,14 @@ def _tear(field: Field, r: Record, loads: Sequence[Load], time_s: float) -> Reco
         return r
     r = replace(r, tears=(*r.tears, *(t for t in torn if t is not None)))
     return _part_clips(field, r)
+
+
+def _clips_beside_tools(field: Field, clips: Sequence[Clip], step_s: float) -> tuple[Clip, ...]:
+    """Return the clips as instruments and gravity have left them: out of the jaws, pushed aside."""
+    shapes = field.arms.contact_shapes()
+    now = [leave_jaws(field.tubes, clip, shapes) for clip in clips]
+    now = [push_aside(clip, shapes) if clip.lost else clip for clip in now]
+    return tuple(fall(clip, field.organ.bed, step_s) for clip in now)
 
 
 def _part_clips(field: Field, r: Record) -> Record:
@@ -157,6 +184,7 @@ def _leak(field: Field, r: Record, step_s: float) -> Record:
     fullness = max(1.0 - r.drained_m3 / field.sac.contents_m3, 0.0)
     leaking = leaks(field.tubes, r.clips, r.openings, fullness=fullness)
     leaking += hole_leak(field.sac, fullness=fullness)
+    leaking += root_leaks(field.tubes, r.clips, fullness=fullness)
     if not leaking and not r.leaks:
         return r
     return replace(

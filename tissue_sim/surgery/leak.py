@@ -1,11 +1,11 @@
-"""Bile and blood from stumps that no clip closes, and from holes in the gallbladder."""
+"""Bile and blood from stumps that no clip closes, and from holes in gallbladder and trunks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
+from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.material import WALL_THICKNESS_M
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
@@ -15,6 +15,7 @@ from tissue_sim.surgery.parting import Opening
 from tissue_sim.thresholds import LUMEN_CLOSED
 
 SIDES = ("body", "gallbladder")  # of a trunk: the two ways it leaves the field
+HOLE = "hole"  # instead of a side
 FLUIDS: dict[str, Fluid] = {
     "duct": BILE,
     "artery": BLOOD,
@@ -46,8 +47,9 @@ class Leak:
 
     Attributes:
         structure: a tube, or "gallbladder".
-        side: the side of a tube's opening that the fluid comes from; "hole" for the gallbladder.
-        ring: the severed ring of a tube; -1 for the gallbladder.
+        side: the side of a tube's opening that the fluid comes from; "hole" for the gallbladder,
+            and for a trunk where its branch is torn off.
+        ring: the severed ring of a tube; -1 for a hole.
     """
 
     structure: str
@@ -92,30 +94,60 @@ def hole_leak(sac: Sac, *, fullness: float = 1.0) -> tuple[Leak, ...]:
         return ()
     way = FlowSegment(length_m=WALL_THICKNESS_M["gallbladder"], area_m2=sac.hole_m2())
     rate = outflow_m3_s(BILE, BILE_PRESSURE_PA * fullness, [way])
-    return (Leak(structure="gallbladder", side="hole", ring=-1, rate_m3_s=rate),)
+    return (Leak(structure="gallbladder", side=HOLE, ring=-1, rate_m3_s=rate),)
+
+
+def root_leaks(tubes: Tubes, clips: Sequence[Clip], *, fullness: float = 1.0) -> tuple[Leak, ...]:
+    """Return the leaks where a branch is torn off its trunk: of the trunk, and of the branch.
+
+    The hole is as wide as the branch's lumen, and as open as the share that is torn. No clip closes
+    it. A clip on the branch closes the branch.
+    """
+    found = []
+    for trunk, branch in BRANCHES.items():
+        torn = tubes.torn_share(trunk)
+        if torn == 0.0:
+            continue
+        mouth = FlowSegment(length_m=0.0, area_m2=torn * tubes.rest_lumen_m2(branch)[0])
+        hole = replace(mouth, length_m=WALL_THICKNESS_M[trunk])
+        rate = outflow_m3_s(FLUIDS[trunk], PRESSURE_PA[trunk, SIDES[0]], [hole])
+        found.append(Leak(structure=trunk, side=HOLE, ring=-1, rate_m3_s=rate))
+        side = SIDES[1]
+        way = _way_along(tubes, clips, branch, 0, 0.0, side)
+        if way:
+            pressure = PRESSURE_PA[branch, side] * (fullness if (branch, side) == DRAIN else 1.0)
+            rate = outflow_m3_s(FLUIDS[branch], pressure, (*way, mouth))
+            found.append(Leak(structure=branch, side=side, ring=0, rate_m3_s=rate))
+    return tuple(found)
 
 
 def _way_out(
     tubes: Tubes, clips: Sequence[Clip], opening: Opening, side: str
 ) -> tuple[FlowSegment, ...]:
     """Return the flow path from the source on one side to an opening; empty if a clip closes it."""
-    tube, station = opening.tube, opening.station_m
-    lumen = tubes.rest_lumen_m2(tube)[opening.ring]
-    length = station if side == SIDES[0] else tubes.length_m[tube] - station
-    between = [closure(tubes, c, tube) for c in clips if _stands_between(c, opening, side)]
-    mouth = tubes.open_share(tube, opening.ring)
-    if mouth == 0.0 or min(between, default=1.0) <= LUMEN_CLOSED:
+    tube, ring = opening.tube, opening.ring
+    mouth = tubes.open_share(tube, ring)
+    way = _way_along(tubes, clips, tube, ring, opening.station_m, side)
+    if mouth == 0.0 or not way:
+        return ()
+    return (*way, FlowSegment(length_m=0.0, area_m2=tubes.rest_lumen_m2(tube)[ring] * mouth))
+
+
+def _way_along(
+    tubes: Tubes, clips: Sequence[Clip], tube: str, ring: int, station_m: float, side: str
+) -> tuple[FlowSegment, ...]:
+    """Return the flow path along a tube up to a ring; empty if a clip closes it."""
+    lumen = tubes.rest_lumen_m2(tube)[ring]
+    length = station_m if side == SIDES[0] else tubes.length_m[tube] - station_m
+    between = [closure(tubes, c, tube) for c in clips if _stands_between(c, tube, station_m, side)]
+    if min(between, default=1.0) <= LUMEN_CLOSED:
         return ()
     squeezed = [FlowSegment(length_m=CLIP_WIDTH_M, area_m2=lumen * min(s, 1.0)) for s in between]
-    return (
-        FlowSegment(length_m=length, area_m2=lumen),
-        *squeezed,
-        FlowSegment(length_m=0.0, area_m2=lumen * mouth),
-    )
+    return (FlowSegment(length_m=length, area_m2=lumen), *squeezed)
 
 
-def _stands_between(clip: Clip, opening: Opening, side: str) -> bool:
-    crossing = clip.on(opening.tube)
+def _stands_between(clip: Clip, tube: str, station_m: float, side: str) -> bool:
+    crossing = clip.on(tube)
     if clip.lost or crossing is None:
         return False
-    return (crossing.station_m < opening.station_m) == (side == SIDES[0])
+    return (crossing.station_m < station_m) == (side == SIDES[0])
