@@ -65,6 +65,13 @@ def chunk_towards(
     return tuple(chunk)
 
 
+def before(T_world_tool: Array, back_m: float) -> Array:
+    """Return the pose moved back along the tool's own axis."""
+    T = T_world_tool.copy()
+    T[:3, 3] -= back_m * T[:3, 2]
+    return T
+
+
 def distance(T: Array, goal: Array) -> tuple[float, float]:
     """Return the distance between two poses: of the tips (m) and of the orientations (rad)."""
     turn = rotation_vector(T[:3, :3].T @ goal[:3, :3])

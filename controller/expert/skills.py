@@ -8,14 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from controller.expert.motion import Goal, distance
+from controller.expert.approach import STANDOFF_M, clear_approach
+from controller.expert.jaw_room import catches_another
+from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
-    STANDOFF_M,
     applier_opening_rad,
-    before,
     belongs_here,
-    catches_another,
-    clear_approach,
     clip_pose,
     cut_pose,
     grasp_opening_rad,

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 
-from controller.kinematics import Unreachable, inverse_kinematics
-from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
+from controller.expert.approach import USUAL, Approach
+from tissue_sim.frames import Array, pose, unit
 from tissue_sim.outcome.clip_rule import (
     CUT_ROOM_M,
     HIGH_MARGIN_M,
@@ -17,11 +14,8 @@ from tissue_sim.outcome.clip_rule import (
     SPACING_M,
     clips_needed,
 )
-from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import straightness
-from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
-from tissue_sim.patient.mesher import subdivide
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
@@ -29,8 +23,7 @@ from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
-from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
-from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
+from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
@@ -41,42 +34,9 @@ LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
 SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
 SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
-OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
-WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this
-SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
-RISK_ROOM_M = 0.0006  # from the open jaws to a structure at risk: the filter keeps 0.5 mm
-LINE_PARTS = 5  # between rings of a structure at risk
-SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
-STANDOFF_M = 0.020  # in front of the tool's target
-REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches
-TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
 TAUT = 0.990
 MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver
-
-
-@dataclass(frozen=True, kw_only=True)
-class Approach:
-    """How the right tool approaches its place on a tube.
-
-    Attributes:
-        turn_rad: angle from straight ahead, towards the left.
-        aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
-        off_centre_m: offset of the jaws' middle from the tube, along the tool's y.
-    """
-
-    turn_rad: float = 0.0
-    aside: float = 0.0
-    off_centre_m: float = 0.0
-
-
-USUAL = Approach()
-APPROACHES = tuple(  # tried in this order, the usual one first
-    Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre)
-    for aside in (0.0, 0.5, 1.0)
-    for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
-    for turn in (0.0, -0.5, 0.5)
-)
 
 
 def grasp_pose(world: World) -> Array:
@@ -160,112 +120,6 @@ def clips_at_m(world: World, tube: str) -> list[float]:
     return [crossing.station_m for crossing in crossings if crossing is not None]
 
 
-def clear_approach(
-    world: World,
-    tube: str,
-    pose: Callable[[World, Approach], Array],
-    tool: str,
-    opening_rad: float,
-    attempt: int = 0,
-) -> Approach:
-    """Return the first approach by which the open tool catches this tube alone.
-
-    Only approaches within reach count, if there is one. Further attempts (1, 2, ...) alternate
-    with the list's end, where approaches differ most: the tool itself may have pushed something
-    between the jaws. If the gallbladder is in the way of all approaches, return the one that
-    leaves it the most room, then the best one from another side. Where a structure at risk is near
-    in all of them, those come first that leave it the most room.
-    """
-    poses = {approach: pose(world, approach) for approach in APPROACHES}
-    poses = {a: T for a, T in poses.items() if in_reach(world, T, tool)} or poses
-    wide_rad = opening_rad + WIDER_RAD
-    single = [a for a, T in poses.items() if not catches_another(world, tube, T, tool, wide_rad)]
-    room_m = {a: sac_room_m(world, poses[a], tool, opening_rad) for a in single}
-    roomy = [a for a in single if room_m[a] > SAC_ROOM_M]
-    if not roomy:
-        best = _roomiest(room_m) or [USUAL]
-        return best[attempt % len(best)]
-    free_m = {a: risk_room_m(world, poses[a], tool, opening_rad) for a in roomy}
-    roomy = [a for a in roomy if free_m[a] > RISK_ROOM_M] or sorted(
-        roomy, key=free_m.__getitem__, reverse=True
-    )
-    turn = attempt // 2 % len(roomy)
-    return roomy[-1 - turn] if attempt % 2 else roomy[turn]
-
-
-def _roomiest(room_m: dict[Approach, float]) -> list[Approach]:
-    """Return the approach with the most room from each side, in order of falling room."""
-    falling = sorted(room_m, key=room_m.__getitem__, reverse=True)
-    sides = dict.fromkeys(approach.turn_rad for approach in falling)
-    return [next(a for a in falling if a.turn_rad == side) for side in sides]
-
-
-def in_reach(world: World, T_world_tool: Array, tool: str) -> bool:
-    """Return whether the right arm reaches a pose, and in front of it, off its joint limits."""
-    stand = before(T_world_tool, STANDOFF_M)
-    return all(_has_room(world, T, INSTRUMENTS[tool]) for T in (stand, T_world_tool))
-
-
-def _has_room(world: World, T_world_tool: Array, instrument: Instrument) -> bool:
-    target = inverse_pose(world.arms.T_world_rcm[RIGHT_ARM]) @ T_world_tool
-    try:
-        joints = inverse_kinematics(target, instrument, world.target[RIGHT_ARM, :6])
-    except Unreachable:
-        return False
-    lower, upper = joint_limits(instrument)[TURNING].T
-    room_rad = np.minimum(joints[TURNING] - lower, upper - joints[TURNING])
-    return bool((room_rad > REACH_ROOM_RAD).all())
-
-
-def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """Return the gap from the open jaws' outer faces to the gallbladder; negative if inside."""
-    reach_m, width_m = MOUTHS[tool]
-    sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
-    x, y, z = transform(inverse_pose(T_world_tool), sac).T
-    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
-    return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
-
-
-def risk_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
-    """Return the gap from the open jaws' fingers to the structures at risk; negative if inside.
-
-    A finger is the rounded patch that touches tissue (`mechanics/contact.py`).
-    """
-    fingers, to_tool = INSTRUMENTS[tool], inverse_pose(T_world_tool)
-    reach_m, gaps = fingers.yaw_to_tip_m - fingers.finger_start_m, []
-    for trunk in AT_RISK:
-        line = subdivide(world.tubes.centres(trunk), LINE_PARTS)
-        x, y, z = transform(to_tool, line).T
-        beside = np.maximum(np.abs(x) - fingers.finger_half_width_m, 0.0)
-        beyond = np.maximum(z, np.maximum(-reach_m - z, 0.0))
-        middle = outer_face_m(tool, opening_rad, np.clip(z, -reach_m, 0.0))
-        middle = middle - fingers.finger_half_thickness_m
-        away = np.sqrt(beside**2 + beyond**2 + (np.abs(y) - middle) ** 2)
-        gaps.append(away.min() - fingers.finger_half_thickness_m - world.tubes.radius_m(trunk))
-    return float(min(gaps))
-
-
-def catches_another(
-    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
-) -> bool:
-    """Return whether the middle of another tube, or of its stump, lies within the open jaws."""
-    reach_m, _ = MOUTHS[tool]
-    others = [
-        world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
-        for other in world.organ.tubes
-        if other != tube
-    ]
-    places = np.array([crossing.point_m for crossing in others if crossing]).reshape(-1, 3)
-    return bool((np.abs(places[:, 1]) < outer_face_m(tool, opening_rad, places[:, 2])).any())
-
-
-def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
-    """Return the distance from the open jaws' middle to a finger's outer face at z (n,), m."""
-    instrument, half_rad = INSTRUMENTS[tool], 0.5 * opening_rad
-    thickness_m = 2.0 * instrument.finger_half_thickness_m
-    return (z + instrument.yaw_to_tip_m) * np.tan(half_rad) + thickness_m / np.cos(half_rad)
-
-
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, ...]:
     """Return where the clips go: all but one low, the last near the gallbladder, less so if aside.
 
@@ -302,13 +156,6 @@ def pull_direction(tubes: Tubes) -> Array:
 def taut(tubes: Tubes) -> bool:
     """Return whether both tubes are straight."""
     return min(straightness(tubes, tube) for tube in TUBES) >= TAUT
-
-
-def before(T_world_tool: Array, back_m: float) -> Array:
-    """Return the pose moved back along the tool's own axis."""
-    T = T_world_tool.copy()
-    T[:3, 3] -= back_m * T[:3, 2]
-    return T
 
 
 def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> Array:

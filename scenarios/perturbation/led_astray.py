@@ -12,14 +12,13 @@ from typing import ClassVar
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.expert.motion import JAW_SPEED_RAD_S
+from controller.expert.motion import JAW_SPEED_RAD_S, before
 from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
     CLEARANCE_M,
     GRASP_OPEN_RAD,
     applier_opening_rad,
     astride,
-    before,
     clip_pose,
     grasp_pose,
 )

@@ -7,24 +7,24 @@ from functools import partial
 import numpy as np
 import pytest
 
-from controller.expert.skills import skill
-from controller.expert.targets import (
+from controller.expert.approach import (
     APPROACHES,
+    FIRM_ROOM_M,
     OFF_CENTRE_M,
-    RISK_ROOM_M,
     SAC_ROOM_M,
     Approach,
+    clear_approach,
+    in_reach,
+)
+from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
+from controller.expert.skills import skill
+from controller.expert.targets import (
     _on_tube,
     applier_opening_rad,
-    catches_another,
-    clear_approach,
     clip_pose,
     clip_stations_m,
     clips_at_m,
     cut_pose,
-    in_reach,
-    risk_room_m,
-    sac_room_m,
 )
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
@@ -74,11 +74,11 @@ def test_nothing_in_the_way_means_the_usual_approach(world: World, tube: str) ->
 @pytest.mark.parametrize("tube", TUBES)
 def test_beside_a_structure_at_risk_the_jaws_keep_away_from_it(world: World, tube: str) -> None:
     def room_m(pose: Callable[..., Array], approach: Approach) -> float:
-        return risk_room_m(world, pose(world, approach=approach), APPLIER, OPEN_RAD)
+        return firm_room_m(world, pose(world, approach=approach), APPLIER, OPEN_RAD)
 
     close = partial(_on_tube, tube=tube, station_m=0.003, beyond_m=0.5 * CLIP_LENGTH_M)
     chosen = clear_approach(world, tube, lambda w, a: close(w, approach=a), APPLIER, OPEN_RAD)
-    assert room_m(close, Approach()) < RISK_ROOM_M
+    assert room_m(close, Approach()) < FIRM_ROOM_M
     assert room_m(close, chosen) > room_m(close, Approach()) + 2e-4
 
 
@@ -93,7 +93,7 @@ def test_the_room_beside_a_structure_at_risk_is_the_filters_distance(world: Worl
     near = model.near(joints, world.arms.mounted, surroundings_of(world))
     chosen = near.of(*AT_RISK) & (near.arm == RIGHT_ARM) & np.isin(near.link, FINGERS)
     assert near.distance_m[chosen].min() == pytest.approx(
-        risk_room_m(world, T, APPLIER, OPEN_RAD), abs=1e-4
+        firm_room_m(world, T, APPLIER, OPEN_RAD), abs=1e-4
     )
 
 

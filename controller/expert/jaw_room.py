@@ -1,0 +1,89 @@
+"""How much room do the open jaws of the right tool leave at a pose? Privileged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.outcome.jaws import MOUTHS
+from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.mesher import subdivide
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.world import World
+
+LINE_PARTS = 5  # between rings of a structure at risk
+SAC_MARGIN_M = 0.002  # to either side of the jaws: the gallbladder's vertices lie this far apart
+ARM_PARTS = 40  # sample points along each link of the left instrument
+N_LINK = len(PATCH_LINKS)
+
+
+def sac_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return the gap from the open jaws' outer faces to the gallbladder; negative if inside."""
+    reach_m, width_m = MOUTHS[tool]
+    sac = world.tissue.positions()[world.organ.sac_rings.ravel()].astype(float)
+    x, y, z = transform(inverse_pose(T_world_tool), sac).T
+    before = (np.abs(x) < 0.5 * width_m + SAC_MARGIN_M) & (-reach_m < z) & (z < 0.0)
+    return float(np.min((np.abs(y) - outer_face_m(tool, opening_rad, z))[before], initial=np.inf))
+
+
+def firm_room_m(world: World, T_world_tool: Array, tool: str, opening_rad: float) -> float:
+    """Return the gap from the open jaws' fingers to what must not be touched; negative if inside.
+
+    This is the structures at risk and the left instrument.
+    """
+    lines = [
+        (subdivide(world.tubes.centres(t), LINE_PARTS), world.tubes.radius_m(t)) for t in AT_RISK
+    ]
+    gaps = [
+        _gap_m(transform(inverse_pose(T_world_tool), line), tool, opening_rad) - radius_m
+        for line, radius_m in (*lines, *_left_instrument(world))
+    ]
+    return min(gaps)
+
+
+def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:
+    """Yield lines (n, 3), world frame, and radii that cover the left instrument."""
+    shapes, share = world.arms.contact_shapes(), np.linspace(0.0, 1.0, ARM_PARTS)[:, None]
+    for k in range(N_LINK):
+        along = shapes.a_world_m[k] + share * (shapes.b_world_m[k] - shapes.a_world_m[k])
+        for side in (-1.0, 1.0):
+            yield along + side * shapes.w_world_m[k], float(shapes.radius_m[k])
+
+
+def _gap_m(points_tool_m: Array, tool: str, opening_rad: float) -> float:
+    """Return the distance of points (n, 3) to the surface of the nearer open finger.
+
+    A finger is the rounded patch that touches tissue (`mechanics/contact.py`).
+    """
+    fingers = INSTRUMENTS[tool]
+    reach_m = fingers.yaw_to_tip_m - fingers.finger_start_m
+    x, y, z = points_tool_m.T
+    beside = np.maximum(np.abs(x) - fingers.finger_half_width_m, 0.0)
+    beyond = np.maximum(z, np.maximum(-reach_m - z, 0.0))
+    middle = outer_face_m(tool, opening_rad, np.clip(z, -reach_m, 0.0))
+    middle = middle - fingers.finger_half_thickness_m
+    away = np.sqrt(beside**2 + beyond**2 + (np.abs(y) - middle) ** 2)
+    return float(away.min()) - fingers.finger_half_thickness_m
+
+
+def catches_another(
+    world: World, tube: str, T_world_tool: Array, tool: str, opening_rad: float
+) -> bool:
+    """Return whether the middle of another tube, or of its stump, lies within the open jaws."""
+    reach_m, _ = MOUTHS[tool]
+    others = [
+        world.tubes.crossing(other, T_world_tool, reach_m, half_gap_m=np.inf)
+        for other in world.organ.tubes
+        if other != tube
+    ]
+    places = np.array([crossing.point_m for crossing in others if crossing]).reshape(-1, 3)
+    return bool((np.abs(places[:, 1]) < outer_face_m(tool, opening_rad, places[:, 2])).any())
+
+
+def outer_face_m(tool: str, opening_rad: float, z: Array) -> Array:
+    """Return the distance from the open jaws' middle to a finger's outer face at z (n,), m."""
+    instrument, half_rad = INSTRUMENTS[tool], 0.5 * opening_rad
+    thickness_m = 2.0 * instrument.finger_half_thickness_m
+    return (z + instrument.yaw_to_tip_m) * np.tan(half_rad) + thickness_m / np.cos(half_rad)
