@@ -25,6 +25,7 @@ from tissue_sim.rendering.shapes import pipe, sheet
 from tissue_sim.rendering.textures import TILE_M, Colour, Look
 
 CELL_M = 0.0025
+BEYOND_M = np.array([0.015, 0.040, 0.075, 0.120])  # places outside the field, from its edge
 TILE_OF_SHEET_M = 0.075
 LIGAMENT_M = 0.008  # distance from a trunk at which its ligament has sunk into the sheet
 BARE_SHARE = 0.35  # of a trunk's radius that lies before the ligament, in the middle of the trunk
@@ -42,7 +43,7 @@ DUODENUM_SUNK_M = 0.004  # of its middle, in the sheet
 
 def peritoneum(organ: Organ, rng: np.random.Generator) -> tuple[Surface, Look]:
     """Build the sheet; nearer below and beside, where fat is thicker."""
-    u, v = np.meshgrid(np.arange(-0.138, 0.139, CELL_M), np.arange(-0.102, 0.103, CELL_M))
+    u, v = np.meshgrid(_places(0.138), _places(0.102)[: -len(BEYOND_M)])  # the liver is above
     beside = np.clip(np.abs(u) - 0.06, 0.0, None)
     folds = 0.0016 * waves(u[0], 0.06, rng) * waves(v[:, 0], 0.05, rng)[:, None]
     depth = _base(v) - 0.18 * beside + folds
@@ -84,6 +85,12 @@ def liver_look(colour: Colour) -> Look:
     red, green, blue = colour
     return Look(colour=(0.88 * red, 0.80 * green, 0.72 * blue), mottle=0.08, relief=0.20, grain=3,
                 film=1.0, lobule_contrast=0.10, lobule_count=900)  # fmt: skip
+
+
+def _places(half_m: float) -> Array:
+    """Return places across the sheet, m: close in the field, and far apart up to the cavity."""
+    beyond_m = half_m + BEYOND_M
+    return np.concatenate([-beyond_m[::-1], np.arange(-half_m, half_m + 0.001, CELL_M), beyond_m])
 
 
 def _base(v: Array) -> Array:
