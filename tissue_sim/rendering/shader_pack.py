@@ -19,6 +19,8 @@ from pathlib import Path
 
 import sapien
 
+from tissue_sim.rendering.textures import BLURRED_RELIEF
+
 COLOR_PICTURE = "Color"  # (H, W, 4) uint8
 POSITION_PICTURE = "MicrometrePosition"  # (H, W, 4) int32: camera x right, y up, z back; entity
 MICROMETRE = 1.0e-6
@@ -54,8 +56,8 @@ _BUMP = """\
     rippled = normalize(tangentFrame(rippled) * (bump.xyz * 2 - 1));
   }
   // Liquid shows every ripple; light that has been inside the tissue blurs them.
-  vec3 normal = normalize(mix(normalize(inTbn[2]), rippled, 0.3));
-"""
+  vec3 normal = normalize(mix(normalize(inTbn[2]), rippled, BLURRED));
+""".replace("BLURRED", str(BLURRED_RELIEF))
 _FILM = """\
   float film = 1.0 - materialBuffer.emission.a;
   if (film > 0.0) {  // water's reflection of the lamp: GGX, with what it is near the mirror angle

@@ -19,6 +19,7 @@ TILE_M = 0.030  # length of a texture's side on the tissue
 REDDENING = np.array([0.7, 1.2, 1.4])  # assumed exponents: where tissue is darker it is redder
 VESSEL = np.array([0.40, 0.035, 0.035])
 VESSEL_RADIUS, VESSEL_END, VESSEL_TAPER = 1.2, 0.35, 0.994  # pixels: first, last; a pixel's change
+BLURRED_RELIEF = 0.3  # assumed: share of the relief that the tissue under the film shows
 DYE = (0.40, 0.015, 0.02)  # red, as in the video of SRT-H
 
 
