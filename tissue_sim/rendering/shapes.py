@@ -93,9 +93,9 @@ def joined(surfaces: list[Surface]) -> Surface:
     )
 
 
-def drop(centre: Array, radii_m: Array, fineness: int = 1) -> Surface:
-    """Build an ellipsoid along the world's axes, of 12 sectors times the fineness."""
-    rows, columns = 8 * fineness + 1, 12 * fineness + 1
+def drop(centre: Array, radii_m: Array) -> Surface:
+    """Build an ellipsoid along the world's axes, of 12 sectors."""
+    rows, columns = 9, 13
     polar, turn = np.meshgrid(
         np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
     )
