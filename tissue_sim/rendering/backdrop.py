@@ -1,12 +1,18 @@
-"""What lies behind the tubes: peritoneum over fat, the ligament, the duodenum's edge.
+"""What lies behind the tubes: peritoneum over fat, the ligament, the liver, the duodenum's edge.
 
 The peritoneum is one smooth sheet. Where the structures at risk run it rises around them, as the
-ligament does, and closes over their ends. Shapes are assumed; each patient has its own.
+ligament does, and closes over their ends. Behind the cystic tubes it has been dissected: there it
+keeps back, and a lobe of the liver shows above it, in the "critical view of safety" (Strasberg et
+al., J. Am. Coll. Surg. 180, 1995). Instruments reach no farther than this room. Shapes are assumed;
+each patient has its own.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from tissue_sim.frames import Array
@@ -16,65 +22,131 @@ from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.surroundings import FAT_BEHIND_M, waves
 from tissue_sim.rendering.drawing import Surface
 from tissue_sim.rendering.shapes import pipe, sheet
-from tissue_sim.rendering.textures import TILE_M, Look
+from tissue_sim.rendering.textures import TILE_M, Colour, Look
 
 CELL_M = 0.0025
-TILE_OF_SHEET_M = 0.045
-LIGAMENT_M = 0.011  # distance from a trunk at which its ligament has sunk into the sheet
+BEYOND_M = np.array([0.015, 0.040, 0.075, 0.120])  # places outside the field, from its edge
+TILE_OF_SHEET_M = 0.075
+LIGAMENT_M = 0.008  # distance from a trunk at which its ligament has sunk into the sheet
 BARE_SHARE = 0.35  # of a trunk's radius that lies before the ligament, in the middle of the trunk
 LOBULE_M = 0.014  # a lobule of the fat under the sheet
+WINDOW_M = 0.0105  # how far the liver keeps back behind a dissected tube: jaws pass behind it
+SHEET_WINDOW_M = 0.0135  # how far the sheet does, behind the liver
+WINDOW_WIDTH_M = 0.009  # how far it keeps back beside a tube
+ROOT_M = 0.0015  # of a tube, from its trunk, that is not dissected
+LOBE_M = np.array([0.080, 0.040])  # half width and half height of the liver's lobe
+LOBE_UP_M = 0.025  # height of its middle in the field
+LOBE_THICK_M = 0.010  # how far it stands out of the sheet
 DUODENUM_M = 0.013  # its radius
+DUODENUM_SUNK_M = 0.004  # of its middle, in the sheet
 
 
 def peritoneum(organ: Organ, rng: np.random.Generator) -> tuple[Surface, Look]:
     """Build the sheet; nearer below and beside, where fat is thicker."""
-    u, v = np.meshgrid(np.arange(-0.138, 0.139, CELL_M), np.arange(-0.102, 0.103, CELL_M))
-    below = np.clip(-v - 0.032, 0.0, None)
+    u, v = np.meshgrid(_places(0.138), _places(0.102)[: -len(BEYOND_M)])  # the liver is above
     beside = np.clip(np.abs(u) - 0.06, 0.0, None)
-    above = np.clip(v - 0.004, 0.0, None)
     folds = 0.0016 * waves(u[0], 0.06, rng) * waves(v[:, 0], 0.05, rng)[:, None]
-    depth = FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2 - 0.18 * beside + folds
+    depth = _base(v) - 0.18 * beside + folds
     centres = rng.uniform(-0.18, 0.18, (int((0.36 / LOBULE_M) ** 2 / 2), 2))
     nearest = KDTree(centres).query(np.stack([u, v], -1))[0] / LOBULE_M
     depth -= 0.0014 * np.exp(-2.0 * nearest**2)
     for trunk in AT_RISK:
         depth = _with_ligament(depth, u, v, organ, trunk)
-    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
-    return sheet(points[:, ::-1], TILE_OF_SHEET_M), _look(rng)
+    depth = _with_windows(depth, u, v, organ, SHEET_WINDOW_M)
+    return _facing(u, v, depth, TILE_OF_SHEET_M), _look(rng)
+
+
+def lobe(organ: Organ, colour: Colour, rng: np.random.Generator) -> tuple[Surface, Look]:
+    """Build the lobe of the liver that the window between the tubes shows."""
+    u, v = np.meshgrid(*(np.arange(-r, r, CELL_M) for r in LOBE_M))
+    v = v + LOBE_UP_M
+    edge = 1.0 + 0.08 * waves(u[0], 0.05, rng)
+    flat = 1.0 - (u / LOBE_M[0]) ** 2  # it thins out towards both sides
+    inside = 1.0 - ((v - LOBE_UP_M) / (LOBE_M[1] * (0.5 + 0.5 * flat))) ** 2 * edge
+    depth = _base(v) + 0.001 - LOBE_THICK_M * flat * np.sign(inside) * np.sqrt(np.abs(inside))
+    depth = _with_windows(depth, u, v, organ, WINDOW_M)
+    return _facing(u, v, depth, TILE_M), liver_look(colour)
 
 
 def duodenum(rng: np.random.Generator) -> tuple[Surface, Look]:
     """Build the upper edge of the duodenum, which lies across the lower field."""
     t = np.linspace(-1.0, 1.0, 41)
-    up_m = -0.052 - 0.020 * t + 0.004 * waves(t, 1.2, rng)
-    away_m = FAT_BEHIND_M - 0.008 + 0.010 * np.abs(t)
+    up_m = -0.058 - 0.014 * t + 0.004 * waves(t, 1.2, rng)
+    away_m = _base(up_m) + DUODENUM_SUNK_M
     line = np.stack(
         [field_point(0.150 * k, up, away) for k, up, away in zip(t, up_m, away_m, strict=True)]
     )
-    look = Look(colour=(0.70, 0.36, 0.29), mottle=0.08, vessels=0.75, relief=0.03, grain=9,
-                roughness=0.30, specular=0.7)  # fmt: skip
+    look = Look(colour=(0.66, 0.33, 0.27), mottle=0.08, vessels=0.7, relief=0.12, grain=7, film=1.0)
     return pipe(line, DUODENUM_M, TILE_M, around=40), look
+
+
+def liver_look(colour: Colour) -> Look:
+    """Return the liver's smooth capsule, through which its lobules show."""
+    red, green, blue = colour
+    return Look(colour=(0.88 * red, 0.80 * green, 0.72 * blue), mottle=0.08, relief=0.20, grain=3,
+                film=1.0, lobule_contrast=0.10, lobule_count=900)  # fmt: skip
+
+
+def _places(half_m: float) -> Array:
+    """Return places across the sheet, m: close in the field, and far apart up to the cavity."""
+    beyond_m = half_m + BEYOND_M
+    return np.concatenate([-beyond_m[::-1], np.arange(-half_m, half_m + 0.001, CELL_M), beyond_m])
+
+
+def _base(v: Array) -> Array:
+    """Return the depth of the sheet at a height, without what lies under it."""
+    above, below = np.clip(v - 0.004, 0.0, None), np.clip(-v - 0.032, 0.0, None)
+    return FAT_BEHIND_M + 1.3 * above - 0.75 * below + 6.0 * below**2
+
+
+def _facing(u: Array, v: Array, depth: Array, tile_m: float) -> Surface:
+    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
+    flat = np.stack([u, v], -1)[:, ::-1] / tile_m  # texture coordinates without shear on slopes
+    return replace(sheet(points[:, ::-1], tile_m), uv=flat.reshape(-1, 2))
 
 
 def _with_ligament(depth: Array, u: Array, v: Array, organ: Organ, trunk: str) -> Array:
     """Raise the sheet (n, m) around a trunk, half of which shows; its ends are covered."""
     rings = organ.rings[trunk]
-    line = organ.vertices[rings[:, 0]]
-    radius_m = np.linalg.norm(organ.vertices[rings[:, -1]] - line, axis=1).mean()
-    fine = np.linspace(0, len(line) - 1, 20 * len(line))
-    line = np.stack([np.interp(fine, np.arange(len(line)), line[:, k]) for k in range(3)], axis=1)
-    away, which = KDTree(line @ np.stack([RIGHT, UP], axis=1)).query(np.stack([u, v], -1))
+    line = _fine(organ.vertices[rings[:, 0]])
+    radius_m = np.linalg.norm(organ.vertices[rings[:, -1]] - organ.vertices[rings[:, 0]], axis=1)
+    away, which = _nearest(line, u, v)
     from_middle = np.abs(2.0 * which / (len(line) - 1) - 1.0)
-    covered = np.clip((from_middle - 0.45) / 0.45, 0.0, 1.0)
-    bare_m = radius_m * (BARE_SHARE - (1.0 + BARE_SHARE + 0.6) * covered**2)
+    covered = np.clip((from_middle - 0.35) / 0.55, 0.0, 1.0)
+    bare_m = radius_m.mean() * (BARE_SHARE - (1.0 + BARE_SHARE + 0.6) * covered**2)
     share = np.exp(-((away / LIGAMENT_M) ** 2))
     return depth + share * ((line @ AWAY)[which] + bare_m - depth)
+
+
+def _with_windows(depth: Array, u: Array, v: Array, organ: Organ, window_m: float) -> Array:
+    """Push back what is near a cystic tube, but for the tube's root."""
+    for tube in organ.tubes:
+        line = _fine(organ.vertices[organ.rings[tube][: organ.neck_ring[tube] + 1, 0]])
+        away, which = _nearest(line, u, v)
+        from_root_m = np.linalg.norm(np.diff(line, axis=0, prepend=line[:1]), axis=1).cumsum()
+        room_m = np.clip(2.5 * (from_root_m[which] - ROOT_M), 0.0, window_m)
+        share = np.clip(2.0 - away / WINDOW_WIDTH_M, 0.0, 1.0)
+        share = share * share * (3.0 - 2.0 * share)
+        depth = depth + share * np.maximum((line @ AWAY)[which] + room_m - depth, 0.0)
+    return depth
+
+
+def _fine(line: Array) -> Array:
+    """Return 20 points for each of a line (n, 3)."""
+    fine = np.linspace(0, len(line) - 1, 20 * len(line))
+    return np.stack([np.interp(fine, np.arange(len(line)), line[:, k]) for k in range(3)], axis=1)
+
+
+def _nearest(line: Array, u: Array, v: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Return how far each place of the sheet is from a line, m, and from which of its points."""
+    away, which = KDTree(line @ np.stack([RIGHT, UP], axis=1)).query(np.stack([u, v], -1))
+    return np.asarray(away), np.asarray(which)
 
 
 def _look(rng: np.random.Generator) -> Look:
     """Return peritoneum over fat, from yellow to pink with the patient's fat."""
     fat = rng.uniform(0.25, 0.8)
-    yellow, pink = np.array([0.78, 0.52, 0.20]), np.array([0.66, 0.33, 0.26])
+    yellow, pink = np.array([0.78, 0.50, 0.17]), np.array([0.66, 0.33, 0.26])
     red, green, blue = (round(float(c), 3) for c in fat * yellow + (1.0 - fat) * pink)
-    return Look(colour=(red, green, blue), mottle=0.07, vessels=0.85, relief=0.03, grain=14,
-                lobules=0.10, roughness=0.34, specular=0.5)  # fmt: skip
+    return Look(colour=(red, green, blue), mottle=0.13, vessels=0.55, relief=0.12, grain=14,
+                film=1.0, lobules=0.22, lobule_contrast=0.22, lobule_count=110)  # fmt: skip

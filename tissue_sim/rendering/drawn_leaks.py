@@ -12,11 +12,11 @@ import sapien
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY
-from tissue_sim.patient.axes import AWAY, LEFT, RIGHT, UP, field_point
-from tissue_sim.patient.surroundings import FAT_BEHIND_M
+from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.rendering.drawing import Drawn, Surface
-from tissue_sim.rendering.shapes import drop, joined
-from tissue_sim.rendering.textures import Look
+from tissue_sim.rendering.drawn_surroundings import depth_behind_m
+from tissue_sim.rendering.shapes import drop, joined, sheet
+from tissue_sim.rendering.textures import TILE_M, Look
 from tissue_sim.surgery.leak import HOLE, Leak
 
 FALL_M = 0.014
@@ -27,9 +27,9 @@ PULSE_S = 0.8  # 75 beats a minute
 SPURT_M = 0.016  # assumed: reach of a spurt at the height of the pulse
 POOL_DEPTH_M = 0.0015  # assumed: how thick liquid lies on peritoneum
 POOL_BELOW_M = 0.016  # of the opening, in the endoscope's picture
-POOL_BEHIND_M = FAT_BEHIND_M - 0.003  # where the peritoneum holds it
-_BILE = Look(colour=(0.30, 0.34, 0.03), roughness=0.12, specular=1.0)
-_BLOOD = Look(colour=(0.42, 0.006, 0.006), roughness=0.12, specular=1.0)
+_POOL_RINGS, _POOL_SECTORS = 12, 36
+_BILE = Look(colour=(0.22, 0.22, 0.02), roughness=0.2, specular=0.8, film=1.0)
+_BLOOD = Look(colour=(0.36, 0.005, 0.005), roughness=0.2, specular=0.8, film=1.0)
 LEAK_LOOKS = {
     "duct": _BILE,
     "gallbladder": _BILE,
@@ -82,7 +82,7 @@ def _wet(field: Field, leak: Leak, pooled_m3: float) -> Surface:
         drop(centre + f * spurt_m + f * f * FALL_M * down, radius * np.array([0.85, 0.85, 1.4]))
         for f in fallen
     ]
-    return joined([spot, *falling, *_pool(centre, pooled_m3)])
+    return joined([spot, *falling, *_pool(field, centre, pooled_m3)])
 
 
 def _spurt_m(field: Field, leak: Leak) -> Array:
@@ -95,26 +95,24 @@ def _spurt_m(field: Field, leak: Leak) -> Array:
     return SPURT_M * pulse * unit(end - before)
 
 
-def _pool(mouth: Array, volume_m3: float) -> list[Surface]:
-    """Build a flat pool of this volume on the peritoneum, below an opening; none of nothing."""
+def _pool(field: Field, mouth: Array, volume_m3: float) -> list[Surface]:
+    """Build a pool of this volume below an opening, on what lies behind it; none of nothing."""
     if volume_m3 <= 0.0:
         return []
-    centre = field_point(float(mouth @ RIGHT), float(mouth @ UP) - POOL_BELOW_M, POOL_BEHIND_M)
-    radius_m = pool_radius_m(volume_m3)
-    axes, radii_m = np.stack([LEFT, UP, AWAY]), np.array([radius_m, radius_m, 0.5 * POOL_DEPTH_M])
-    ball = drop(np.zeros(3), np.ones(3), fineness=4)
-    return [
-        Surface(
-            points=centre + ball.points * radii_m @ axes,
-            normals=unit(ball.points / radii_m @ axes),
-            triangles=ball.triangles,
-            uv=ball.uv,
-        )
-    ]
+    share, turn = np.meshgrid(
+        np.linspace(0.02, 1.0, _POOL_RINGS), np.linspace(0.0, 2.0 * np.pi, _POOL_SECTORS)
+    )
+    radius_m = pool_radius_m(volume_m3) * share * (1.0 + 0.12 * np.sin(3.0 * turn))
+    at = mouth - field.body.offset_m
+    u = at @ RIGHT + radius_m * np.cos(turn)
+    v = at @ UP - POOL_BELOW_M + radius_m * np.sin(turn)
+    depth = depth_behind_m(field.anatomy, u, v) - POOL_DEPTH_M * np.sqrt(1.0 - share**2)
+    points = u[..., None] * RIGHT + v[..., None] * UP + depth[..., None] * AWAY
+    return [sheet(points[:, ::-1] + field.body.offset_m, TILE_M)]
 
 
 def pool_radius_m(volume_m3: float) -> float:
-    """Return the radius of a flat ellipsoid of this volume, `POOL_DEPTH_M` thick in its middle."""
+    """Return the radius of half an ellipsoid of this volume, `POOL_DEPTH_M` thick in its middle."""
     return float(np.sqrt(volume_m3 / (2.0 / 3.0 * np.pi * POOL_DEPTH_M)))
 
 

@@ -1,4 +1,4 @@
-"""The rest of the connective tissue: thin fatty strands, each drawn until it breaks."""
+"""The rest of the connective tissue: bundles of wavy fibres with some fat, until they break."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, unit
 from tissue_sim.rendering.drawing import Drawn, Surface
-from tissue_sim.rendering.shapes import drop, joined, pipe
+from tissue_sim.rendering.shapes import threads
 from tissue_sim.rendering.textures import TILE_M, Look
 
-STRAND_RADIUS_M = 0.00035
-LOBULE_RADIUS_M = 0.0011
-LOBULE_SPACING_M = 0.0035
+STRAND_RADIUS_M = 0.00028  # of a fibre in its middle third; it spreads out where it is attached
+FIBRES = 3  # in a strand
+SPREAD_M = 0.0006  # how far from the strand's line a fibre is attached
 SAG = 0.06  # of a strand's length
-LOOK = Look(colour=(0.80, 0.60, 0.22), mottle=0.06, relief=0.05, roughness=0.38, specular=0.4)
+WAVE = 0.09  # of a strand's length: a fibre is wavy until it is taut
+FAT = 3.0  # swelling of every strand's second fibre by the lumpy fat on it, in fibre radii
+LOOK = Look(colour=(0.80, 0.54, 0.24), mottle=0.15, relief=0.05, film=0.9)
+_ALONG, _AROUND = 11, 6
 
 
 class DrawnStrands:
@@ -27,9 +30,9 @@ class DrawnStrands:
 
     def update(self, field: Field) -> None:
         """Draw the strands where they are now."""
-        ends = field.tissue.positions()[holding(field)].astype(float)
-        if len(ends):
-            self._drawn.show(joined([s for pair in ends for s in _strand(*pair)]))
+        held = holding(field)
+        if len(held):
+            self._drawn.show(bundles(held, field.tissue.positions()[held].astype(float)))
         else:
             self._drawn.hide()
 
@@ -42,20 +45,22 @@ def holding(field: Field) -> NDArray[np.int32]:
     return strands[(stiffness > 0.0) & (link == strands).all(axis=1)]
 
 
-def _strand(start: Array, end: Array) -> list[Surface]:
-    """Build a sagging string with a lobule of fat every few millimetres."""
-    length = float(np.linalg.norm(end - start))
-    t = np.linspace(0.0, 1.0, 7)[:, None]
-    down = 4.0 * SAG * length * t * (1.0 - t) * np.array([0.0, 0.0, -1.0])
-    line = start + t * (end - start) + down
-    n = max(round(length / LOBULE_SPACING_M), 1)
-    at = np.linspace(0.0, 1.0, n + 2)[1:-1]
-    along = np.abs(unit(end - start))
-    lobules = [
-        drop(
-            np.array([np.interp(a, t[:, 0], line[:, k]) for k in range(3)]),
-            LOBULE_RADIUS_M * (0.6 + 0.4 * np.sin(9.0 * a + 1000.0 * length) ** 2) * (0.8 + along),
-        )
-        for a in at
-    ]
-    return [pipe(line, STRAND_RADIUS_M, TILE_M, around=8), *lobules]
+def bundles(numbers: NDArray[np.int32], ends: Array) -> Surface:
+    """Build strands' fibres between ends (n, 2, 3), m; the vertex numbers (n, 2) vary them."""
+    strand, fibre = np.divmod(np.arange(FIBRES * len(ends)), FIBRES)
+    chance = np.sin(numbers[strand] @ [12.9898, 78.233] + 37.719 * fibre) * 43758.5453 % 1.0
+    start, end = ends[strand, 0], ends[strand, 1]
+    length = np.linalg.norm(end - start, axis=1)[:, None, None]
+    ahead = unit(end - start)
+    aside = unit(np.cross(ahead, np.where(np.abs(ahead[:, 2:]) < 0.9, [0, 0, 1.0], [1.0, 0, 0])))
+    turn = 2.0 * np.pi * (chance + fibre / FIBRES)
+    aside = np.cos(turn)[:, None] * aside + np.sin(turn)[:, None] * np.cross(ahead, aside)
+    t = np.linspace(0.0, 1.0, _ALONG)
+    wave = np.sin(2.0 * np.pi * ((1.0 + chance[:, None]) * t + chance[:, None])) * np.sin(np.pi * t)
+    out_m = SPREAD_M * (2.0 * t - 1.0) ** 2 + WAVE * length[..., 0] * wave
+    line = start[:, None] + t[:, None] * (end - start)[:, None] + out_m[..., None] * aside[:, None]
+    line[..., 2] -= 4.0 * SAG * length[..., 0] * t * (1.0 - t)
+    lumps = 0.7 + 0.3 * np.sin(2.0 * np.pi * (1.7 * t + 3.0 * chance[:, None]))
+    fat = np.sin(np.pi * t) * lumps * (fibre == 1)[:, None]
+    radius_m = STRAND_RADIUS_M * (0.55 + 1.3 * (2.0 * t - 1.0) ** 4 + FAT * fat)
+    return threads(line, radius_m, TILE_M, around=_AROUND)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import sapien
+from scipy.spatial import KDTree
 
 from tissue_sim.field import Field
-from tissue_sim.frames import pose
+from tissue_sim.frames import Array, pose
 from tissue_sim.patient.anatomy import Anatomy
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.axes import AWAY, RIGHT, UP
+from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.surroundings import liver_points, relief_rng
-from tissue_sim.rendering.backdrop import duodenum, peritoneum
+from tissue_sim.rendering.backdrop import duodenum, liver_look, lobe, peritoneum
 from tissue_sim.rendering.drawing import Drawn, Surface
 from tissue_sim.rendering.shapes import drop, sheet
 from tissue_sim.rendering.textures import TILE_M, Look
@@ -49,16 +53,37 @@ def surroundings(organ: Organ, anatomy: Anatomy) -> dict[str, tuple[Surface, Loo
     return {
         "liver": (
             sheet(liver_points(organ, anatomy, rng), TILE_M),
-            Look(colour=anatomy.liver_colour, mottle=0.13, relief=0.10, grain=22, specular=0.7,
-                 roughness=0.33),
+            liver_look(anatomy.liver_colour),
         ),
         "peritoneum": peritoneum(organ, rng),
         "duodenum": duodenum(rng),
+        "liver:lobe": lobe(organ, anatomy.liver_colour, rng),
         "cavity": (
             _inside_out(drop(np.zeros(3), np.full(3, CAVITY_RADIUS_M))),
-            Look(colour=(0.42, 0.12, 0.08), roughness=0.6, glow=0.02),
+            Look(colour=(0.42, 0.12, 0.08), roughness=0.6, specular=0.6, glow=0.02),
         ),
-    }  # fmt: skip
+    }
+
+
+def depth_behind_m(anatomy: Anatomy, u: Array, v: Array) -> Array:
+    """Return how deep in the field what lies behind the tubes is, at places right and up, m."""
+    depths = []
+    for places, depth in _behind(anatomy):
+        away, which = places.query(np.stack([u, v], axis=-1), k=4)
+        depths.append(np.average(depth[which], axis=-1, weights=1.0 / (np.asarray(away) + 1e-5)))
+    return np.minimum(*depths)
+
+
+@lru_cache(maxsize=8)
+def _behind(anatomy: Anatomy) -> tuple[tuple[KDTree, Array], tuple[KDTree, Array]]:
+    """Return the places, right and up, and the depths of the points of sheet and lobe, m."""
+    drawn = surroundings(build_organ(anatomy), anatomy)
+    sheet_points, lobe_points = drawn["peritoneum"][0].points, drawn["liver:lobe"][0].points
+    flat = np.stack([RIGHT, UP], axis=1)
+    return (
+        (KDTree(sheet_points @ flat), sheet_points @ AWAY),
+        (KDTree(lobe_points @ flat), lobe_points @ AWAY),
+    )
 
 
 def _inside_out(surface: Surface) -> Surface:

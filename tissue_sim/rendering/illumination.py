@@ -9,7 +9,7 @@ from tissue_sim.field import Field
 from tissue_sim.frames import pose
 from tissue_sim.sensing.cameras import looking
 
-LAMP_W_SR = 0.0185 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
+LAMP_W_SR = 0.028 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
 FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: reflected by tissue
 

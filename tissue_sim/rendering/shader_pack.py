@@ -1,8 +1,12 @@
 """The renderer's shader pack: SAPIEN's own 'minimal', edited at run time for an endoscope.
 
 It has no image-based lighting (an environment map and a table that take seconds to prepare), so the
-first picture comes at once. It adds a filmic tone curve in place of clipping, softened edges, and
-positions in micrometres instead of millimetres.
+first picture comes at once. It adds the clear film of liquid on tissue, the tissue that steel
+mirrors, a filmic tone curve in place of clipping, softened edges, and positions in micrometres
+instead of millimetres.
+
+The film needs two numbers that 'minimal' does not use. The fourth of a material's emission is 1
+less the share of the surface under the film; the fourth of a relief says where the film stays.
 """
 
 from __future__ import annotations
@@ -14,6 +18,8 @@ from functools import cache
 from pathlib import Path
 
 import sapien
+
+from tissue_sim.rendering.textures import BLURRED_RELIEF
 
 COLOR_PICTURE = "Color"  # (H, W, 4) uint8
 POSITION_PICTURE = "MicrometrePosition"  # (H, W, 4) int32: camera x right, y up, z back; entity
@@ -28,6 +34,9 @@ _ENVIRONMENT_BINDING = r"layout\(set = \d, binding = [78]\)[^\n]*\n"
 _FUNCTION = r"vec3 {}\(.*?\n}}\n"
 
 _TANGENTS = """\
+const float FILM_ALPHA2 = 0.0065;  // assumed: as wide as the ring of fibres that is mirrored
+const float FILM_FRESNEL = 0.10;  // water has 0.02; assumed: highlights dazzle and bloom
+
 mat3 tangentFrame(vec3 n) {
   vec3 along = dFdx(inPosition.xyz), down = dFdy(inPosition.xyz);
   vec2 u = dFdx(inUV), v = dFdy(inUV);
@@ -38,6 +47,29 @@ mat3 tangentFrame(vec3 n) {
 }
 
 void main()"""  # Schueler, "Followup: normal mapping without precomputed tangents", 2013
+_BUMP = """\
+  float pooled = 1.0;
+  vec3 rippled = normalize(inTbn[2]);
+  if ((materialBuffer.textureMask & 4) != 0) {
+    vec4 bump = texture(normalTexture, inUV);
+    pooled = bump.a;
+    rippled = normalize(tangentFrame(rippled) * (bump.xyz * 2 - 1));
+  }
+  // Liquid shows every ripple; light that has been inside the tissue blurs them.
+  vec3 normal = normalize(mix(normalize(inTbn[2]), rippled, BLURRED));
+""".replace("BLURRED", str(BLURRED_RELIEF))
+_FILM = """\
+  float film = 1.0 - materialBuffer.emission.a;
+  if (film > 0.0) {  // water's reflection of the lamp: GGX, with what it is near the mirror angle
+    vec3 l = world2camera(vec4(sceneBuffer.pointLights[0].position.xyz, 1.f)).xyz - csPosition.xyz;
+    vec3 across = normalize(normalize(l) + camDir);
+    rippled = normalize(rippled + max(0.3 - dot(rippled, camDir), 0.0) * camDir);
+    float NoH = max(dot(rippled, across), 0.0);
+    float spread = 1.0 - NoH * NoH * (1.0 - FILM_ALPHA2);
+    float mirror = film * pooled * FILM_FRESNEL * FILM_ALPHA2 / (12.566370614 * spread * spread);
+    color += sceneBuffer.pointLights[0].emission.rgb * mirror / dot(l, l);
+  }
+"""
 _OUTLINE = """\
   vec3 camDir = -normalize(csPosition.xyz);
   // At an outline the surface's back shows and light grazes: bend the normal towards the eye.
@@ -45,7 +77,14 @@ _OUTLINE = """\
 """
 _SHEEN = """\
   float rim = 1.0 - max(dot(normal, camDir), 0.0);
-  color += sceneBuffer.ambientLight.rgb * (albedo.rgb * (1.0 - 0.5 * rim) + specular * rim * rim);
+  vec3 soft = albedo.rgb * (1.0 - 0.5 * rim) + specular * rim * rim;
+  color += mirrored + sceneBuffer.ambientLight.rgb * soft;
+"""
+_METAL = """\
+  vec3 diffuseAlbedo = albedo.rgb * (1 - metallic) * (1 - metallic);
+  // Steel mirrors the lit tissue ahead of the endoscope, and the dark behind it.
+  float ahead = smoothstep(-0.5, 0.7, reflect(camDir, normal).z);
+  vec3 mirrored = metallic * albedo.rgb * mix(vec3(0.02), vec3(0.32, 0.25, 0.23), ahead);
 """
 _FILMIC = """\
   float peak = max(max(color.r, color.g), max(color.b, 1e-4));  // by the peak: keeps the hue
@@ -56,6 +95,9 @@ _SOFT_DIFFUSE = """\
 float diffuse(float NoL) {  // light enters tissue and leaves beside: no hard shadow edge
   return max((NoL + 0.2) / 1.2, 0.0) / 3.141592653589793f;
 }"""
+_WIDE_LAMP = """\
+  // assumed: a ring of fibres with a wide beam dazzles less nearby than a point would
+  float d = sqrt(dot(l, l) + 0.025 * 0.025);"""
 _POSITION = f"  out{POSITION_PICTURE} = ivec4(ivec3(inPosition * 1e6), inSegmentation[1]);\n"
 
 _COMPOSITE = """\
@@ -114,6 +156,7 @@ def set_picture_formats() -> None:
 
 def _light(text: str) -> str:
     text = _replaced(text, r"float diffuse\(float NoL\) \{[^}]*\}", _SOFT_DIFFUSE)
+    text = _replaced(text, r"  float d = max\(length\(l\), 0.0001\);", _WIDE_LAMP, count=3)
     return _replaced(
         text, r"diffuse\(NoL\) / d / d", "diffuse(dot(normal, lightDir)) / d / d", count=3
     )
@@ -124,11 +167,11 @@ def _surface(text: str) -> str:
         text = _replaced(text, _FUNCTION.format(function), "")
     text = _replaced(text, _ENVIRONMENT_BINDING, "", count=2)
     text = _replaced(text, r"void main\(\)", _TANGENTS)
-    text = _replaced(text, r"inTbn \* \(texture", "tangentFrame(normalize(inTbn[2])) * (texture")
-    text = _replaced(text, r"inTbn \* vec3\(0, 0, 1\)", "inTbn[2]")
+    text = _replaced(text, r"  vec3 normal;\n  if \(objectDataBuffer.*?\n  }\n(?=\n)", _BUMP)
     text = _replaced(text, r"  vec3 camDir = [^\n]*\n", _OUTLINE)
+    text = _replaced(text, r"  vec3 diffuseAlbedo = [^\n]*\n", _METAL)
     text = _replaced(text, r"  vec3 wnormal = .*?camDir\);\n", "")
-    text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _SHEEN)
+    text = _replaced(text, r"  color \+= sceneBuffer\.ambientLight[^\n]*\n", _FILM + _SHEEN)
     text = _replaced(text, r"  outColorRaw = [^\n]*\n", _FILMIC)
     text = _replaced(text, r"  outPositionSegmentation = [^\n]*\n", _POSITION)
     return _replaced(text, r"ivec4 outPositionSegmentation", f"ivec4 out{POSITION_PICTURE}")

@@ -40,6 +40,23 @@ def pipe(line: Array, radius_m: float, tile_m: float, *, around: int = 18) -> Su
     )
 
 
+def threads(lines: Array, radii_m: Array, tile_m: float, *, around: int) -> Surface:
+    """Build round threads along lines (n, k, 3), of radii (n, k) that may change along them."""
+    n, k = radii_m.shape
+    tangent = unit(np.gradient(lines, axis=1))
+    side = unit(np.cross(tangent, np.where(np.abs(tangent[..., 2:]) < 0.9, [0, 0, 1], [1, 0, 0])))
+    angle = np.linspace(0.0, 2 * np.pi, around + 1)[:, None]
+    out = np.cos(angle) * side[:, :, None] + np.sin(angle) * np.cross(tangent, side)[:, :, None]
+    starts = k * (around + 1) * np.arange(n)[:, None, None]
+    along = np.linspace(0.0, np.linalg.norm(lines[:, -1] - lines[:, 0], axis=1), k).T / tile_m
+    return Surface(
+        points=(lines[:, :, None] + radii_m[..., None, None] * out).reshape(-1, 3),
+        normals=out.reshape(-1, 3),
+        triangles=(_grid(k, around + 1)[:, ::-1] + starts).reshape(-1, 3),
+        uv=np.stack(np.broadcast_arrays(along[..., None], 0.1 * angle[:, 0]), -1).reshape(-1, 2),
+    )
+
+
 def loft(rings: Array) -> Surface:
     """Build a closed flat-shaded body through rings (n, k, 3), counter-clockwise at the last."""
     n, k = rings.shape[:2]
@@ -76,9 +93,9 @@ def joined(surfaces: list[Surface]) -> Surface:
     )
 
 
-def drop(centre: Array, radii_m: Array, fineness: int = 1) -> Surface:
-    """Build an ellipsoid along the world's axes, of 12 sectors times the fineness."""
-    rows, columns = 8 * fineness + 1, 12 * fineness + 1
+def drop(centre: Array, radii_m: Array) -> Surface:
+    """Build an ellipsoid along the world's axes, of 12 sectors."""
+    rows, columns = 9, 13
     polar, turn = np.meshgrid(
         np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij"
     )

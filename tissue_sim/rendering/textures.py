@@ -16,6 +16,10 @@ Colour = tuple[float, float, float]
 
 SIZE = 256  # pixels of a texture's side
 TILE_M = 0.030  # length of a texture's side on the tissue
+REDDENING = np.array([0.7, 1.2, 1.4])  # assumed exponents: where tissue is darker it is redder
+VESSEL = np.array([0.40, 0.035, 0.035])
+VESSEL_RADIUS, VESSEL_END, VESSEL_TAPER = 1.2, 0.35, 0.994  # pixels: first, last; a pixel's change
+BLURRED_RELIEF = 0.3  # assumed: share of the relief that the tissue under the film shows
 DYE = (0.40, 0.015, 0.02)  # red, as in the video of SRT-H
 
 
@@ -29,37 +33,42 @@ class Look:
         relief: slope of the fine bumps.
         grain: number of wavelengths of bumps and mottle in a tile.
         glow: light that the surface emits.
-        lobules: slope of the lobes of fat.
+        film: share of the surface under clear liquid, whose small reflections follow the lamp.
+        lobules: slope of the lobules, and lobule_contrast: how dark the seams between them are.
+        lobule_count: number of lobules in a tile.
         dyed: share of the surface under red liquid.
     """
 
     colour: Colour
-    roughness: float = 0.3
-    specular: float = 0.6
+    roughness: float = 0.42
+    specular: float = 0.5
     metallic: float = 0.0
     mottle: float = 0.0
     vessels: float = 0.0
     relief: float = 0.0
     grain: int = 12
     glow: float = 0.0
+    film: float = 0.0
     lobules: float = 0.0
+    lobule_contrast: float = 0.0
+    lobule_count: int = 42
     dyed: float = 0.0
 
 
 @lru_cache(maxsize=64)  # a few patients' worth
 def material(look: Look) -> sapien.render.RenderMaterial:
-    """Return the renderer's material."""
+    """Return the renderer's material. Its numbers of the film are those of `shader_pack`."""
     made = sapien.render.RenderMaterial(
         base_color=[*look.colour, 1.0],
         roughness=look.roughness,
         specular=look.specular,
         metallic=look.metallic,
-        emission=[*(look.glow * np.array(look.colour)), 1.0],
+        emission=[*(look.glow * np.array(look.colour)), 1.0 - look.film],
     )
-    if look.mottle or look.vessels or look.dyed:
+    if look.mottle or look.vessels or look.dyed or look.lobule_contrast:
         made.base_color_texture = _texture(colours(look), srgb=True)
     if look.relief:
-        made.normal_texture = _texture(relief(look), srgb=False)
+        made.normal_texture = _texture(relief(look), pooled(), srgb=False)
     return made
 
 
@@ -76,26 +85,57 @@ def noise(low: int, high: int, seed: int, size: int = SIZE) -> Array:
 
 
 @cache
-def lobes(seed: int = 6, count: int = 42, size: int = SIZE) -> Array:
+def lobes(count: int, seed: int = 6, size: int = SIZE) -> Array:
     """Draw seamless cushions (size, size): 1 in the middle of each, 0 in the creases."""
     centres = np.random.default_rng([0x7E57, seed]).uniform(0, size, (count, 2))
-    pixels = np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
-    warp = 0.04 * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
+    warp = 0.26 / np.sqrt(count) * size * np.stack([noise(1, 5, 7), noise(1, 5, 8)], axis=-1)
     tree = KDTree(centres, boxsize=size)
-    distances = np.asarray(tree.query((pixels + warp) % size, k=2)[0]).reshape(size, size, 2)
+    distances = tree.query((_pixels(size) + warp) % size, k=2)[0].reshape(size, size, 2)
     near, far = distances[..., 0], distances[..., 1]
     return 1.0 - (2.0 * near / (near + far)) ** 2
+
+
+@cache
+def vessels(seed: int = 11, trunks: int = 4, size: int = SIZE) -> Array:
+    """Draw seamless trees of fine vessels (size, size): 1 in the middle of a vessel, 0 outside."""
+    rng = np.random.default_rng([0x7E57, seed])
+    middles, headings = rng.uniform(0, size, (trunks, 2)), rng.uniform(0, np.pi, trunks)
+    buds = [
+        (at, way, VESSEL_RADIUS)
+        for at, heading in zip(middles, headings, strict=True)
+        for way in (heading, heading + np.pi)
+    ]
+    lines, radii = [], []
+    while buds:
+        at, heading, first = buds.pop()
+        radius = first * VESSEL_TAPER ** np.arange(
+            np.log(VESSEL_END / first) // np.log(VESSEL_TAPER)
+        )
+        way = heading + np.cumsum(rng.normal(0.0, 0.11, len(radius)))
+        line = at + np.cumsum(np.stack([np.cos(way), np.sin(way)], axis=1), axis=0)
+        lines.append(line)
+        radii.append(radius)
+        for k in np.flatnonzero(rng.random(len(radius)) < 0.035):  # the branch is the thinner one
+            turn = rng.choice([-1.0, 1.0]) * rng.uniform(0.4, 1.0)
+            buds.append((line[k], way[k] + turn, 0.7 * radius[k]))
+    tree = KDTree(np.concatenate(lines) % size, boxsize=size)
+    away, which = tree.query(_pixels(size), distance_upper_bound=VESSEL_RADIUS + 1.0)
+    radius = np.append(np.concatenate(radii), 0.0)[which]
+    return np.clip(radius + 0.5 - away, 0.0, 1.0) * np.clip(radius, 0.0, 1.0)
+
+
+def _pixels(size: int) -> NDArray[np.int64]:
+    return np.stack(np.meshgrid(*[np.arange(size)] * 2, indexing="ij"), axis=-1)
 
 
 def colours(look: Look) -> Array:
     """Draw linear colours (size, size, 3)."""
     lightness = 1.0 + look.mottle * (0.6 * noise(1, 6, 1) + 0.4 * noise(6, look.grain * 4, 2))
-    if look.lobules:
-        lightness *= 0.70 + 0.30 * np.sqrt(lobes())
-    colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None]
-    line = np.exp(-((noise(2, 9, 3) / 0.06) ** 2)) * np.clip(0.6 + 0.5 * noise(1, 4, 4), 0, 1)
-    share = look.vessels * np.clip(line, 0.0, 1.0)[..., None]
-    colour = colour * (1 - share) + share * np.array([0.36, 0.045, 0.04])
+    if look.lobule_contrast:
+        lightness *= 1.0 - look.lobule_contrast * (1.0 - np.sqrt(lobes(look.lobule_count)))
+    colour = np.array(look.colour) * np.clip(lightness, 0.3, 1.8)[..., None] ** REDDENING
+    share = look.vessels * vessels()[..., None]
+    colour = colour * (1 - share) + share * VESSEL
     return np.clip(np.where(_dyed(look.dyed)[..., None], DYE, colour), 0.0, 1.0)
 
 
@@ -109,10 +149,17 @@ def relief(look: Look) -> Array:
     """Draw normals (size, size, 3), coded as 0 to 1."""
     dx, dy = (look.relief * s for s in _slopes(noise(max(2, look.grain // 3), 3 * look.grain, 5)))
     if look.lobules:
-        lx, ly = _slopes(lobes())
+        lx, ly = _slopes(lobes(look.lobule_count))
         dx, dy = dx + look.lobules * lx, dy + look.lobules * ly
     normals = np.stack([-dx, -dy, np.ones_like(dx)], axis=-1)
     return 0.5 + 0.5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+@cache
+def pooled() -> Array:
+    """Draw how much of the film stays (size, size), 0 to 1: it gathers in patches."""
+    patches = 0.7 * noise(2, 12, 10) + 0.3 * noise(12, 40, 12)
+    return np.clip(0.55 + 0.45 * patches, 0.05, 1.0)
 
 
 def _slopes(height: Array) -> tuple[Array, Array]:
@@ -122,9 +169,12 @@ def _slopes(height: Array) -> tuple[Array, Array]:
     return dx / spread, dy / spread
 
 
-def _texture(values: Array, *, srgb: bool) -> sapien.render.RenderTexture2D:
+def _texture(
+    values: Array, alpha: Array | float = 1.0, *, srgb: bool
+) -> sapien.render.RenderTexture2D:
     if srgb:
         values = np.clip(values, 0.0, 1.0) ** (1 / 2.2)
-    opaque = np.concatenate([values, np.ones((*values.shape[:2], 1))], axis=-1)
-    pixels: NDArray[np.uint8] = np.round(255 * opaque).astype(np.uint8)
+    fourth = np.broadcast_to(alpha, values.shape[:2])[..., None]
+    values = 255 * np.concatenate([values, fourth], axis=-1)
+    pixels: NDArray[np.uint8] = np.round(values).astype(np.uint8)
     return sapien.render.RenderTexture2D(pixels, format="r8g8b8a8unorm", mipmap_levels=5, srgb=srgb)

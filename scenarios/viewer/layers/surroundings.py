@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -16,7 +17,7 @@ from scenarios.viewer.layers.layer import glb, show
 from tissue_sim.frames import Array
 from tissue_sim.rendering.drawing import Surface
 from tissue_sim.rendering.drawn_surroundings import surroundings
-from tissue_sim.rendering.textures import Look, colours, relief
+from tissue_sim.rendering.textures import BLURRED_RELIEF, Look, colours, relief
 
 CAVITY = "cavity"
 
@@ -49,7 +50,7 @@ class CavityLayer:
 def _glb(surface: Surface, look: Look) -> bytes:
     material = PBRMaterial(
         baseColorTexture=_picture(np.clip(colours(look), 0.0, 1.0) ** (1 / 2.2)),
-        normalTexture=_picture(relief(look)) if look.relief else None,
+        normalTexture=_picture(relief(_dry(look))) if look.relief else None,
         metallicFactor=0.0,
         roughnessFactor=look.roughness,
     )
@@ -61,6 +62,11 @@ def _glb(surface: Surface, look: Look) -> bytes:
         process=False,
     )
     return glb(mesh)
+
+
+def _dry(look: Look) -> Look:
+    """Return the tissue without its film, which the page does not draw."""
+    return replace(look, relief=BLURRED_RELIEF * look.relief, lobules=BLURRED_RELIEF * look.lobules)
 
 
 def _picture(values: Array) -> Image.Image:

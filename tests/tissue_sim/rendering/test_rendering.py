@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter
 
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.patient.axes import AWAY
@@ -266,6 +267,19 @@ def _depth_matches_geometry(
     on_sac = depth_m[np.vectorize(names.get)(classes) == "gallbladder"]
     assert abs(on_sac.min() - ahead.min()) < 0.002
     assert on_sac.max() < ahead.max()
+
+
+def test_small_reflections_on_wet_tissue_move_with_the_lamp(world: World) -> None:
+    def fine_light() -> np.ndarray:
+        light = world.images(["wrist_left"])["wrist_left"].astype(float)
+        return (light - uniform_filter(light, 31, axes=(0, 1))).min(axis=2)
+
+    before = fine_light()
+    T_world_endoscope = world.T_world_endoscope.copy()
+    T_world_endoscope[:3, 3] += np.array([0.02, 0.0, 0.0])  # moves the lamp, not this camera
+    world.T_world_endoscope = T_world_endoscope
+    appeared = (fine_light() > before + 15.0).sum()
+    assert appeared > 1200  # pixels: about 1700, and about 800 of dry tissue and steel
 
 
 def test_dye_reddens_the_gallbladder_and_is_gone_when_it_is_washed_off(world: World) -> None:
