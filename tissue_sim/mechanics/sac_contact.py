@@ -10,7 +10,9 @@ from tissue_sim.mechanics.contact import add_vertex_term, is_severed, ring_centr
 wp.set_module_options({"enable_backward": False})
 
 RING_STIFFNESS = wp.constant(1000.0)  # N/m per ring, assumed: its corners against a tube, together
-DEEPEST = wp.constant(0.004)  # m; a ring whose centre is deeper is in no contact
+# Tube radii. A deeper ring is in no contact: its nearest face could be that of the other side, by
+# turns, and it would not come to rest.
+DEEPEST = wp.constant(0.5)
 
 
 @wp.struct
@@ -142,8 +144,8 @@ def push_out_of_sac(
     A contact that exists at the start of the step lasts to its end, as on the bed.
     """
     radius = t.tube_radius[b, tube]
-    at = nearest_skin(t, b, centre, wp.max(2.0 * radius, DEEPEST))
-    if at.face < 0 or at.height > 2.0 * radius:
+    at = nearest_skin(t, b, centre, 2.0 * radius)
+    if at.face < 0 or at.height < -DEEPEST * radius:
         return
     touches = at.height < radius
     if not touches:
