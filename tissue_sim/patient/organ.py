@@ -282,8 +282,9 @@ def _ties(
 ) -> tuple[Indices, Indices, Array]:
     """Tie the tubes' upper ends into the sac, and the wall of a branch to that of its trunk.
 
-    At its first ring a branch opens into the trunk: the ring's inner vertices hang on the outer
-    ones alone. If the trunk held them too, it would fold their section when a clip crushes it.
+    The trunk holds every second outer vertex of the branch's first ring. Three points give the ring
+    its place and its direction, and leave its shape to the branch. If the trunk held them all, a
+    clip that crushes it would fold the ring.
 
     Args:
         vertices: (n_vertex, 3), m.
@@ -295,7 +296,7 @@ def _ties(
         `Organ.tie_vertex`, `Organ.tie_corners` and `Organ.tie_weights`.
     """
     into_sac = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
-    roots = {t: rings[b][0, -((rings[b].shape[1] - 1) // 2) :] for t, b in BRANCHES.items()}
+    roots = {t: rings[b][0, 1 + (rings[b].shape[1] - 1) // 2 :: 2] for t, b in BRANCHES.items()}
     joints = [(into_sac, "gallbladder"), *((root, trunk) for trunk, root in roots.items())]
     held = [_embed(vertices[points], vertices, tets[part]) for points, part in joints]
     return (
