@@ -19,6 +19,8 @@ from tissue_sim.patient.material import (
     ANCHOR_STRENGTH,
     LIGAMENT_STIFFNESS,
     LIGAMENT_STRENGTH,
+    ROOT_STIFFNESS,
+    ROOT_STRENGTH,
     TIE_STIFFNESS,
     TIE_STRENGTH,
     lame_of,
@@ -54,7 +56,7 @@ def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolSh
 
 def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
     """Return an organ's initial arrays, by name; the other arrays are zero or follow from these."""
-    n_tie, held_by = len(organ.tie_vertex), (len(organ.bed_vertices), len(organ.ligament_vertices))
+    held_by = len(organ.bed_vertices), len(organ.ligament_vertices)
     mu, lam = lame_of(organ.region, REGIONS, stiffness_scale)
     fibre, stiff = collagen(organ, stiffness_scale)
     rings = _all_rings(organ)
@@ -74,8 +76,8 @@ def starting_values(organ: Organ, stiffness_scale: float) -> dict[str, NDArray]:
         "collagen": stiff,
         "tie_corner": np.column_stack([organ.tie_vertex, organ.tie_corners]),
         "tie_weight": np.insert(-organ.tie_weights, 0, 1.0, axis=1),
-        "tie_stiffness": np.full(n_tie, TIE_STIFFNESS),
-        "tie_strength": np.full(n_tie, TIE_STRENGTH),
+        "tie_stiffness": np.where(organ.root_ties, ROOT_STIFFNESS, TIE_STIFFNESS),
+        "tie_strength": np.where(organ.root_ties, ROOT_STRENGTH, TIE_STRENGTH),
         "anchor": organ.anchored,
         "anchor_point": organ.vertices[organ.anchored],
         "anchor_stiffness": np.repeat([ANCHOR_STIFFNESS, LIGAMENT_STIFFNESS], held_by),

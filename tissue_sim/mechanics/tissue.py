@@ -22,7 +22,7 @@ from tissue_sim.mechanics.step import STAGES, take_stages
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
 from tissue_sim.patient.material import DENSITY_KG_M3, REMNANT_STIFFNESS, REMNANT_STRENGTH
 from tissue_sim.patient.mesher import Indices, signed_volumes
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.organ import REGIONS, Organ
 
 # The arrays that a step or an event changes; the others follow from the organ or from these.
 STATE = (
@@ -274,12 +274,22 @@ class Tissue:
         surface[np.unique(faces)] = 1
         surface[self.host("covered")[b] != 0] = 0
         surface[self._tied_vertices(b)] = 0
+        surface[tets[self._in_lumen(b)]] = 0
         self.host("contact_shape")[b, surface == 0] = -1
 
     def _tied_vertices(self, b: int) -> Indices:
-        """Return tube vertices tied into the sac's wall; tools touch the wall in their place."""
+        """Return tube vertices tied into a wall; tools touch the wall in their place."""
         tied = self.host("tie_stiffness")[b] > 0.0
         return self.host("tie_corner")[b][tied, 0]
+
+    def _in_lumen(self, b: int) -> NDArray[np.bool_]:
+        """Return (n_tet,) whether an element fills a tube.
+
+        Tools touch a tube's end by its outer vertices alone. If they touched the filling too, an
+        end could be caught with its wall on one side of a finger and its filling on the other.
+        """
+        region = self.organs[b].region
+        return (region % 2 == 1) & (region > REGIONS.index("bile"))
 
     def remove_loose_from_parts(self, b: int) -> None:
         """Remove pieces that nothing holds from the preconditioner's rigid parts.

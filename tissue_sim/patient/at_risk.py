@@ -19,7 +19,7 @@ AT_RISK = tuple(BRANCHES)
 
 # outer radii, of a usual common bile duct and right hepatic artery; see docs/physics.md
 RADIUS_M = {COMMON_DUCT: 0.0030, HEPATIC_ARTERY: 0.0016}
-SPACING_M = 0.0045  # of a trunk's rings: twice a cystic tube's, as nothing is placed on it
+SPACING_M = 0.005  # of a trunk's rings at most: a grasper's jaws, as wide as this, touch one
 DIVE_M = 0.005  # assumed: depth below the branch at which the ends of a trunk leave the field
 # assumed: both ends of a trunk from its branch, (towards the artery's side, up), m. The hepatic
 # artery runs across its branch, so that no trunk passes between the jaws that clip the branch.
@@ -27,7 +27,7 @@ ENDS_M = {
     COMMON_DUCT: ((-0.021, 0.006), (0.006, -0.022)),
     HEPATIC_ARTERY: ((0.021, 0.006), (-0.006, -0.012)),
 }
-SAMPLES = 200  # points from which rings at equal distances are chosen
+SAMPLES = 201  # points from which the rings are chosen; the middle one is at the branch
 
 
 def course(trunk: str, branch: Array, side: float) -> Array:
@@ -47,10 +47,15 @@ def course(trunk: str, branch: Array, side: float) -> Array:
     across = unit(leaves - (leaves @ tangent) * tangent)
     t = np.linspace(-1.0, 1.0, SAMPLES)[:, None]
     line = end + 0.5 * t * (last - first) + t * t * (0.5 * (first + last) - end)
-    return _evenly_spaced(line - RADIUS_M[trunk] * across)
+    return _ringed(line - RADIUS_M[trunk] * across)
 
 
-def _evenly_spaced(line: Array) -> Array:
+def _ringed(line: Array) -> Array:
+    """Return points (n_ring, 3), one in the line's middle and evenly spaced on either side."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    stations = np.linspace(0.0, arc[-1], 1 + int(np.ceil(arc[-1] / SPACING_M)))
+    middle, end = arc[len(arc) // 2], arc[-1]
+    before, after = (int(np.ceil(length / SPACING_M)) for length in (middle, end - middle))
+    stations = np.append(
+        np.linspace(0.0, middle, before, endpoint=False), np.linspace(middle, end, after + 1)
+    )
     return np.stack([np.interp(stations, arc, line[:, k]) for k in range(3)], axis=1)

@@ -69,11 +69,15 @@ SAC_MESH_WALL_M = 3.75e-3  # the thickness that the gallbladder wall's modulus i
 
 TIE_STIFFNESS = 400.0  # N/m per vertex, assumed: as stiff as the walls it joins
 TIE_STRENGTH = 1.5  # N per vertex, assumed
+# The same per tied vertex of the ring at which a branch leaves its trunk: the three of them are as
+# stiff and as strong together as the thirteen vertices of a ring within the sac.
+ROOT_STIFFNESS = 1740.0  # N/m, assumed
+ROOT_STRENGTH = 6.5  # N, assumed
 ANCHOR_STIFFNESS = 60.0  # N/m per vertex, assumed: loose connective tissue
 ANCHOR_STRENGTH = 1.2  # N per vertex, assumed
 # The hepatoduodenal ligament, per vertex at the back of a structure at risk. Assumed: a fold of
 # peritoneum filled with fat, softer than the liver bed.
-LIGAMENT_STIFFNESS = 15.0  # N/m
+LIGAMENT_STIFFNESS = 16.0  # N/m
 LIGAMENT_STRENGTH = 1.0  # N
 REMNANT_STIFFNESS = 20.0  # N/m per strand, assumed
 REMNANT_STRENGTH = 0.15  # N per strand, assumed

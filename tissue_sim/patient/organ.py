@@ -65,7 +65,8 @@ class Organ:
             far end up to the sac.
         neck_ring: tube name -> index of the ring at the sac's wall, or of a trunk's last ring.
         sac_rings: (n_ring, 1 + 2 sectors), from the neck to the fundus.
-        tie_vertex: (n_tie,), tube vertices tied into the sac, or into the trunk they branch off.
+        tie_vertex: (n_tie,), tube vertices tied into the sac, or into the wall of the trunk they
+            branch off.
         tie_corners: (n_tie, 4), corners of the tetrahedron there; tie_weights: their weights.
         bed_vertices: (n_bed,), sac vertices that connective tissue holds to the liver.
         ligament_vertices: (n_ligament,), vertices at the back of the structures at risk, which the
@@ -98,6 +99,12 @@ class Organ:
     def tubes(self) -> tuple[str, ...]:
         """Return the names of the cystic tubes, which end in the sac; `TUBES` come first."""
         return tuple(name for name in self.rings if name not in AT_RISK)
+
+    @property
+    def root_ties(self) -> NDArray[np.bool_]:
+        """Return (n_tie,) whether a tie joins a branch to its trunk, and not a tube to the sac."""
+        roots = [self.rings[branch][0] for branch in BRANCHES.values() if branch in self.rings]
+        return np.isin(self.tie_vertex, roots)
 
     @property
     def anchored(self) -> Indices:
@@ -232,8 +239,9 @@ def _join(
         [2 * PARTS.index(n) + p.in_lumen.astype(np.int32) for n, p in parts.items()]
     ).astype(np.int32)
     rings = {n: (p.rings + starts[n]).astype(np.int32) for n, p in tubes.items()}
-    inside = {n: p.tets + starts[n] for n, p in parts.items()}
-    tie_vertex, corners, weights = _ties(vertices, inside, rings, neck_ring)
+    walls = {n: p.tets[~p.in_lumen] + starts[n] for n, p in parts.items() if n in AT_RISK}
+    holding = {"gallbladder": sac.tets + starts["gallbladder"], **walls}
+    tie_vertex, corners, weights = _ties(vertices, holding, rings, neck_ring)
     bed = _liver_bed(anatomy, axis)
     return Organ(
         vertices=vertices,
@@ -272,13 +280,24 @@ def _fixed(n_vertex: int, rings: dict[str, Indices]) -> NDArray[np.bool_]:
 def _ties(
     vertices: Array, tets: dict[str, Indices], rings: dict[str, Indices], neck_ring: dict[str, int]
 ) -> tuple[Indices, Indices, Array]:
-    """Tie the tubes' upper ends into the sac, and the first ring of a branch into its trunk.
+    """Tie the tubes' upper ends into the sac, and the wall of a branch to that of its trunk.
+
+    The trunk holds every second outer vertex of the branch's first ring. Three points give the ring
+    its place and its direction, and leave its shape to the branch. If the trunk held them all, a
+    clip that crushes it would fold the ring.
+
+    Args:
+        vertices: (n_vertex, 3), m.
+        tets: the elements of the sac, and those of each trunk's wall.
+        rings: of the tubes.
+        neck_ring: see `Organ`.
 
     Returns:
         `Organ.tie_vertex`, `Organ.tie_corners` and `Organ.tie_weights`.
     """
     into_sac = np.concatenate([r[neck_ring[n] + 1 :].ravel() for n, r in rings.items()])
-    joints = [(into_sac, "gallbladder")] + [(rings[b][0], t) for t, b in BRANCHES.items()]
+    roots = {t: rings[b][0, 1 + (rings[b].shape[1] - 1) // 2 :: 2] for t, b in BRANCHES.items()}
+    joints = [(into_sac, "gallbladder"), *((root, trunk) for trunk, root in roots.items())]
     held = [_embed(vertices[points], vertices, tets[part]) for points, part in joints]
     return (
         np.concatenate([points for points, _ in joints]).astype(np.int32),

@@ -210,8 +210,10 @@ def test_a_branch_is_tied_to_its_trunk_and_to_nothing_else(organs: dict[int, Org
     for organ in organs.values():
         for trunk, branch in BRANCHES.items():
             roots = np.isin(organ.tie_vertex, organ.rings[branch][0])
-            assert roots.sum() == organ.rings[branch].shape[1]
-            assert np.isin(organ.tie_corners[roots], organ.rings[trunk]).all()
+            outer = organ.rings[branch][0, 1 + TUBE_SECTORS :]
+            assert set(organ.tie_vertex[roots]) == set(outer[::2])  # a wall joins a wall
+            walls = np.sort(organ.tets[organ.region == REGIONS.index(f"{trunk} wall")]).tolist()
+            assert all(held in walls for held in np.sort(organ.tie_corners[roots], axis=1).tolist())
             root = organ.vertices[organ.rings[branch][0, 0]]
             apart = np.linalg.norm(organ.vertices[organ.rings[trunk][:, 0]] - root, axis=1).min()
             assert RADIUS_M[trunk] <= apart + 3e-4 < RADIUS_M[trunk] + 0.5 * SPACING_M

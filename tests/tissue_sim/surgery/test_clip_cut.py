@@ -128,6 +128,16 @@ def test_a_cut_makes_two_parts_and_keeps_volume_and_mass(tubes: Tubes, tube: str
 
 
 @pytest.mark.parametrize("tube", TUBES)
+def test_tools_touch_the_end_of_a_stump_by_its_wall_alone(tubes: Tubes, tube: str) -> None:
+    (cut,) = cut_at(tubes, tube, 0.5 * tubes.length_m[tube])
+    surface = tubes.tissue.host("surface")[0]
+    for ring in (tubes.below[tube][cut.ring], tubes.above[tube][cut.ring]):
+        filling, wall = ring[:7], ring[7:]
+        assert surface[wall].all()
+        assert not surface[filling].any()
+
+
+@pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("offset_m", [-0.0008, -0.0003, 0.0, 0.0006])
 def test_the_cut_is_at_the_blades(tube: str, offset_m: float) -> None:
     tubes = settled(3)
