@@ -55,7 +55,7 @@ def _left_instrument(world: World) -> Iterator[tuple[Array, float]]:
 def _gap_m(points_tool_m: Array, tool: str, opening_rad: float) -> float:
     """Return the distance of points (n, 3) to the surface of the nearer open finger.
 
-    A finger is the rounded patch that touches tissue (`mechanics/contact.py`).
+    A finger is the rounded patch that touches tissue (`mechanics/contact/touch.py`).
     """
     fingers = INSTRUMENTS[tool]
     reach_m = fingers.yaw_to_tip_m - fingers.finger_start_m

@@ -13,8 +13,9 @@ import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.assembly import add_elastic_force, add_stiffness, add_viscous_force
-from tissue_sim.mechanics.bars import place_bar, push_bar, react_to_bar
-from tissue_sim.mechanics.contact import (
+from tissue_sim.mechanics.contact.bars import place_bar, push_bar, react_to_bar
+from tissue_sim.mechanics.contact.gallbladder import find_near_skin, push_ring_out_of_sac
+from tissue_sim.mechanics.contact.touch import (
     add_bed_contact,
     add_tool_contact,
     agree_on_sides,
@@ -23,7 +24,6 @@ from tissue_sim.mechanics.contact import (
     react,
 )
 from tissue_sim.mechanics.implicit import add_inertia, finish, predict
-from tissue_sim.mechanics.sac_contact import find_near_skin, push_ring_out_of_sac
 from tissue_sim.mechanics.springs import (
     add_anchor,
     add_link,

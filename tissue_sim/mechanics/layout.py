@@ -9,8 +9,8 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.bars import BALLS, BAR_VERTICES, N_BARS
 from tissue_sim.mechanics.coarse import MODES, parts_of, skyline_capacity
+from tissue_sim.mechanics.contact.bars import BALLS, BAR_VERTICES, N_BARS
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.at_risk import BRANCHES
 from tissue_sim.patient.collagen import collagen

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_sim.frames import Array, transform
-from tissue_sim.mechanics.bars import BALLS, BAR_VERTICES, Bar
+from tissue_sim.mechanics.contact.bars import BALLS, BAR_VERTICES, Bar
 from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, T_world_clip
 from tissue_sim.tools.arms import ContactShapes
@@ -76,7 +76,7 @@ def leave_jaws(tubes: Tubes, clip: Clip, shapes: ContactShapes) -> Clip:
 def depths(points_m: Array, shapes: ContactShapes) -> tuple[Array, Array]:
     """Return how deep balls of a clip (n, 3) are in instruments, and in which direction is out.
 
-    World frame. `mechanics.contact.touch` is the same for tissue, with a memory of sides.
+    World frame. `mechanics.contact.touch.touch` is the same for tissue, with a memory of sides.
 
     Returns:
         (n, 8) depth, m, negative outside; (n, 8, 3) unit normals.

@@ -14,7 +14,7 @@ import warp as wp
 
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
-from tissue_sim.mechanics.contact import add_vertex_term, along_segment, link_origin, touch
+from tissue_sim.mechanics.contact.touch import add_vertex_term, along_segment, link_origin, touch
 
 wp.set_module_options({"enable_backward": False})
 

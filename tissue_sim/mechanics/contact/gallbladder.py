@@ -5,7 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.contact import add_vertex_term, is_severed, ring_centre
+from tissue_sim.mechanics.contact.touch import add_vertex_term, is_severed, ring_centre
 
 wp.set_module_options({"enable_backward": False})
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array, axis_angle, pose, transform, unit
-from tissue_sim.mechanics.contact import BED_STIFFNESS, STICK_STIFFNESS
+from tissue_sim.mechanics.contact.touch import BED_STIFFNESS, STICK_STIFFNESS
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.axes import AWAY

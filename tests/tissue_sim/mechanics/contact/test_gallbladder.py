@@ -7,7 +7,7 @@ import pytest
 
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array, unit
-from tissue_sim.mechanics.sac_contact import RING_STIFFNESS
+from tissue_sim.mechanics.contact.gallbladder import RING_STIFFNESS
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.organ import TUBE_SECTORS, TUBES, Organ, build_organ

@@ -1,0 +1,1 @@
+"""What does tissue touch, and with which force?"""
