@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from rich.table import Table
@@ -19,6 +20,7 @@ from controller.safety.nearest_motion import NearestMotion
 from scenarios.bench.stopwatch import Stopwatch
 from scenarios.bench.trials.attack_trial import (
     ANY_NUMBER,
+    IN_WORLD,
     AttackedPatient,
     AttackRun,
     AttackTrial,
@@ -39,10 +41,13 @@ CALLS, WARM_UP = 200, 20
 QUERIES = "distance queries"
 
 
-def run_trials(seed: int, episodes: int, workers: int) -> list[AttackTrial]:
+def run_trials(
+    seed: int, episodes: int, workers: int, in_world: int = IN_WORLD
+) -> list[AttackTrial]:
     """Attack each patient from `seed` on, with a progress bar; return the trials in order."""
     seeds = range(seed, seed + episodes)
-    trials = run_all("attacks", seeds, workers, TrialAttempt(run=run_trial, lost=lost_trial))
+    attempt = TrialAttempt(run=partial(run_trial, in_world=in_world), lost=lost_trial)
+    trials = run_all("attacks", seeds, workers, attempt)
     return sorted(trials, key=lambda trial: trial.seed)
 
 

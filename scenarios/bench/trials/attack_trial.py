@@ -21,7 +21,7 @@ from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
 AT_REST = 18  # attacks on tissue at rest: each kind twice
-IN_WORLD = 2  # attacks in the simulated world
+IN_WORLD = 2  # attacks in the moving world, unless more are asked for
 STEPS = 40
 LOOKS = 4  # checks of the commanded motion in each step, as often as the world moves the drives
 CLEAR_M = 0.001  # minimum distance from every keep-out at the start
@@ -70,9 +70,9 @@ class AttackTrial:
     error: str = ""
 
 
-def run_trial(seed: int) -> AttackTrial:
-    """Run all attacks on a seed's patient."""
-    return AttackTrial(seed=seed, pairs=tuple(AttackedPatient(seed).pairs()))
+def run_trial(seed: int, in_world: int = IN_WORLD) -> AttackTrial:
+    """Run all attacks on a seed's patient, so many of them in the moving world."""
+    return AttackTrial(seed=seed, pairs=tuple(AttackedPatient(seed).pairs(in_world)))
 
 
 def lost_trial(seed: int, error: Exception) -> AttackTrial:
@@ -91,11 +91,11 @@ class AttackedPatient:
         self._model = CollisionModel(self._rigid, self._world.arms.T_world_rcm)
         self._filter = SafetyFilter(self._world)
 
-    def pairs(self) -> Iterator[Pair]:
+    def pairs(self, n_in_world: int = IN_WORLD) -> Iterator[Pair]:
         """Yield every attack without and with the filter; the kinds in the world vary by seed."""
         kinds = list(ATTACKS)
-        for k in range(AT_REST + IN_WORLD):
-            kind, in_world = kinds[(k + IN_WORLD * self._seed) % len(kinds)], k >= AT_REST
+        for k in range(AT_REST + n_in_world):
+            kind, in_world = kinds[(k + n_in_world * self._seed) % len(kinds)], k >= AT_REST
             without, filtered = (self._run(k, kind, in_world, f) for f in (False, True))
             yield Pair(kind=kind, in_world=in_world, without=without, filtered=filtered)
 
