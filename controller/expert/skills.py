@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -153,8 +153,10 @@ def _close_on(
 
     def close(world: World, start: Array) -> Goal:
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
-        caught = catches_another(world, tube, T, tool, jaw_rad)
-        return Goal() if caught or not belongs_here(world, tube, T) else Goal(jaw_rad=SHUT_RAD)
+        if catches_another(world, tube, T, tool, jaw_rad) or not belongs_here(world, tube, T):
+            return Goal()
+        follows = pose(world, approach=replace(approach, off_centre_m=0.0))  # closing jaws centre it
+        return Goal(T_world_tool=follows, jaw_rad=SHUT_RAD, speed_m_s=NEAR_SPEED_M_S)
 
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
