@@ -155,7 +155,7 @@ def _close_on(
         T, jaw_rad = world.arms.T_world_tool()[arm], float(world.arms.joints[arm, 6])
         if catches_another(world, tube, T, tool, jaw_rad) or not belongs_here(world, tube, T):
             return Goal()
-        follows = pose(world, approach=replace(approach, off_centre_m=0.0))  # closing jaws centre it
+        follows = pose(world, approach=replace(approach, off_centre_m=0.0))
         return Goal(T_world_tool=follows, jaw_rad=SHUT_RAD, speed_m_s=NEAR_SPEED_M_S)
 
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
