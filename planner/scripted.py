@@ -18,13 +18,17 @@ from tissue_sim.outcome.room import why_call
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
+MOST_TRIES = 4  # at a clip or a cut; more of the same is rough on the tissue
+
 
 class PlannerScripted:
     """Reads the world's hidden state, so it serves as the witness and the test oracle.
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
     the same task again; when the gallbladder has slipped out of the grasper, to go back and to
-    grab it again. On a tube without room for three clips it leaves the second one out. Where not
+    grab it again. After `MOST_TRIES` it gives up and calls for a person.
+
+    On a tube without room for three clips it leaves the second one out. Where not
     even a clip on either side of a cut fits, or there is a second artery, it calls for a person
     before the first clip.
     """
@@ -45,24 +49,31 @@ class PlannerScripted:
     def reset(self) -> None:
         """Start at the first task."""
         self._index = self._furthest = 0
-        self._since_s = 0.0
+        self._since_s, self._tries = 0.0, 1
         self._backing_off = False
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the first task in the order that is not over; the last one when all are over."""
         task, now_s = self._order[self._index], observation.time_s
-        if (why := why_call(self._world.anatomy)) is not None and untouched(self._world):
+        if (why := self._why_call(task)) is not None:
             return Instruction(task=task, hold=True, call=True, remark=why, time_s=now_s)
         if self._backing_off:
             if right_arm_back(self._world):
+                self._tries += 1
                 self._backing_off, self._since_s = False, now_s
                 self._index = 0 if self._slipped() else self._index
         elif self._is_over(task):
-            self._index, self._since_s = self._next_to_do(), now_s
+            self._index, self._since_s, self._tries = self._next_to_do(), now_s, 1
         elif task.kind in ("clip", "cut"):
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = self._order[self._index + 1 if self._backing_off else self._index]
         return Instruction(task=said, time_s=now_s)
+
+    def _why_call(self, task: Task) -> str | None:
+        """Return why a person must be called now; None if there is no reason."""
+        if self._tries > MOST_TRIES:
+            return f"{task.text!r} has failed {MOST_TRIES} times."
+        return why_call(self._world.anatomy) if untouched(self._world) else None
 
     def _next_to_do(self) -> int:
         """Return the next task; skip those that are left out, or were given and are still done."""

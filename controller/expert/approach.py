@@ -31,7 +31,7 @@ class Approach:
 
     Attributes:
         turn_rad: angle from straight ahead, towards the left.
-        aside: 0 at the usual place, 1 as far down from the gallbladder as clips and cuff allow.
+        aside: 0 at the usual place, 2 as far down from the gallbladder as clips and cuff allow.
         off_centre_m: offset of the jaws' middle from the tube, along the tool's y.
     """
 
@@ -43,7 +43,7 @@ class Approach:
 USUAL = Approach()
 APPROACHES = tuple(  # tried in this order, the usual one first
     Approach(turn_rad=turn, aside=aside, off_centre_m=off_centre)
-    for aside in (0.0, 0.5, 1.0)
+    for aside in (0.0, 0.5, 1.0, 2.0)
     for off_centre in (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)
     for turn in (0.0, -0.5, 0.5)
 )

@@ -19,13 +19,22 @@ from controller.expert.targets import (
     grasp_opening_rad,
     grasp_pose,
     pull_direction,
+    spread_direction,
     taut,
 )
 from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.outcome.predicates import grasper_hooked, grasper_pressed_n, right_arm_back
-from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
+from tissue_sim.outcome.predicates import (
+    gallbladder_held,
+    gap_m,
+    grasper_hooked,
+    grasper_pressed_n,
+    right_arm_back,
+    tube_severed,
+)
+from tissue_sim.surgery.abuses import stab_m
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
@@ -33,6 +42,7 @@ GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3
 LET_GO_RAD = 0.4  # wider than tissue that is held firmly; assumed
 SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
+GRASP_FIRM_RAD = 0.55  # between wider jaws tissue is wedged: the judge asks for 0.6
 SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 RETREAT_M = 0.030
@@ -40,6 +50,8 @@ BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
+SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
+STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S = 1.0
 PHASE_MAX_S = 10.0
 
@@ -133,7 +145,8 @@ def _grab(opening: float) -> tuple[Phase, ...]:
     astride = _go(arm, "astride the infundibulum", grasp_pose, opening, speed_m_s=NEAR_SPEED_M_S)
     close = Phase(name="close until it is firm", arm=arm, goal=_pinch, done=_pinched)
     pull = Phase(name="pull the tubes straight", arm=arm, goal=_pull, done=_pulled)
-    return stand, astride, close, pull, _stay(arm)
+    part = Phase(name="spread the tubes", arm=arm, goal=_spread, done=_is_spread)
+    return stand, astride, close, pull, part, _stay(arm)
 
 
 def _close_on(
@@ -158,10 +171,16 @@ def _close_on(
         follows = pose(world, approach=replace(approach, off_centre_m=0.0))
         return Goal(T_world_tool=follows, jaw_rad=SHUT_RAD, speed_m_s=NEAR_SPEED_M_S)
 
+    draw = Phase(
+        name="draw the tube straight",
+        arm=LEFT_ARM,
+        goal=partial(_draw, tube),
+        done=partial(_drawn, tube),
+    )
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
     astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
-    return stand, astride, shut, _stay(arm)
+    return draw, stand, astride, shut, _stay(arm)
 
 
 def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
@@ -207,12 +226,12 @@ def _go(
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
         return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > PHASE_MAX_S
 
-    return Phase(
-        name=name,
-        arm=arm,
-        goal=lambda w, _: Goal(T_world_tool=target(w), jaw_rad=jaw_rad, speed_m_s=speed_m_s),
-        done=arrived,
-    )
+    def goal(world: World, start: Array) -> Goal:
+        if arm == RIGHT_ARM and stab_m(world) > STAB_MAX_M:
+            return Goal()
+        return Goal(T_world_tool=target(world), jaw_rad=jaw_rad, speed_m_s=speed_m_s)
+
+    return Phase(name=name, arm=arm, goal=goal, done=arrived)
 
 
 def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
@@ -237,7 +256,8 @@ def _pinch(world: World, start: Array) -> Goal:
 
 
 def _firm(world: World) -> bool:
-    return world.record.grasp.pinch_n >= GRASP_PINCH_N
+    jaw_rad = world.arms.joints[LEFT_ARM, 6]
+    return bool(world.record.grasp.pinch_n >= GRASP_PINCH_N and jaw_rad <= GRASP_FIRM_RAD)
 
 
 def _pinched(world: World, time_s: float) -> bool:
@@ -249,6 +269,36 @@ def _pull(world: World, start: Array) -> Goal:
     T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes)
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+
+
+def _spread(world: World, start: Array) -> Goal:
+    T = world.arms.T_world_tool()[LEFT_ARM].copy()
+    T[:3, 3] += PULL_STEP_M * spread_direction(world.tubes)
+    T[:3, :3] = start[:3, :3]
+    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+
+
+def _is_spread(world: World, time_s: float) -> bool:
+    wide = gap_m(world.tubes) > SPREAD_MIN_M + SPREAD_SPARE_M
+    return wide or world.record.grasp.traction_n > PULL_MAX_N or time_s > SPREAD_MAX_S
+
+
+def _draw(tube: str, world: World, start: Array) -> Goal:
+    T = world.arms.T_world_tool()[LEFT_ARM].copy()
+    T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes, (tube,))
+    T[:3, :3] = start[:3, :3]
+    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+
+
+def _drawn(tube: str, world: World, time_s: float) -> bool:
+    """Return whether a tube is straight, or nothing more can be done for it.
+
+    Where the other tube is cut, the gallbladder hangs on this one alone.
+    """
+    traction_n = world.record.grasp.traction_n
+    held = gallbladder_held(world) and not tube_severed(world, tube)
+    enough = taut(world.tubes, (tube,)) and traction_n > PULL_MIN_N
+    return not held or enough or traction_n > PULL_MAX_N or time_s > DRAW_MAX_S
 
 
 def _pulled(world: World, time_s: float) -> bool:

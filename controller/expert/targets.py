@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from controller.expert.approach import USUAL, Approach
@@ -95,7 +97,7 @@ def cut_pose(world: World, tube: str, approach: Approach = USUAL) -> Array:
     k = stay - 1 + int(np.argmax(np.diff(stations[stay - 1 :])))
     low, high = stations[k : k + 2]
     spare = max(high - low - CUT_ROOM_M, 0.0)
-    station_m = 0.5 * (low + high) - 0.5 * approach.aside * spare
+    station_m = 0.5 * (low + high) - 0.5 * min(approach.aside, 1.0) * spare
     return _on_tube(world, tube, station_m, 0.5 * BLADE_LENGTH_M, approach)
 
 
@@ -134,7 +136,8 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     shared = max(spare + nearer, 0.0)
     below, between, above = SHARES
     low = [first + (below + k * between) * shared + k * SPACING_M for k in range(n_low)]
-    return (*low, last + nearer - (above + 0.3 * aside) * max(spare, 0.0))
+    high = last + nearer - (above + 0.3 * aside) * max(spare, 0.0)
+    return (*low, max(high, low[-1] + CUT_ROOM_M) if spare > 0.0 else high)
 
 
 def applier_opening_rad(tubes: Tubes, tube: str) -> float:
@@ -143,19 +146,34 @@ def applier_opening_rad(tubes: Tubes, tube: str) -> float:
     return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach))
 
 
-def pull_direction(tubes: Tubes) -> Array:
-    """Return a unit vector that straightens both tubes, the slacker one more, off the liver."""
+def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:
+    """Return a unit vector that straightens tubes, the slackest one most, off the liver."""
     total = np.zeros(3)
-    for tube in TUBES:
+    for tube in chosen:
         centres = tubes.centres(tube)
         missing = max(TAUT + 0.005 - straightness(tubes, tube), MIN_MISSING)
         total += missing * tubes.length_m[tube] * unit(centres[-1] - centres[0])
     return unit(unit(total) - LIFT * AWAY)
 
 
-def taut(tubes: Tubes) -> bool:
-    """Return whether both tubes are straight."""
-    return min(straightness(tubes, tube) for tube in TUBES) >= TAUT
+def spread_direction(tubes: Tubes) -> Array:
+    """Return a unit vector along which the gallbladder's pull parts duct and artery the fastest.
+
+    A point at the share f of a tube's length moves with f of the gallbladder. So the way between
+    the walls where they are nearest grows along itself if the artery's share is the larger one.
+    """
+    duct, artery = (tubes.centres(tube) for tube in TUBES)
+    apart = artery[None] - duct[:, None]
+    far_m = np.linalg.norm(apart, axis=-1)
+    far_m[: len(duct) // 4] = far_m[len(duct) - len(duct) // 4 :] = np.inf
+    far_m[:, : len(artery) // 4] = far_m[:, len(artery) - len(artery) // 4 :] = np.inf
+    i, j = np.unravel_index(int(far_m.argmin()), far_m.shape)
+    return float(np.sign(j * len(duct) - i * len(artery)) or 1.0) * unit(apart[i, j])
+
+
+def taut(tubes: Tubes, chosen: Sequence[str] = TUBES) -> bool:
+    """Return whether tubes are straight."""
+    return min(straightness(tubes, tube) for tube in chosen) >= TAUT
 
 
 def astride(point: Array, along: Array, approach: Array, *, beyond_m: float) -> Array:

@@ -48,7 +48,8 @@ def crushed(field: Field, r: Record) -> Iterator[LimitReading]:
     """Yield the pinch on each tube between the two fingers of a tool, N.
 
     An applier that closes its clip crushes the tube, which is what clips are for: it counts only
-    without a clip. Scissors cut what is between them.
+    without a clip, and after it has let go of the one that it closed. Scissors cut what is between
+    them.
     """
     pinching = _pinching(field, r)
     for tube in field.organ.hollow:
@@ -80,7 +81,8 @@ def _pinching(field: Field, r: Record) -> list[tuple[int, tuple[int, int]]]:
     vertices = np.concatenate([field.tubes.vertices(tube) for tube in field.organ.hollow])
     touching = field.tissue.host("contact_shape")[0].take(vertices)
     touched = np.bincount(touching + 1, minlength=N_SHAPES + 1)[1:]
-    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not r.clip_loaded
+    closing = r.clip_loaded or any(clip.in_jaws and not clip.lost for clip in r.clips)
+    empty = field.arms.mounted[RIGHT_ARM].name == "clip_applier" and not closing
     tools = [(LEFT_ARM, LEFT_FINGERS)] + [(RIGHT_ARM, RIGHT_FINGERS)] * empty
     return [(arm, fingers) for arm, fingers in tools if touched[list(fingers)].all()]
 
