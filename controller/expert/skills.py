@@ -12,12 +12,12 @@ from controller.expert.approach import STANDOFF_M, clear_approach
 from controller.expert.jaw_room import catches_another
 from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
-    applier_opening_rad,
     belongs_here,
     clip_pose,
     cut_pose,
     grasp_opening_rad,
     grasp_pose,
+    opening_rad,
     pull_direction,
     spread_direction,
     taut,
@@ -43,7 +43,7 @@ LET_GO_RAD = 0.4  # wider than tissue that is held firmly; assumed
 SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage
 GRASP_FIRM_RAD = 0.55  # between wider jaws tissue is wedged: the judge asks for 0.6
-SCISSORS_OPEN_RAD, SHUT_RAD = 0.75, -0.3
+SHUT_RAD = -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 RETREAT_M = 0.030
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
@@ -79,9 +79,7 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
     A further attempt (1, 2, ...) approaches the tube from another side.
     """
     tube = structure_of(task, world)
-    opening = SCISSORS_OPEN_RAD
-    if task.right_tool == "clip_applier" and tube:
-        opening = applier_opening_rad(world.tubes, tube)
+    opening = opening_rad(world.tubes, tube, task.right_tool) if tube else 0.0
     if task.kind == "grab":
         opening = grasp_opening_rad(world)
         return _from_outside(LEFT_ARM, _grab(opening), opening, world)

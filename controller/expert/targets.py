@@ -16,6 +16,7 @@ from tissue_sim.outcome.clip_rule import (
     SPACING_M,
     clips_needed,
 )
+from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import straightness
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
 from tissue_sim.patient.organ import TUBES
@@ -140,10 +141,11 @@ def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float,
     return (*low, max(high, low[-1] + CUT_ROOM_M) if spare > 0.0 else high)
 
 
-def applier_opening_rad(tubes: Tubes, tube: str) -> float:
+def opening_rad(tubes: Tubes, tube: str, tool: str = "clip_applier") -> float:
     """Return the jaw opening that barely clears the tube, so that its neighbours stay outside."""
-    reach = INSTRUMENTS["clip_applier"].yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
-    return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach))
+    mouth_m, _ = MOUTHS[tool]
+    reach_m = INSTRUMENTS[tool].yaw_to_tip_m - 0.5 * mouth_m
+    return 2.0 * float(np.arcsin((tubes.radius_m(tube) + CLEARANCE_M) / reach_m))
 
 
 def pull_direction(tubes: Tubes, chosen: Sequence[str] = TUBES) -> Array:

@@ -17,10 +17,10 @@ from controller.expert.skills import GRASP_PINCH_N, GRASP_SHUT_RAD
 from controller.expert.targets import (
     CLEARANCE_M,
     GRASP_OPEN_RAD,
-    applier_opening_rad,
     astride,
     clip_pose,
     grasp_pose,
+    opening_rad,
 )
 from planner.criteria import structure_of
 from planner.task import Task
@@ -128,7 +128,7 @@ class ApplierAstray(LedAstray):
 
     def failing(self, world: World, task: Task) -> Waypoint:
         tube = structure_of(task, world)
-        opening = applier_opening_rad(world.tubes, tube)
+        opening = opening_rad(world.tubes, tube)
         T, jaw = self.worst(world, task, tube)
         share = self.magnitude
         return between(self.goal(world, task), T, share), opening + share * (jaw - opening)
@@ -143,7 +143,7 @@ class WrongTube(ApplierAstray):
 
     def worst(self, world: World, task: Task, tube: str) -> Waypoint:
         other = _other(tube)
-        return clip_pose(world, other, task.clip or 1), applier_opening_rad(world.tubes, other)
+        return clip_pose(world, other, task.clip or 1), opening_rad(world.tubes, other)
 
 
 class BothTubes(ApplierAstray):
@@ -179,7 +179,7 @@ class Overshoot(LedAstray):
 
     def failing(self, world: World, task: Task) -> Waypoint:
         T = before(self.goal(world, task), -self.magnitude)
-        return T, applier_opening_rad(world.tubes, structure_of(task, world))
+        return T, opening_rad(world.tubes, structure_of(task, world))
 
 
 def commanded_pose(world: World, arm: int) -> Array:

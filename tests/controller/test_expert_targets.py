@@ -20,11 +20,11 @@ from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
 from controller.expert.skills import skill
 from controller.expert.targets import (
     _on_tube,
-    applier_opening_rad,
     clip_pose,
     clip_stations_m,
     clips_at_m,
     cut_pose,
+    opening_rad,
 )
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
@@ -152,11 +152,11 @@ def test_the_jaws_keep_beside_a_tube_that_lies_close_to_the_gallbladder(
     T = pose(world)
     x, sac = world.tissue.positions(), world.organ.sac_rings
     x[sac] = T[:3, 3] - 0.004 * T[:3, 2] + side * 0.0055 * T[:3, 1]  # a wall beside the mouth
-    opening_rad = applier_opening_rad(world.tubes, "duct")
-    assert sac_room_m(world, T, APPLIER, opening_rad) < SAC_ROOM_M
-    chosen = clear_approach(world, "duct", lambda w, a: pose(w, approach=a), APPLIER, opening_rad)
+    wide_rad = opening_rad(world.tubes, "duct")
+    assert sac_room_m(world, T, APPLIER, wide_rad) < SAC_ROOM_M
+    chosen = clear_approach(world, "duct", lambda w, a: pose(w, approach=a), APPLIER, wide_rad)
     assert chosen == Approach(off_centre_m=-side * OFF_CENTRE_M)
-    assert sac_room_m(world, pose(world, approach=chosen), APPLIER, opening_rad) > SAC_ROOM_M
+    assert sac_room_m(world, pose(world, approach=chosen), APPLIER, wide_rad) > SAC_ROOM_M
 
 
 def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
@@ -167,12 +167,12 @@ def test_each_attempt_comes_from_another_side_where_the_gallbladder_blocks_all(
 
     around = np.random.default_rng(0).normal(scale=0.004, size=(*world.organ.sac_rings.shape, 3))
     world.tissue.positions()[world.organ.sac_rings] = pose(world, APPROACHES[0])[:3, 3] + around
-    opening_rad = applier_opening_rad(world.tubes, "duct")
+    wide_rad = opening_rad(world.tubes, "duct")
     first, second, third = (
-        clear_approach(world, "duct", pose, APPLIER, opening_rad, k) for k in range(3)
+        clear_approach(world, "duct", pose, APPLIER, wide_rad, k) for k in range(3)
     )
     room_m = [
-        sac_room_m(world, pose(world, approach), APPLIER, opening_rad) for approach in APPROACHES
+        sac_room_m(world, pose(world, approach), APPLIER, wide_rad) for approach in APPROACHES
     ]
     assert max(room_m) < SAC_ROOM_M
     assert room_m[APPROACHES.index(first)] == max(room_m)
