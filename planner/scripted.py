@@ -18,7 +18,7 @@ from tissue_sim.outcome.room import why_call
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
-MOST_TRIES = 4  # at a clip or a cut; more of the same is rough on the tissue
+MOST_TRIES = 3  # at a clip or a cut; more of the same is rough on the tissue
 
 
 class PlannerScripted:
@@ -26,11 +26,9 @@ class PlannerScripted:
 
     When a clip or a cut has not succeeded within `PATIENCE_S`, it asks to go back, and then for
     the same task again; when the gallbladder has slipped out of the grasper, to go back and to
-    grab it again. After `MOST_TRIES` it gives up and calls for a person.
-
-    On a tube without room for three clips it leaves the second one out. Where not
-    even a clip on either side of a cut fits, or there is a second artery, it calls for a person
-    before the first clip.
+    grab it again. After `MOST_TRIES` it gives up and calls for a person. On a tube without room for
+    three clips it leaves the second one out. What it cannot do on this anatomy (`why_call`) it
+    leaves to a person before the first clip.
     """
 
     privileged = True

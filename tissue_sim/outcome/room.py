@@ -6,18 +6,24 @@ was right.
 
 from __future__ import annotations
 
+import numpy as np
+
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 
+# An artery that enters the gallbladder this far round has come across the duct. Of 28 tuning patients
+# with one (seeds 21 to 3282) the expert passed 21: one tube covers the place of a clip on the other.
+CROSSING_TURN_RAD = 0.5 * np.pi
+CROSSES = "The artery crosses the duct: a person must deal with it."
 MUST_DEAL = "There is a second artery: a person must deal with it."
 
 
 def why_call(anatomy: Anatomy) -> str | None:
     """Return why a person must be called before anything is clipped, in a surgeon's words.
 
-    None if the procedure can be done: both tubes take at least a clip on either side of a cut, and
-    there is no second artery.
+    None if the procedure can be done: both tubes take at least a clip on either side of a cut,
+    they do not cross, and there is no second artery.
     """
     lengths_m = {"duct": anatomy.duct_length_m, "artery": anatomy.artery_length_m}
     reasons = [
@@ -26,5 +32,6 @@ def why_call(anatomy: Anatomy) -> str | None:
         for tube in TUBES
         if lengths_m[tube] < needed_m(tube, FEWEST_CLIPS)
     ]
+    reasons += [CROSSES] if abs(anatomy.artery_turn_rad) > CROSSING_TURN_RAD else []
     reasons += [] if anatomy.second_artery is None else [MUST_DEAL]
     return " ".join(reasons) or None
