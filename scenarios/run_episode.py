@@ -125,7 +125,8 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
     config, world, record = episode.config, episode.world, episode.tasks
     tasks = record.in_order()
     procedure_s = world.record.time_s - episode.exchange_s
-    pull_all_clips(world)
+    if record.is_complete:  # else it would stretch what is not cut, which nobody did
+        pull_all_clips(world)
     injuries = world.record.injuries
     policies = {"planner": episode.planner, "controller": episode.controller}
     return EpisodeResult(

@@ -52,7 +52,7 @@ PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
-JAW_TIME_S = 1.0
+JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
 PHASE_MAX_S = 10.0
 
 
@@ -242,7 +242,7 @@ def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
 
 
 def _snapped(world: World, time_s: float) -> bool:
-    return not world.record.jaws_opened or time_s > JAW_TIME_S
+    return not world.record.jaws_opened or time_s > CLOSE_MAX_S
 
 
 def _stay(arm: int) -> Phase:

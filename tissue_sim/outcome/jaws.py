@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from tissue_sim.frames import Array
-from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M, Tubes
+from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 
 GALLBLADDER = "gallbladder"
+# Wider than where the judge takes the gallbladder for clipped, and less than a finger's thickness:
+# its wall may press on the outside of closing fingers. What is between them is pushed inwards.
+SAC_HALF_GAP_M = 0.0018
 MOUTHS = {  # how far back from the tip the jaws act, and their width
     "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
     "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),
@@ -21,6 +24,6 @@ def between_jaws(tubes: Tubes, T_world_tool: Array, tool: str) -> frozenset[str]
     """
     reach_m, width_m = MOUTHS[tool]
     found = {t for t in tubes.organ.hollow if tubes.crossing(t, T_world_tool, reach_m)}
-    if tubes.sac_between(T_world_tool, reach_m, width_m, BETWEEN_HALF_GAP_M):
+    if tubes.sac_between(T_world_tool, reach_m, width_m, SAC_HALF_GAP_M):
         found.add(GALLBLADDER)
     return frozenset(found)

@@ -12,8 +12,8 @@ from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 
-# An artery that enters the gallbladder this far round has come across the duct. Of 28 tuning patients
-# with one (seeds 21 to 3282) the expert passed 21: one tube covers the place of a clip on the other.
+# An artery that enters the gallbladder this far round has come across the duct. Of 28 tuning
+# patients with one (seeds 21 to 3282) the expert passed 21: a tube covers the place of a clip.
 CROSSING_TURN_RAD = 0.5 * np.pi
 CROSSES = "The artery crosses the duct: a person must deal with it."
 MUST_DEAL = "There is a second artery: a person must deal with it."
