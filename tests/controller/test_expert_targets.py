@@ -19,12 +19,16 @@ from controller.expert.approach import (
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
 from controller.expert.skills import skill
 from controller.expert.targets import (
+    GRASP_BEYOND_M,
     _on_tube,
     clip_pose,
     clip_stations_m,
     clips_at_m,
     cut_pose,
+    grasp_opening_rad,
+    grasped_ring,
     opening_rad,
+    spread_direction,
 )
 from controller.kinematics import inverse_kinematics
 from controller.safety.geometry.collision import CollisionModel
@@ -33,6 +37,7 @@ from controller.safety.obstacles import registered, surroundings_of
 from planner.task import task_from_text
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
+from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -260,6 +265,30 @@ def test_the_jaws_stay_open_while_another_tube_is_between_them(world: World) -> 
     assert close.goal(world, start).jaw_rad is not None
     put_between_jaws(world, other)
     assert close.goal(world, start).jaw_rad is None
+
+
+def test_the_gallbladder_is_drawn_to_where_the_tubes_part(world: World) -> None:
+    """Let each ring follow the gallbladder by its share of the tube's length."""
+    apart_m = {}
+    for sign in (-1.0, 0.0, 1.0):
+        world.reset(textbook_from_seed(10_004))
+        way = sign * 0.002 * spread_direction(world.tubes)
+        for tube in TUBES:
+            rings = world.organ.rings[tube][: world.organ.neck_ring[tube] + 1]
+            share = np.linspace(0.0, 1.0, len(rings))[:, None, None]
+            world.tissue.positions()[rings] += share * way
+        apart_m[sign] = gap_m(world.tubes)
+    assert apart_m[-1.0] < apart_m[0.0] < apart_m[1.0]
+
+
+@pytest.mark.parametrize("width_m", [0.025, 0.035, 0.048])
+def test_the_open_grasper_passes_the_infundibulum(world: World, width_m: float) -> None:
+    world.reset(replace(textbook_from_seed(10_004), gallbladder_width_m=width_m))
+    _, radius_m = grasped_ring(world)
+    hinge_m = INSTRUMENTS["grasper"].yaw_to_tip_m - 0.5 * radius_m - GRASP_BEYOND_M
+    opening = grasp_opening_rad(world)
+    assert opening <= INSTRUMENTS["grasper"].jaw_range_rad[1]
+    assert hinge_m * np.tan(0.5 * opening) > radius_m + 0.001
 
 
 def put_between_jaws(world: World, tube: str) -> None:

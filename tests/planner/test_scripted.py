@@ -7,7 +7,7 @@ import pytest
 from planner.base import PATIENCE_S
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS
-from planner.scripted import PlannerScripted
+from planner.scripted import MOST_TRIES, PlannerScripted
 from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
@@ -103,6 +103,20 @@ def test_it_backs_off_after_its_patience_and_tries_again_once_the_arm_is_back(at
     assert ask(planner, at_the_tubes, 4 * PATIENCE_S) == FIRST_CLIP
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S - 0.1) == FIRST_CLIP  # the time starts again
     assert ask(planner, at_the_tubes, 5 * PATIENCE_S + 0.1) == BACK_FROM_FIRST_CLIP
+
+
+def test_a_task_that_has_failed_often_enough_is_left_to_a_person(at_the_tubes):
+    planner = PlannerScripted(at_the_tubes)
+    start_s, said = at_the_tubes.observe().time_s, []
+    move_right_arm(at_the_tubes, insertion_m=OUT_INSERTION_M)
+    for k in range(3 * MOST_TRIES):
+        seen = replace(at_the_tubes.observe(), time_s=start_s + k * (PATIENCE_S + 0.1))
+        said.append(planner.plan(seen))
+    calls = [s for s in said if s.call]
+    assert said[0].task == FIRST_CLIP
+    assert calls[0].remark == f"{FIRST_CLIP.text!r} has failed {MOST_TRIES} times."
+    tried = said[: said.index(calls[0])]
+    assert [s.task for s in tried].count(BACK_FROM_FIRST_CLIP) == MOST_TRIES
 
 
 def test_after_a_reset_it_starts_at_the_first_task(at_the_tubes, approach):

@@ -98,6 +98,7 @@ def test_a_call_after_a_clip_is_a_failure_that_keeps_its_reason(procedure):
     assert result.outcome == "failed"
     assert not result.success
     assert (result.call.in_time, result.call.reason) == (False, UNSURE)
+    assert result.injuries == ()  # and nobody pulls at the clips, as all is not done
 
 
 def test_a_person_who_gives_an_order_is_heard_first():

@@ -6,7 +6,7 @@ import pytest
 
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, clips_needed, needed_m
 from tissue_sim.outcome.predicates import untouched
-from tissue_sim.outcome.room import MUST_DEAL, why_call
+from tissue_sim.outcome.room import CROSSES, MUST_DEAL, why_call
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -83,6 +83,11 @@ def test_the_reason_names_both_lengths() -> None:
         "The duct is 10.5 mm long: a clip on either side of a cut needs"
         f" {1e3 * needed_m('duct', FEWEST_CLIPS):.1f} mm."
     )
+
+
+@pytest.mark.parametrize("name", ["artery-in-front", "artery-behind"])
+def test_a_person_is_called_where_the_artery_crosses_the_duct(name: str) -> None:
+    assert why_call(variant(name, textbook_from_seed(SEED))) == CROSSES
 
 
 def test_a_second_artery_is_a_reason_beside_a_short_tube() -> None:

@@ -6,7 +6,7 @@ Each abuse is done with bare hands, without a safety filter, on a patient at res
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -354,4 +354,12 @@ def test_an_abuse_fails_the_episode_for_its_reason(world: World, abuse: Abuse) -
 @pytest.mark.parametrize("abuse", ABUSES.values(), ids=ABUSES)
 def test_the_same_with_care_is_no_injury(world: World, abuse: Abuse) -> None:
     abuse.careful(world)
+    assert world.record.injuries == ()
+
+
+def test_an_applier_that_closes_its_clip_does_not_crush_what_the_clip_holds(world: World) -> None:
+    """Take a wide, stiff duct, which presses on the fingers until they let go of the clip."""
+    world.reset(replace(textbook_from_seed(SEED), duct_diameter_m=0.0055, stiffness_scale=2.0))
+    use(world, across(world, "duct", 0.5, CLIP_LENGTH_M / 2), "duct", "clip_applier")
+    assert world.record.clips[-1].on("duct")
     assert world.record.injuries == ()
