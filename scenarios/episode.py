@@ -190,10 +190,9 @@ class Episode:
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             self._hear()
             if self._instruction.hold:  # the rest of the exchange follows later
-                joints = self.world.target
                 break
             yield self._step(command, exchange=True)
-        self.guarded_driver.restart(joints)
+        self.guarded_driver.restart(self.world.target)
         self.controller.reset()
         self.exchange_s += self._time_s - start_s
 

@@ -22,7 +22,11 @@ ONE_OF_A_KIND = (  # the others differ from one of these in a number, an arm or 
     *("nominal", "grasp-missed-above", "wrong-tube", "clip-dropped", "grasp-slip", "breathing"),
     *("camera-turn", "latency", "stiff-tissue", "dye", "artery-in-front", "two-arteries", "fat"),
 )
-CALLED = ("two-arteries",)  # where the witness calls for a person
+CALLED = (
+    "artery-behind",
+    "artery-in-front",
+    "two-arteries",
+)  # where the witness calls for a person
 GRABS = "tests.scenarios.calling:PlannerGrabs"
 LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}  # change later
 

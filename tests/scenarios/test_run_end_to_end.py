@@ -24,7 +24,7 @@ CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     },
     "task": {
         *("index", "instruction", "success", "time_s", "corrections"),
-        *("path_m", "jerk_m_s3", "failure_chance", "alarm_s"),
+        *("path_m", "jerk_m_s3", "failure_chance", "alarm_s", "left_out"),
     },
     "safety": {"filter", "interventions", "min_clearance_m", "ledger"},
     "summary": {

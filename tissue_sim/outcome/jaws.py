@@ -8,9 +8,9 @@ from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 
 GALLBLADDER = "gallbladder"
-# Wider than where the judge takes the gallbladder for clipped, and less than a finger's thickness:
+# Where the judge takes the gallbladder for clipped, and one step of closing; a finger is as thick:
 # its wall may press on the outside of closing fingers. What is between them is pushed inwards.
-SAC_HALF_GAP_M = 0.0018
+SAC_HALF_GAP_M = 0.0020
 MOUTHS = {  # how far back from the tip the jaws act, and their width
     "clip_applier": (CLIP_LENGTH_M, CLIP_WIDTH_M),
     "scissors": (BLADE_LENGTH_M, BLADE_WIDTH_M),

@@ -74,4 +74,4 @@ def test_a_goal_in_the_liver_is_not_reached_but_the_gallbladder_on_the_way_is_pi
     assert np.linalg.norm(episode.world.arms.T_world_tool()[RIGHT_ARM, :3, 3] - goal[:3, 3]) > 2e-3
     assert any("liver" in limit for step in steps for e in step.altered for limit in e.limits)
     hurt = {injury.event for injury in episode.world.record.injuries}
-    assert hurt == {"perforation of gallbladder"}
+    assert hurt == {"perforation of gallbladder", "leak"}
