@@ -53,6 +53,7 @@ PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tiss
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
 STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
+SNAG_N, NARROW_RAD = 1.0, 0.1  # below what is an injury; assumed
 PHASE_MAX_S = 10.0
 
 
@@ -182,17 +183,28 @@ def _close_on(
 
 
 def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
+    def open_up(world: World, start: Array) -> Goal:
+        return Goal() if _snagged(arm, world) else Goal(jaw_rad=opening)
+
     def retreat(world: World, start: Array) -> Goal:
-        return Goal(
-            T_world_tool=before(start, RETREAT_M), jaw_rad=opening, speed_m_s=FREE_SPEED_M_S
-        )
+        if _snagged(arm, world):
+            return Goal(jaw_rad=NARROW_RAD)
+        return Goal(T_world_tool=before(start, RETREAT_M), speed_m_s=FREE_SPEED_M_S)
 
     def far(world: World, time_s: float) -> bool:
         return time_s > RETREAT_M / FREE_SPEED_M_S + 0.5
 
-    open_up = _jaw(arm, "open", opening)
+    part = Phase(name="open", arm=arm, goal=open_up, done=lambda _, time_s: time_s >= JAW_TIME_S)
     back = Phase(name="go back", arm=arm, goal=retreat, done=far)
-    return open_up, back
+    return part, back
+
+
+def _snagged(arm: int, world: World) -> bool:
+    """Return whether the right tool pulls at tissue: a wide tube may bulge around a finger.
+
+    Jaws that open or draw back would carry it along; as they close they let go of it.
+    """
+    return arm == RIGHT_ARM and float(np.linalg.norm(world.tool_forces_n()[arm])) > SNAG_N
 
 
 def _retreat(opening: float) -> tuple[Phase, ...]:
@@ -230,15 +242,6 @@ def _go(
         return Goal(T_world_tool=target(world), jaw_rad=jaw_rad, speed_m_s=speed_m_s)
 
     return Phase(name=name, arm=arm, goal=goal, done=arrived)
-
-
-def _jaw(arm: int, name: str, jaw_rad: float) -> Phase:
-    return Phase(
-        name=name,
-        arm=arm,
-        goal=lambda *_: Goal(jaw_rad=jaw_rad),
-        done=lambda _, time_s: time_s >= JAW_TIME_S,
-    )
 
 
 def _snapped(world: World, time_s: float) -> bool:
