@@ -294,17 +294,16 @@ class Tissue:
     def remove_loose_from_parts(self, b: int) -> None:
         """Remove pieces that nothing holds from the preconditioner's rigid parts.
 
-        Their inertia is a millionth of their stiffness, less than the matrix's rounding errors. In
-        the rigid motion of such a part, the solver would see only these errors.
+        A strand holds nothing: it may break at any time. The pieces' inertia is a millionth of
+        their stiffness, less than the matrix's rounding errors. In the rigid motion of such a part,
+        the solver would see only these errors.
         """
         n, host = self.n_vertex(b), self.host
         label = components(n, self.tets(b)[host("tet_alive")[b, : len(self.tets(b))] != 0])
-        ends = host("link")[b, host("link_stiffness")[b] > 0.0]
         held = [
             np.flatnonzero(self.organs[b].fixed),
             host("tie_corner")[b, host("tie_stiffness")[b] > 0.0].ravel(),
             host("anchor")[b, host("anchor_stiffness")[b] > 0.0],
-            ends[label[ends[:, 0]] != label[ends[:, 1]]].ravel(),
         ]
         loose = ~np.isin(label, label[np.concatenate(held)])
         host("part")[b, :n][loose] = -1

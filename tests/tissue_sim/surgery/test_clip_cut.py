@@ -257,6 +257,20 @@ def test_the_leak_of_a_half_closed_clip_follows_from_its_opening() -> None:
     assert shares[0] > shares[-1]
 
 
+def test_a_piece_cut_out_of_a_tube_is_loose_though_a_strand_holds_it() -> None:
+    tubes = settled(3)
+    tissue, length_m = tubes.tissue, tubes.length_m["duct"]
+    middle = len(tubes.below["duct"]) // 2
+    ends = np.array([[tubes.below["duct"][middle, -1], tubes.below["artery"][middle, -1]]])
+    tissue.add_links(0, ends, rest_m=np.array([0.02]), stiffness=20.0, strength_n=1.0)
+    for share in (0.25, 0.75):
+        cut_at(tubes, "duct", share * length_m)
+    part = tissue.host("part")[0]
+    assert (part[tubes.below["duct"][middle]] == -1).all()  # no rigid part, no contact with the sac
+    assert (part[tubes.below["duct"][1]] >= 0).all()
+    assert (part[tubes.below["artery"][middle]] >= 0).all()
+
+
 def test_of_two_cuts_only_the_outer_stumps_leak() -> None:
     tubes = settled(0)
     length = tubes.length_m["duct"]
