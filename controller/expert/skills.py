@@ -265,18 +265,20 @@ def _pinched(world: World, time_s: float) -> bool:
     return _firm(world) or time_s > PINCH_MAX_S
 
 
-def _pull(world: World, start: Array) -> Goal:
+def _towards(world: World, start: Array, direction: Array) -> Goal:
+    """Return a step of the grasper along a unit vector (3,), world frame, as it is turned."""
     T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes)
+    T[:3, 3] += PULL_STEP_M * direction
     T[:3, :3] = start[:3, :3]
     return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+
+
+def _pull(world: World, start: Array) -> Goal:
+    return _towards(world, start, pull_direction(world.tubes))
 
 
 def _spread(world: World, start: Array) -> Goal:
-    T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += PULL_STEP_M * spread_direction(world.tubes)
-    T[:3, :3] = start[:3, :3]
-    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+    return _towards(world, start, spread_direction(world.tubes))
 
 
 def _is_spread(world: World, time_s: float) -> bool:
@@ -285,10 +287,7 @@ def _is_spread(world: World, time_s: float) -> bool:
 
 
 def _draw(tube: str, world: World, start: Array) -> Goal:
-    T = world.arms.T_world_tool()[LEFT_ARM].copy()
-    T[:3, 3] += PULL_STEP_M * pull_direction(world.tubes, (tube,))
-    T[:3, :3] = start[:3, :3]
-    return Goal(T_world_tool=T, speed_m_s=PULL_SPEED_M_S)
+    return _towards(world, start, pull_direction(world.tubes, (tube,)))
 
 
 def _drawn(tube: str, world: World, time_s: float) -> bool:
