@@ -1,6 +1,7 @@
-"""What a policy is told in each control step: tools, points of the tissue, clips, forces.
+"""What everybody who acts is told in each control step: tools, points of the tissue, clips, forces.
 
-The values are exact simulator state today (`exact.py`). Anything else in the simulator is hidden.
+Planner, controller, safety filter and nurse get one `Observation` and nothing else. It comes from
+one of three senses (`sense.py`), and says of each point how uncertain it is.
 """
 
 from __future__ import annotations
@@ -16,7 +17,19 @@ from tissue_sim.frames import Array
 
 TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
+TRUNK_POINTS = 4  # along each structure at risk
 MAX_CLIPS = 8
+POINTS = {
+    "left_tube_m": TUBE_POINTS,
+    "right_tube_m": TUBE_POINTS,
+    "sac_m": SAC_POINTS,
+    "common_bile_duct_m": TRUNK_POINTS,
+    "hepatic_artery_m": TRUNK_POINTS,
+    "clips_m": MAX_CLIPS,
+}
+"""Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
+
+N_POINTS = sum(POINTS.values())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,13 +41,22 @@ class Observation:
         joints: (2, 7) now: yaw, pitch, insertion (m), roll, wrist pitch, wrist yaw, jaw (rad).
         tips_endoscope: (2, 4, 4) `T_endoscope_tool`.
         forces_n: (2, 3) force of the tissue on each tool.
+        pinch_n: how hard the grasper's jaws press on what is between them.
         tools: names of the mounted instruments.
         clip_loaded: the applier holds a clip.
         left_tube_m, right_tube_m: (8, 3) points of the tubes' centrelines, named by where the
             endoscope shows them.
         sac_m: (5, 3) axis of the infundibulum.
+        common_bile_duct_m, hepatic_artery_m: (4, 3) points of the centrelines of the structures at
+            risk.
         clips_m: (8, 3) clips in order of closing, zeros beyond `n_clips`.
+        n_clips: closed so far; the last eight have places.
         severed: (2,) whether the left and the right tube are cut or torn through.
+        tube_radius_m: (2,) outer radii of the left and the right tube.
+        third_tube: chance that a third tube runs to the gallbladder, 0 to 1.
+        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis.
+        age_s: (`N_POINTS`,) time since a camera last saw the point.
+        hidden: (`N_POINTS`,) no camera sees the point now.
         images: camera name -> (height, width, 3) uint8, where they were drawn.
     """
 
@@ -42,38 +64,52 @@ class Observation:
     joints: Array
     tips_endoscope: Array
     forces_n: Array
+    pinch_n: float
     tools: tuple[str, str]
     clip_loaded: bool
     left_tube_m: Array
     right_tube_m: Array
     sac_m: Array
+    common_bile_duct_m: Array
+    hepatic_artery_m: Array
     clips_m: Array
     n_clips: int
     severed: NDArray[np.bool_]
+    tube_radius_m: Array
+    third_tube: float = 0.0
+    std_m: Array = field(default_factory=lambda: np.zeros(N_POINTS))
+    age_s: Array = field(default_factory=lambda: np.zeros(N_POINTS))
+    hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(N_POINTS, bool))
     images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
+
+    def points_m(self) -> Array:
+        """Return all points (`N_POINTS`, 3), in the order of `POINTS`."""
+        return np.concatenate([getattr(self, name) for name in POINTS])
 
     def vector(self) -> NDArray[np.float32]:
         """Flatten everything but time, images and the left tool into (`VECTOR_SIZE`,)."""
-        parts = (
-            self.joints, self.tips_endoscope[:, :3], self.forces_n, self.left_tube_m,
-            self.right_tube_m, self.sac_m, self.clips_m,
-            [self.n_clips, self.clip_loaded, self.tools[1] == "scissors"], self.severed,
-        )  # fmt: skip
+        rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self.tools[1] == SCISSORS}
+        parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
         return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
 
+
+SCISSORS = "scissors"
 
 VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     "joints": (2, 7),
     "tips_endoscope": (2, 3, 4),
     "forces_n": (2, 3),
-    "left_tube_m": (TUBE_POINTS, 3),
-    "right_tube_m": (TUBE_POINTS, 3),
-    "sac_m": (SAC_POINTS, 3),
-    "clips_m": (MAX_CLIPS, 3),
+    "pinch_n": (1,),
+    **{name: (n, 3) for name, n in POINTS.items()},
     "n_clips": (1,),
     "clip_loaded": (1,),
     "scissors": (1,),
     "severed": (2,),
+    "tube_radius_m": (2,),
+    "third_tube": (1,),
+    "std_m": (N_POINTS,),
+    "age_s": (N_POINTS,),
+    "hidden": (N_POINTS,),
 }
 """Order and shapes of the parts of `Observation.vector()`."""
 

@@ -1,0 +1,20 @@
+"""The interface of the senses: from the world to what everybody who acts is told.
+
+`exact` is simulator state (`exact.py`), which no robot has; `tracked` is a model of what cameras and
+encoders tell (`tracked.py`), and needs no pictures; `cameras` is perception from pictures.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.world import World
+
+
+class Sense(Protocol):
+    """Observes one patient, once in each control step."""
+
+    def observe(self, world: World) -> Observation:
+        """Return what is sensed now."""
+        ...
