@@ -17,6 +17,7 @@ from controller.action import ToolAction, hold
 from controller.base import Controller
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
 from planner.criteria import structure_of, task_done
+from planner.seen import is_back
 from planner.instruction import TASKS, Instruction
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
@@ -29,9 +30,8 @@ from scenarios.loop.step import Outcome, Step
 from scenarios.loop.task_record import TaskRecord
 from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome import nurse
-from tissue_sim.outcome.predicates import right_arm_back, tube_severed
-from tissue_sim.patient.organ import TUBES
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -41,6 +41,7 @@ class Episode:
     """The running state of one episode.
 
     Attributes:
+        sense: tells everybody who acts what the robot senses, and nothing else.
         observation: the latest one.
         inbox: where people speak to the episode.
         effects: what disturbs it.
@@ -53,6 +54,7 @@ class Episode:
     world: World
     planner: Planner[Observation]
     controller: Controller
+    sense: Sense
     observation: Observation
     inbox: Inbox = field(default_factory=Inbox)
     effects: Effects = field(default_factory=Effects)
@@ -179,10 +181,9 @@ class Episode:
 
     def _needs_exchange(self) -> bool:
         """Return whether the nurse acts now: only while the right arm is clear of the tubes."""
-        task = self._instruction.task
-        clip = task.kind == "clip" and not task_done(task, self.world)
-        needed = nurse.is_needed(self.world, task.right_tool, clip=clip)
-        return needed and not self._instruction.hold and right_arm_back(self.world)
+        task, seen = self._instruction.task, self.observation
+        needed = nurse.is_needed(seen, task.right_tool, clip=task.kind == "clip")
+        return needed and not self._instruction.hold and nurse.has_room(seen)
 
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.guarded_driver.joints
@@ -206,15 +207,18 @@ class Episode:
         guided: GuidedArm | None = None,
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
-        altered = self.guarded_driver.news()
+        altered, before = self.guarded_driver.news(), self.observation
         heard, self._heard = tuple(self._heard), []
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
-            self.observation = self.world.step(command, intended=structure_of(task, self.world))
+            self.world.step(command, intended=structure_of(task, self.world))
+        with self._clock.stage("sense"):
+            self.observation = self.sense.observe(self.world)
         return Step(
             time_s=self._time_s,
             instruction=self._instruction,
             command=command,
+            before=before,
             observation=self.observation,
             outcome=Outcome(
                 events=self.world.record.injuries[n_before:],
@@ -232,16 +236,14 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether all is done, a task is out of time, a person is called, or all is cut.
+        """Return whether a task is out of time, a person is called, or the robot sees that all is cut.
 
         The last task alone is not the end: it is also how the arm backs off from the last cut.
         """
-        task = step.instruction.task
+        task, seen = step.instruction.task, step.observation
         if step.instruction.call or self.tasks.results[task.index].time_s > self.config.task_cap_s:
             return True
-        if task != TASKS[-1] or not step.outcome.task_done:
-            return False
-        return self.tasks.is_complete or all(tube_severed(self.world, tube) for tube in TUBES)
+        return task == TASKS[-1] and bool(seen.severed.all()) and is_back(seen)
 
     @property
     def _time_s(self) -> float:

@@ -26,6 +26,7 @@ from scenarios.loop.results import (
     SafetyResult,
 )
 from scenarios.loop.script import read_script
+from scenarios.loop.senses import make_sense
 from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
@@ -91,14 +92,16 @@ def begin(
     effects = effects or Effects(config.perturbations, config.seed)
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
-    world, observation = patient_on_table(config, effects, render=render)
+    world = patient_on_table(config, effects, render=render)
+    sense = make_sense(config)
     return Episode(
         world=world,
+        sense=sense,
         planner=planner or make_planner(config, world),
         controller=controller or make_controller(config, world),
         inbox=inbox,
         effects=effects,
-        observation=observation,
+        observation=sense.observe(world),
         config=replace(
             config,
             planner=name_of(planner) if planner else config.planner,
@@ -109,10 +112,11 @@ def begin(
 
 def patient_on_table(
     config: EpisodeConfig, effects: Effects, *, render: bool = False
-) -> tuple[World, Observation]:
-    """Make the world of an episode, with its patient, and observe it for the first time."""
+) -> World:
+    """Make the world of an episode, with its patient."""
     world = World(render=render)
-    return world, world.reset(effects.on_anatomy(anatomy_of(config)))
+    world.reset(effects.on_anatomy(anatomy_of(config)))
+    return world
 
 
 def anatomy_of(config: EpisodeConfig) -> Anatomy:

@@ -13,7 +13,7 @@ from planner.task import TASKS
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-SCHEMA_VERSION = 1  # raise it when a column is added, dropped or changes its meaning
+SCHEMA_VERSION = 2  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 
@@ -47,6 +47,7 @@ class Feature:
 
 DEMONSTRATED: dict[str, Feature] = {
     "observation.state": Feature(dtype="float32", size=VECTOR_SIZE),
+    "privileged.state": Feature(dtype="float32", size=VECTOR_SIZE),
     "action": Feature(dtype="float32", size=ACTION_SIZE),
     "timestamp": Feature(dtype="float32"),
     "frame_index": Feature(dtype="int64"),
@@ -62,7 +63,9 @@ DEMONSTRATED: dict[str, Feature] = {
 }
 """The columns of one episode.
 
-observation.state: `Observation.vector()` before the action, without a tracker's noise.
+observation.state: `Observation.vector()` before the action, as the episode's sense told it.
+privileged.state: the same without errors, and which points no camera sees. No robot has it: it
+    serves to sense the episode again with other errors (`tissue_sim.sensing.tracker`).
 action: `ToolAction.vector()` as commanded, after the safety filter; if injected noise disturbed
     it, as the expert asked for it.
 timestamp: s since the first frame; exchanges of tools and holds, in which policies pause,

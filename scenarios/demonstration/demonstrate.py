@@ -126,18 +126,22 @@ def begun(demonstration: PlannedDemonstration) -> Running:
     from scenarios.episode import Episode
     from scenarios.loop.episode_config import EpisodeConfig
     from scenarios.perturbation.effects import Effects
+    from scenarios.loop.senses import make_sense
     from scenarios.run_episode import patient_on_table
 
     seed, scenario = demonstration.seed, demonstration.scenario
     rng = np.random.default_rng([0xDE30, seed])
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     effects = Effects((*failures(scenario, rng), *noise), seed)
-    config = EpisodeConfig(seed=seed, scenario=scenario, **_policies(demonstration))
-    world, observation = patient_on_table(config, effects)
+    config = EpisodeConfig(
+        seed=seed, scenario=scenario, sense="tracked", **_policies(demonstration)
+    )
+    world, sense = patient_on_table(config, effects), make_sense(config)
     return Episode(
         config=config,
         world=world,
-        observation=observation,
+        sense=sense,
+        observation=sense.observe(world),
         effects=effects,
         planner=_planner(demonstration, config, world, rng),
         controller=_controller(demonstration, config, world, rng),

@@ -17,6 +17,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.tracked import Occluded
 from tissue_sim.world import World
 
 PAUSE_STEPS = round(JAW_TIME_S / CONTROL_PERIOD_S)  # the expert opens jaws that are open already
@@ -39,9 +40,10 @@ class DemonstrationRecorder:
         self._segment = 0
 
     def on_reset(self, world: World) -> None:
-        """Keep the first frame's observation."""
-        self._world, self._seen = world, world.observe()
-        self._commanded = self._seen.joints
+        """Observe the first frame exactly."""
+        self._world, self._truth = world, Occluded()
+        self._exact = self._truth.observe(world)
+        self._commanded = self._exact.joints
 
     def on_step(self, step: Step) -> None:
         """Add a frame, except during tool exchanges and holds."""
@@ -50,7 +52,8 @@ class DemonstrationRecorder:
         else:
             self._frames.append(self._frame(step))
             self._failed = self._failures.after(step, self._world)
-        self._seen, self._commanded = step.observation, step.command.joints
+        self._exact = self._truth.observe(self._world)
+        self._commanded = step.command.joints
 
     def on_end(self, result: EpisodeResult) -> None:
         """Keep the episode's result."""
@@ -64,6 +67,7 @@ class DemonstrationRecorder:
         heard = [f["instruction"] for f in frames]
         return {
             "observation.state": np.stack([f["seen"].vector() for f in frames]),
+            "privileged.state": np.stack([f["exact"].vector() for f in frames]),
             "action": np.stack([f["action"] for f in frames]).astype(np.float32),
             "timestamp": (numbers * CONTROL_PERIOD_S).astype(np.float32),
             "frame_index": numbers,
@@ -85,7 +89,8 @@ class DemonstrationRecorder:
         else:
             action = motion_between(rig_in(self._world), self._commanded, step.command.joints)
         return {
-            "seen": self._seen,
+            "seen": step.before,
+            "exact": self._exact,
             "action": action.vector(),
             "instruction": step.instruction.text,
             "heard": correction.text if correction else "",
@@ -111,8 +116,8 @@ class DemonstrationRecorder:
         return first_correction_of(map(self._motion_from, starts))
 
     def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        here = self._frames[k]["seen"]
-        there = self._frames[min(k + WINDOW_STEPS, len(self._frames) - 1)]["seen"]
+        here = self._frames[k]["exact"]
+        there = self._frames[min(k + WINDOW_STEPS, len(self._frames) - 1)]["exact"]
         return _tips_m(there) - _tips_m(here), there.joints[:, 6] - here.joints[:, 6]
 
 

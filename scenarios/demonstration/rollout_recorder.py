@@ -32,12 +32,12 @@ class RolloutRecorder(DemonstrationRecorder):
         """Begin, together with the oracle."""
         super().on_reset(world)
         self._oracle = PlannerScripted(world)
-        self._wanted, self._advised = self._oracle.plan(self._seen), ""
+        self._wanted, self._advised = self._oracle.plan(self._exact), ""
 
     def on_step(self, step: Step) -> None:
         """Add a frame with its labels, and compute the labels of the next."""
         super().on_step(step)
-        self._wanted = self._oracle.plan(step.observation)
+        self._wanted = self._oracle.plan(self._exact)
         self._advised = self._advice() if self._failed else ""
 
     def _frame(self, step: Step) -> dict[str, Any]:
@@ -48,7 +48,7 @@ class RolloutRecorder(DemonstrationRecorder):
     def _advice(self) -> str:
         """Return the correction that describes the expert's first motion from here."""
         said = Instruction(task=self._wanted.task)
-        return first_correction_of(_coming_seconds(self._world, self._seen, said))
+        return first_correction_of(_coming_seconds(self._world, self._exact, said))
 
     def _labels(self) -> tuple[list[str], list[bool]]:
         advised = [frame["advice"] for frame in self._frames]

@@ -11,6 +11,7 @@ from scenarios.catalogue import (
     LEARNED_PLANNERS,
     PLANNERS,
     SCENARIOS,
+    SENSES,
 )
 from scenarios.perturbation.perturbation import Perturbation
 
@@ -26,6 +27,7 @@ class EpisodeConfig:
         seed: Seed of the anatomy and of everything random; 0 or more.
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
+        sense: A key of `scenarios.catalogue.SENSES`: how everybody who acts observes the world.
         task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
             is that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
@@ -45,6 +47,7 @@ class EpisodeConfig:
     seed: int = 20_054  # an operable patient
     planner: str = "scripted"
     controller: str = "expert"
+    sense: str = "exact"
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
     task_cap_s: float = 90.0
@@ -56,6 +59,7 @@ class EpisodeConfig:
         _require_known("scenario", self.scenario, SCENARIOS)
         _require_policy("planner", self.planner, PLANNERS)
         _require_policy("controller", self.controller, CONTROLLERS)
+        _require_known("sense", self.sense, SENSES)
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         _ = self.perturbations

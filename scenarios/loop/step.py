@@ -29,7 +29,8 @@ class Step:
     """One control step, as observers see it.
 
     Attributes:
-        observation: After the command.
+        before: What everybody who acts was told before the command.
+        observation: The same, after the command.
         asked: What the controller asked for; None while a perturbation or the nurse has the arms.
         disturbed: Something else than what was asked for reached the driver.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
@@ -44,6 +45,7 @@ class Step:
     time_s: float
     instruction: Instruction
     command: JointCommand
+    before: Observation
     observation: Observation
     outcome: Outcome
     asked: ToolAction | None

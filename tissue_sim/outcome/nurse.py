@@ -10,21 +10,27 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissue_sim.field import Field
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 JAW = 6
 OUT_INSERTION_M = 0.05  # the tip is outside the field
+ROOM_M = 0.012  # assumed: less than the distance to which arms go back
 EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
 
 
-def is_needed(field: Field, tool: str, *, clip: bool) -> bool:
+def is_needed(seen: Observation, tool: str, *, clip: bool) -> bool:
     """Return whether the right arm lacks the tool, or a clip to place."""
-    if field.arms.mounted[RIGHT_ARM].name != tool:
+    if seen.tools[RIGHT_ARM] != tool:
         return True
-    return clip and not field.record.clip_loaded
+    return clip and not seen.clip_loaded
+
+
+def has_room(seen: Observation) -> bool:
+    """Return whether the right tip is so far from both tubes that its tool can be drawn out."""
+    return tip_to_tubes_m(seen) >= ROOM_M
 
 
 def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:

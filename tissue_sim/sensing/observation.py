@@ -29,6 +29,7 @@ POINTS = {
 }
 """Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
 
+SCISSORS = "scissors"
 N_POINTS = sum(POINTS.values())
 
 
@@ -93,7 +94,11 @@ class Observation:
         return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
 
 
-SCISSORS = "scissors"
+def tip_to_tubes_m(seen: Observation) -> float:
+    """Return the distance of the right tip to the nearest point of a tube, m."""
+    tubes_m = np.concatenate([seen.left_tube_m, seen.right_tube_m])
+    return float(np.linalg.norm(tubes_m - seen.tips_endoscope[1, :3, 3], axis=1).min())
+
 
 VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     "joints": (2, 7),

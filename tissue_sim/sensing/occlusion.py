@@ -1,0 +1,149 @@
+"""Which observed points can no camera see? Ray tests against instruments and tissue.
+
+A point lies inside what it belongs to, so its own wall may stand before it. Peritoneum, blood and
+smoke hide nothing here.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import trimesh
+import warp as wp
+from numpy.typing import NDArray
+
+from tissue_sim.field import Field
+from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
+from tissue_sim.rendering.skin import surface_faces
+from tissue_sim.sensing.cameras import CameraSpec, T_world_camera
+from tissue_sim.sensing.observation import POINTS, Observation
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.tools.instrument_meshes import link_parts
+from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
+
+EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye sees what the left one sees
+DEPTH_M = 0.0015  # assumed: how far behind the first surface a wall still counts as seen
+SAC_DEPTH_M = 0.02  # the sac's axis lies about this deep below its wall
+
+_CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
+
+
+@wp.kernel
+def _find_blocked(
+    eyes: wp.array(dtype=wp.vec3),
+    points: wp.array(dtype=wp.vec3),
+    depth: wp.array(dtype=float),
+    tissue: wp.uint64,
+    links: wp.array(dtype=wp.uint64),
+    T_link_world: wp.array(dtype=wp.mat44),
+    blocked: wp.array2d(dtype=wp.int32),
+):
+    e, p = wp.tid()
+    way = points[p] - eyes[e]
+    distance = wp.length(way)
+    ahead = way / distance
+    hit = int(0)
+    if wp.mesh_query_ray(tissue, eyes[e], ahead, distance - depth[p]).result:
+        hit = 1
+    for k in range(links.shape[0]):
+        eye = wp.transform_point(T_link_world[k], eyes[e])
+        along = wp.transform_vector(T_link_world[k], ahead)
+        if wp.mesh_query_ray(links[k], eye, along, distance).result:
+            hit = 1
+    blocked[e, p] = hit
+
+
+class Occlusion:
+    """Tells which points are hidden from all cameras of one field."""
+
+    def __init__(self) -> None:
+        self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
+        self._tissue: Any = None
+        self._links: dict[str, list[Any]] = {}
+
+    def __reduce__(self) -> tuple[type[Occlusion], tuple[()]]:
+        """Copy without meshes: they are made again from the field."""
+        return Occlusion, ()
+
+    def hidden(self, field: Field, seen: Observation) -> NDArray[np.bool_]:
+        """Return (`N_POINTS`,) which points of the exact observation no camera sees now."""
+        points = transform(field.T_world_endoscope, seen.points_m())
+        T_world_eye = np.stack([T_world_camera(field, name) for name in EYES])
+        visible = _in_view(T_world_eye, points) & ~self._blocked(field, seen, T_world_eye, points)
+        return ~visible.any(axis=0)
+
+    def _blocked(
+        self, field: Field, seen: Observation, T_world_eye: Array, points: Array
+    ) -> NDArray[np.bool_]:
+        """Return (eye, point) what stands before it."""
+        found = wp.zeros((len(T_world_eye), len(points)), dtype=wp.int32, device="cpu")
+        links = [mesh for tool in field.arms.mounted for mesh in self._meshes(tool)]
+        T_link_world = inverse_pose(field.arms.contact_shapes().T_world_link)
+        wp.launch(
+            _find_blocked,
+            dim=found.shape,
+            inputs=[
+                _vectors(T_world_eye[:, :3, 3]),
+                _vectors(points),
+                wp.array(_depths_m(seen), dtype=float, device="cpu"),
+                self._tissue_mesh(field).id,
+                wp.array([mesh.id for mesh in links], dtype=wp.uint64, device="cpu"),
+                wp.array(T_link_world, dtype=wp.mat44, device="cpu"),
+                found,
+            ],
+            device="cpu",
+        )
+        return found.numpy() != 0
+
+    def _tissue_mesh(self, field: Field) -> Any:
+        """Return the tissue's outer faces where they are now; cuts make new ones."""
+        alive = field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0
+        tets, x = field.tissue.tets()[alive], field.tissue.positions().astype(np.float32)
+        if self._tissue is not None and np.array_equal(tets, self._tets):
+            self._tissue.points.assign(x)
+            self._tissue.refit()
+            return self._tissue
+        self._tets = tets.copy()
+        faces = tets[:, _CORNERS][surface_faces(tets)]
+        self._tissue = wp.Mesh(_vectors(x), wp.array(faces.ravel(), dtype=wp.int32, device="cpu"))
+        return self._tissue
+
+    def _meshes(self, tool: Instrument) -> list[Any]:
+        """Return a tool's links as meshes, each in its own frame, as `PATCH_LINKS` orders them."""
+        if tool.name not in self._links:
+            parts = link_parts(tool)
+            whole = (trimesh.util.concatenate([p.mesh for p in parts[k]]) for k in PATCH_LINKS)
+            self._links[tool.name] = [_mesh(mesh) for mesh in whole]
+        return self._links[tool.name]
+
+
+def _mesh(mesh: Any) -> Any:
+    faces = wp.array(np.asarray(mesh.faces, np.int32).ravel(), dtype=wp.int32, device="cpu")
+    return wp.Mesh(_vectors(np.asarray(mesh.vertices)), faces)
+
+
+def _vectors(points: Array) -> Any:
+    return wp.array(np.ascontiguousarray(points, np.float32), dtype=wp.vec3, device="cpu")
+
+
+def _depths_m(seen: Observation) -> NDArray[np.float32]:
+    """Return how deep (`N_POINTS`,) each point lies below the wall of what it belongs to."""
+    deep = dict(zip(POINTS, (*seen.tube_radius_m, SAC_DEPTH_M), strict=False))
+    deep |= {"clips_m": CLIP_LENGTH_M}
+    for name, trunk in zip(("common_bile_duct_m", "hepatic_artery_m"), AT_RISK, strict=True):
+        deep[name] = RADIUS_M[trunk]
+    parts = [np.full(n, deep[name] + DEPTH_M) for name, n in POINTS.items()]
+    return np.concatenate(parts).astype(np.float32)
+
+
+def _in_view(T_world_eye: Array, points: Array) -> NDArray[np.bool_]:
+    """Return (eye, point) whether it lies within a camera's field of view."""
+    spec = CameraSpec(name=EYES[0])
+    up = np.tan(0.5 * spec.fov_rad)
+    across = up * spec.width / spec.height
+    at = np.stack([transform(inverse_pose(T), points) for T in T_world_eye])
+    ahead = at[..., 0]
+    inside = (np.abs(at[..., 1]) < across * ahead) & (np.abs(at[..., 2]) < up * ahead)
+    return inside & (ahead > 0.0)

@@ -1,0 +1,171 @@
+"""The exact observation with the errors of a sensor model: correlated, late, sometimes missing.
+
+It works on `Observation.vector()`, so that recorded exact states can be observed again, with other
+errors, when policies are trained.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array, exponential
+from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, POINTS, fields
+from tissue_sim.sensing.sensor_model import FAR_M, NEAR_M, SensorModel
+from tissue_sim.tools.arms import RIGHT_ARM
+
+Floats = NDArray[np.float32]
+NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
+N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the others are clips
+_STARTS = np.cumsum([0, *POINTS.values()])
+LINES = tuple(
+    slice(int(a), int(b)) for a, b in zip(_STARTS[:-2], _STARTS[1:-1], strict=True)
+)  # without the clips
+POINTS_BEGIN = 2 * 7 + 2 * 12 + 2 * 3 + 1  # where the points start in the vector
+POINTS_END = POINTS_BEGIN + 3 * N_POINTS
+
+
+class Tracker:
+    """Tracks one patient: call it once in each control step.
+
+    Attributes:
+        model: the sizes of its errors.
+    """
+
+    def __init__(self, model: SensorModel, rng: np.random.Generator) -> None:
+        self.model, self._rng = model, rng
+        self._bias_m = model.scene_m * rng.standard_normal(3) + self._lines(model.bias_m)
+        self._bias_m[N_LINE:] += model.clip_m * rng.standard_normal((MAX_CLIPS, 3))
+        self._along_m = model.along_m * rng.standard_normal((len(LINES), 2))
+        self._slow_m = self._lines(model.slow_m)
+        self._force_n = model.force_n * rng.standard_normal(7)
+        self._hand_eye_m = model.hand_eye_m * rng.standard_normal((2, 3))
+        turns = model.hand_eye_rad * rng.standard_normal((2, 3))
+        self._hand_eye = np.stack([exponential(turn) for turn in turns])
+        self._radius = 1.0 + model.radius * np.clip(rng.standard_normal(2), -2.0, 2.0)
+        self._third = model.third_tube * abs(float(rng.standard_normal()))
+        self._past: deque[Floats] = deque(maxlen=round(model.delay_s / CONTROL_PERIOD_S) + 1)
+        self._lost = np.zeros(N_POINTS, bool)
+        self._n = 0
+
+    def see(self, exact: Floats) -> Floats:
+        """Return the vector (`VECTOR_SIZE`,) that is sensed, from the exact one."""
+        self._past.append(exact)
+        if self._n % max(round(self.model.look_s / CONTROL_PERIOD_S), 1) == 0:
+            self._look(self._past[0])
+        else:
+            self._age_s += CONTROL_PERIOD_S
+        self._n += 1
+        seen = exact.copy()
+        self._tell_points(seen)
+        self._tell_tools(seen)
+        return seen
+
+    def _tell_points(self, seen: Floats) -> None:
+        parts = fields(seen)  # views
+        n_clips = int(parts["n_clips"][0])
+        seen[POINTS_BEGIN:POINTS_END] = self._at_m.ravel()
+        parts["clips_m"][n_clips:] = 0.0
+        std_m = np.hypot(self._error_m, self.model.creep_m_s * self._age_s)
+        std_m[N_LINE + n_clips :] = 0.0
+        parts["std_m"][:], parts["age_s"][:], parts["hidden"][:] = std_m, self._age_s, self._unseen
+        parts["severed"][:] = self._severed_now
+        parts["tube_radius_m"][:] *= self._radius
+        parts["third_tube"][0] = abs(parts["third_tube"][0] - self._third)
+
+    def _tell_tools(self, seen: Floats) -> None:
+        model, chance, parts = self.model, self._rng.standard_normal, fields(seen)
+        tips = parts["tips_endoscope"]
+        tips[..., :3] = self._hand_eye @ tips[..., :3]
+        tips[..., 3] += self._hand_eye_m + model.tip_m * chance((2, 3))
+        parts["joints"][..., 6] += model.jaw_rad * chance(2)
+        error_n = self._force_n + 0.1 * model.force_n * chance(7)
+        parts["forces_n"] += error_n[:6].reshape(2, 3)
+        parts["pinch_n"][0] = max(parts["pinch_n"][0] + error_n[6], 0.0)
+
+    def _look(self, shown: Floats) -> None:
+        """Take one look, which shows this vector."""
+        model, parts = self.model, fields(shown)
+        exact_m = shown[POINTS_BEGIN:POINTS_END].reshape(N_POINTS, 3).astype(float)
+        error_m = self._errors_m(exact_m, parts["tips_endoscope"][RIGHT_ARM, :, 3])
+        unseen = (parts["hidden"] > 0.5) | self._dropped()
+        if self._n == 0:
+            self._at_m, self._age_s = exact_m + error_m, np.zeros(N_POINTS)
+            self._clips, self._severed_s = 0, np.full(2, -np.inf)
+            self._severed_now, self._unseen = np.zeros(2, bool), unseen
+            return
+        n_clips = int(parts["n_clips"][0])
+        unseen[N_LINE + self._clips : N_LINE + n_clips] = False  # the applier's closing tells
+        self._clips, self._unseen = n_clips, unseen
+        moved_m = np.where(unseen[:, None], 0.0, exact_m + error_m - self._at_m)
+        self._at_m = self._at_m + moved_m[_nearest_seen(unseen)]
+        self._age_s = np.where(unseen, self._age_s + CONTROL_PERIOD_S, model.delay_s)
+        cut = parts["severed"] > 0.5
+        self._severed_s = np.where(cut, np.maximum(self._severed_s, 0.0) + model.look_s, -np.inf)
+        self._severed_now = self._severed_s > model.severed_s
+
+    def _errors_m(self, exact_m: Array, tip_m: Floats) -> Array:
+        """Return the errors (`N_POINTS`, 3) of this look, larger far from the right tip."""
+        model = self.model
+        kept = np.exp(-model.look_s / model.slow_s)
+        self._slow_m = kept * self._slow_m + self._lines(np.sqrt(1.0 - kept**2) * model.slow_m)
+        kept_n = np.sqrt(1.0 - kept**2) * model.force_n
+        self._force_n = kept * self._force_n + kept_n * self._rng.standard_normal(7)
+        away_m = np.linalg.norm(exact_m - tip_m, axis=1)
+        share = np.clip((away_m - NEAR_M) / (FAR_M - NEAR_M), 0.0, 1.0)
+        scale = 1.0 + (model.far - 1.0) * share
+        scale[N_LINE:] = 1.0
+        self._error_m = scale * np.sqrt(
+            model.scene_m**2 + model.bias_m**2 + model.slow_m**2 + model.white_m**2
+        )
+        smooth_m = self._bias_m + self._slow_m + self._along(exact_m)
+        white_m = model.white_m * self._rng.standard_normal((N_POINTS, 3))
+        return scale[:, None] * smooth_m + white_m
+
+    def _along(self, exact_m: Array) -> Array:
+        """Return the errors along the lines (`N_POINTS`, 3), linear from end to end."""
+        shift_m = np.zeros((N_POINTS, 3))
+        for line, (low_m, high_m) in zip(LINES, self._along_m, strict=True):
+            points = exact_m[line]
+            way = np.gradient(points, axis=0)
+            way /= np.linalg.norm(way, axis=1, keepdims=True) + 1e-12
+            shift_m[line] = np.linspace(low_m, high_m, len(points))[:, None] * way
+        return shift_m
+
+    def _dropped(self) -> NDArray[np.bool_]:
+        """Return which points are not found in this look; dropouts last for a while."""
+        model, chance = self.model, self._rng.random(N_POINTS)
+        found_again = min(model.look_s / model.dropout_s, 1.0)
+        lost = found_again * model.dropout / max(1.0 - model.dropout, 1e-9)
+        self._lost = np.where(self._lost, chance >= found_again, chance < lost)
+        return self._lost
+
+    def _lines(self, size_m: float) -> Array:
+        """Draw errors (`N_POINTS`, 3) that neighbours on a line share; none for clips."""
+        drawn = _factor() @ self._rng.standard_normal((N_LINE, 3))
+        return np.concatenate([size_m * drawn, np.zeros((MAX_CLIPS, 3))])
+
+
+@cache
+def _factor() -> Array:
+    """Return the Cholesky factor (`N_LINE`, `N_LINE`) of the lines' correlations."""
+    correlation = np.zeros((N_LINE, N_LINE))
+    for line in LINES:
+        k = np.arange(line.stop - line.start)
+        correlation[line, line] = NEIGHBOUR ** np.abs(k[:, None] - k)
+    return np.linalg.cholesky(correlation)
+
+
+def _nearest_seen(unseen: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return for each point the nearest seen one of its line, itself if there is none."""
+    nearest = np.arange(N_POINTS)
+    for line in LINES:
+        k = np.arange(line.start, line.stop)
+        seen = k[~unseen[line]]
+        if len(seen):
+            nearest[line] = seen[np.abs(k[:, None] - seen).argmin(axis=1)]
+    return nearest
