@@ -83,6 +83,13 @@ SENSES: dict[str, str] = {
 WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
 """The stack that reads the hidden state of the world: it shows what is possible."""
 
+
+def usual_sense(planner: str, controller: str) -> str:
+    """Return the sense where none is named: exact for the witness, which reads the state anyway."""
+    exact = {"planner": planner, "controller": controller} == WITNESS
+    return "exact" if exact else "tracked"
+
+
 ABLATIONS: dict[str, str] = {
     "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"
 }

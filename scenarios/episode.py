@@ -17,10 +17,10 @@ from controller.action import ToolAction, hold
 from controller.base import Controller
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
 from planner.criteria import structure_of, task_done
-from planner.seen import is_back
 from planner.instruction import TASKS, Instruction
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
+from planner.seen import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
 from scenarios.loop.guided_arm import GuidedArm
@@ -236,7 +236,7 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether a task is out of time, a person is called, or the robot sees that all is cut.
+        """Return whether a task is out of time, a person is called, or all is seen to be cut.
 
         The last task alone is not the end: it is also how the arm backs off from the last cut.
         """

@@ -110,9 +110,7 @@ def begin(
     )
 
 
-def patient_on_table(
-    config: EpisodeConfig, effects: Effects, *, render: bool = False
-) -> World:
+def patient_on_table(config: EpisodeConfig, effects: Effects, *, render: bool = False) -> World:
     """Make the world of an episode, with its patient."""
     world = World(render=render)
     world.reset(effects.on_anatomy(anatomy_of(config)))
@@ -138,6 +136,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         seed=config.seed,
         planner=config.planner,
         controller=config.controller,
+        sense=config.sense,
         privileged=tuple(role for role, policy in policies.items() if is_privileged(policy)),
         success=record.is_complete and stumps_hold(world) and not injuries,
         call=_call(episode),

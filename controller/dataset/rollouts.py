@@ -13,8 +13,10 @@ from controller.dataset.reader import read_episodes
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
 from planner.task import TASKS
+from tissue_sim.sensing.tracker import sensed_again
 
-COLUMNS = ("observation.state", "task_index", "task", "flag", "correction")
+COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed")
+COPIES = 2  # of each episode, each sensed with other errors
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know
 LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
@@ -30,16 +32,18 @@ def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rol
     """
     left_out = (*OTHER_ORDERS, *leave_out)
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    return [rollout_of(e) for e in episodes if _kind(e) not in left_out]
+    kept = (e for e in episodes if _kind(e) not in left_out)
+    return [rollout_of(episode, copy) for episode in kept for copy in range(COPIES)]
 
 
-def rollout_of(episode: DatasetEpisode) -> Rollout:
-    """Convert one episode."""
-    states, heard, task, flag, wanted = (episode.columns[name] for name in COLUMNS)
+def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
+    """Convert one episode, sensed with the errors of this copy."""
+    exact, heard, task, flag, wanted, seed = (episode.columns[name] for name in COLUMNS)
+    rng = np.random.default_rng([0xC0B1E5, int(seed[0]), copy])
     corrected = heard >= len(TASKS)
     names = np.where(flag, wanted, "")
     return Rollout(
-        states=states,
+        states=sensed_again(exact, rng),
         said=_task_said(heard, corrected, task - 1),
         corrected=np.where(corrected, heard - len(TASKS), NOT_SAID),
         task=task - 1,

@@ -9,9 +9,12 @@ import numpy as np
 
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
+from controller.diffusion.displacement import free_and_near
 from controller.diffusion.windows import DemonstrationArrays
+from tissue_sim.sensing.tracker import sensed_again
 
-COLUMNS = ("observation.state", "action", "instruction", "expert", "segment")
+COLUMNS = ("privileged.state", "action", "instruction", "expert", "segment", "seed")
+COPIES = 2  # of each episode, each sensed with other errors
 
 
 def demonstrations(
@@ -23,18 +26,22 @@ def demonstrations(
         ValueError: as `read_episodes` does.
     """
     episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    return list(unbroken(e for e in episodes if e.header.kind.partition(":")[0] not in leave_out))
+    kept = (e for e in episodes if e.header.kind.partition(":")[0] not in leave_out)
+    return [run for episode in kept for copy in range(COPIES) for run in sensed(episode, copy)]
 
 
-def unbroken(episodes: Iterable[DatasetEpisode]) -> Iterator[DemonstrationArrays]:
-    """Split episodes where tools were exchanged."""
-    for episode in episodes:
-        states, actions, texts, expert, segment = (episode.columns[name] for name in COLUMNS)
-        for number in np.unique(segment):
-            rows = segment == number
-            yield DemonstrationArrays(
-                states=states[rows],
-                actions=actions[rows],
-                texts=texts[rows].tolist(),
-                expert=expert[rows],
-            )
+def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
+    """Sense an episode with the errors of this copy, and split it where tools were exchanged."""
+    exact, actions, texts, expert, segment, seed = (episode.columns[name] for name in COLUMNS)
+    rng = np.random.default_rng([0xC0B1E5, int(seed[0]), copy])
+    states, (free, near) = sensed_again(exact, rng), free_and_near(exact)
+    for number in np.unique(segment):
+        rows = segment == number
+        yield DemonstrationArrays(
+            states=states[rows],
+            actions=actions[rows],
+            texts=texts[rows].tolist(),
+            expert=expert[rows],
+            free=free[rows],
+            near=near[rows],
+        )

@@ -8,7 +8,9 @@ shifted cameras of Bojarski et al., "End to end learning for self-driving cars",
 
 from __future__ import annotations
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from controller.diffusion.chunk_frame import JAWS, MOVE
@@ -33,7 +35,7 @@ def displaced(seen: Batch, generator: torch.Generator) -> Batch:
     history = seen.history.clone()
     parts = fields(history)  # views
     chance = torch.randn(len(history), 2, 3, generator=generator, device=generator.device)
-    off_m = DISPLACED_M * chance.to(history) * (_near(parts) & _free(parts))[..., None]
+    off_m = DISPLACED_M * chance.to(history) * (seen.near & seen.free)[..., None]
     parts["tips_endoscope"][..., 3] += off_m[:, None]
     rows = torch.arange(1, seen.chunk.shape[1] + 1, device=seen.chunk.device)
     back = 1.0 - torch.exp(-rows / BACK_STEPS)
@@ -54,7 +56,7 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     history, (B, steps) = seen.history.clone(), seen.chunk.shape[:2]
     parts = fields(history)  # views
     few = torch.rand(B, 2, generator=generator, device=generator.device) < NARROWED
-    few = few.to(history.device) & ~asked[:, None] & _free(parts) & ~_near(parts)
+    few = few.to(history.device) & ~asked[:, None] & seen.free & ~seen.near
     share = torch.rand(B, 2, generator=generator, device=generator.device).to(history) * few
     off_rad = share * (OPEN_RAD - seen.jaw_rad).clamp(max=0.0)
     parts["joints"][..., 6] += off_rad[:, None]
@@ -67,14 +69,15 @@ def half_shut(seen: Batch, asked: Tensor, generator: torch.Generator) -> Batch:
     return seen._replace(history=history, jaw_rad=jaw_rad, past=past, chunk=chunk)
 
 
-def _near(parts: dict[str, Tensor]) -> Tensor:
-    """Return (B, 2) which tools are near tissue now."""
-    points = torch.cat([parts[name][:, 0] for name in ("left_tube_m", "right_tube_m", "sac_m")], 1)
-    tips = parts["tips_endoscope"][:, 0, :, None, :, 3]
-    return ((tips - points[:, None]).norm(dim=-1) < NEAR_M).any(dim=-1)
+def free_and_near(exact: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return (n, 2) which tools touch nothing, and which are near tissue.
 
-
-def _free(parts: dict[str, Tensor]) -> Tensor:
-    """Return (B, 2) which tools touch nothing in all frames of a history."""
-    opened, force_n = parts["joints"][..., 6] > OPEN_RAD, parts["forces_n"].norm(dim=-1)
-    return (opened & (force_n < FREE_N)).all(dim=1)
+    Args:
+        exact: (n, `VECTOR_SIZE`) the states without errors.
+    """
+    parts = fields(exact)
+    opened, force_n = parts["joints"][..., 6] > OPEN_RAD, parts["forces_n"]
+    points = np.concatenate([parts[name] for name in ("left_tube_m", "right_tube_m", "sac_m")], 1)
+    off_m = parts["tips_endoscope"][:, :, None, :, 3] - points[:, None]
+    near = (np.linalg.norm(off_m, axis=-1) < NEAR_M).any(axis=-1)
+    return opened & (np.linalg.norm(force_n, axis=-1) < FREE_N), near

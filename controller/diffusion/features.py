@@ -30,7 +30,7 @@ def _tools(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
     to_other = torch.einsum("bij,bi->bj", R[:, 1], p[:, 0] - p[:, 1])
     return [
         p / FAR_M, R, to_other / FAR_M, jaw, jaw_rad, (jaw_rad - jaw) / LAG_RAD,
-        forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N),
+        forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
         now["clip_loaded"], now["scissors"], now["severed"],
     ]  # fmt: skip
 

@@ -18,7 +18,6 @@ from controller.diffusion.windows import DemonstrationArrays, Windows
 from planner.correction import CORRECTIONS
 from planner.language.sentence_encoder import embed_all
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
-from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "policy.safetensors"
 NORMALISE_BY = 20_000  # windows
@@ -119,6 +118,5 @@ def _loss(
     batch = displaced(half_shut(batch, asked[batch.text], chance), chance)
     level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
-    seen = batch._replace(history=noised(batch.history, chance))
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses need float32
-        return policy.loss(seen, words, level, noise)
+        return policy.loss(batch, words, level, noise)

@@ -29,6 +29,8 @@ class DemonstrationArrays:
         actions: (n, 20) motions, each a `ToolAction.vector`.
         texts: (n,) words heard.
         expert: (n,) the motion may be imitated.
+        free: (n, 2) the left and the right tool touch nothing.
+        near: (n, 2) they are near tissue.
 
     Raises:
         ValueError: shapes differ from these, or a number is not finite.
@@ -38,11 +40,14 @@ class DemonstrationArrays:
     actions: Floats
     texts: Sequence[str]
     expert: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    near: NDArray[np.bool_]
 
     def __post_init__(self) -> None:
         n = len(self.texts)
         for name, shape in (
             ("states", (n, VECTOR_SIZE)), ("actions", (n, ACTION_SIZE)), ("expert", (n,)),
+            ("free", (n, 2)), ("near", (n, 2)),
         ):  # fmt: skip
             value = getattr(self, name)
             if value.shape != shape:
@@ -67,6 +72,8 @@ class Batch(NamedTuple):
         delay: (B,) how many of them come after the newest frame.
         chunk: (B, H, 20) in the frame of `chunk_frame`.
         valid: (B, H) rows to imitate: the expert's, under the same words; always the first rows.
+        free: (B, 2) tools that touch nothing in all frames of the history.
+        near: (B, 2) tools that are near tissue in the newest frame.
     """
 
     history: Tensor
@@ -77,6 +84,8 @@ class Batch(NamedTuple):
     delay: Tensor
     chunk: Tensor
     valid: Tensor
+    free: Tensor
+    near: Tensor
 
 
 class Windows:
@@ -134,6 +143,8 @@ class Windows:
             delay=delay,
             chunk=relative(data.before[now], data.after[ahead], data.jaw[ahead]),
             valid=self._ahead < n_valid,
+            free=data.free[seen].all(dim=1),
+            near=data.near[seen[:, 0]],
         )
 
 
@@ -149,6 +160,8 @@ class _Track(NamedTuple):
     n_past: Tensor
     n_committed: Tensor
     n_valid: Tensor
+    free: Tensor
+    near: Tensor
 
 
 def _track(
@@ -170,6 +183,8 @@ def _track(
         n_past=torch.from_numpy(np.minimum(n_past, config.past)),
         n_committed=torch.from_numpy(np.minimum(n_committed, config.max_delay)),
         n_valid=torch.from_numpy(np.minimum(_runs_after(expert, text), config.horizon)),
+        free=torch.from_numpy(demonstration.free),
+        near=torch.from_numpy(demonstration.near),
     )
 
 

@@ -26,7 +26,7 @@ def seen_features(frames: Tensor) -> Tensor:
     left, right = now["left_tube_m"], now["right_tube_m"]
     parts = [
         tips[..., 3] / FAR_M, tips[..., :3], now["joints"][..., 6],
-        forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N),
+        forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
         now["n_clips"], now["clip_loaded"], now["scissors"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),
         straightness(left), straightness(right),

@@ -18,7 +18,6 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
 from planner.learned.network import Moments, PlannerNetwork, Prediction
 from planner.learned.rollout import ASKED_EVERY, Labels, Rollout, Rollouts
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
-from tissue_sim.sensing.tracker_noise import noised
 
 CHECKPOINT_FILE = "planner.safetensors"
 NORMALISE_BY = 20_000  # steps
@@ -117,9 +116,8 @@ def _loss(
     every = torch.randint(least, most, (n,), generator=chance)
     lag = 1 + (torch.rand(n, generator=chance) * every).long()
     moments = _with_wrong_words(data.moments(at, every, lag), chance)
-    frames = noised(moments.frames, chance)
     with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
-        prediction = network(moments._replace(frames=frames))
+        prediction = network(moments)
     return loss_of(Prediction(*(part.float() for part in prediction)), data.labels(at), weight)
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from rich.console import Console
 from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
+from scenarios.catalogue import usual_sense
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint_option import require_checkpoint
 from scenarios.commands.output import output
@@ -195,6 +196,7 @@ class Obedience:
             scenario="textbook",
             planner="scripted",
             controller=self.controller,
+            sense=usual_sense("scripted", self.controller),
             checkpoint=checkpoint,
             seed=self.seed,
         )
@@ -250,6 +252,7 @@ class Corrections:
             planner="scripted",
             scenario=self.scenario,
             controller=self.controller,
+            sense=usual_sense("scripted", self.controller),
             checkpoint=str(self.checkpoint) if self.checkpoint else None,
             seed=self.seed,
         )
@@ -283,6 +286,7 @@ class BenchLatency:
             scenario="textbook",
             planner="scripted",
             controller=self.controller,
+            sense=usual_sense("scripted", self.controller),
             checkpoint=checkpoint,
             seed=self.seed,
         )

@@ -46,8 +46,9 @@ class Evaluate:
     """
 
     arms: Annotated[tuple[StudyArm, ...], some_arms()] = (DEFAULT,)
-    """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE and
-    ,ablation=no-corrections where wanted; the others are compared with the first."""
+    """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE
+    ,ablation=no-corrections and ,sense=exact where wanted; the others are compared with the
+    first."""
     suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)
     """Which conditions, names with commas between."""
     seed: Annotated[int, at_least(0)] = 20_000
@@ -77,7 +78,7 @@ class Evaluate:
         open_folder(self.out, self.arms)
         results = finished(self.out, plan)
         for arm in self.arms:
-            say_who_acts(arm.planner, arm.controller)
+            say_who_acts(arm.planner, arm.controller, arm.sense)
         try:
             self._run(plan, results)
         except KeyboardInterrupt:

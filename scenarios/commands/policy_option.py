@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from scenarios.catalogue import ENDPOINT_PLANNERS, WITNESS
+from scenarios.catalogue import ENDPOINT_PLANNERS, SENSES, WITNESS
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.files.errors import BadInputError
@@ -28,11 +28,11 @@ def require_policies(
         require_endpoint(planner)
 
 
-def say_who_acts(planner: str, controller: str) -> None:
-    """Print who plans, who moves, and what both are told."""
+def say_who_acts(planner: str, controller: str, sense: str) -> None:
+    """Print who plans, who moves, and how everybody who acts observes."""
     line = f"planner: {_described(planner)}; controller: {_described(controller)}"
     Console(stderr=True).print(
-        f"{line}\nBoth are told exact simulator state, which no robot has.",
+        f"{line}\nsense: {sense}: {SENSES[sense]}",
         highlight=False,
         markup=False,
         soft_wrap=True,

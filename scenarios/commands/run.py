@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, WITNESS
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, WITNESS, usual_sense
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.cluster_option import require_cluster
@@ -63,6 +63,9 @@ class Run:
     """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of a learned planner; the default is the one that comes with Calot."""
+    sense: Annotated[str | None, one_of(SENSES)] = None
+    """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
+    model of cameras and encoders. The default is tracked, for the witness exact."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -91,7 +94,7 @@ class Run:
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
         self._require_possible()
-        say_who_acts(self.planner, self.controller)
+        say_who_acts(self.planner, self.controller, self._sense)
         finished: list[EpisodeResult] = []
         self._write(finished)
         try:
@@ -101,6 +104,10 @@ class Run:
             return INTERRUPTED
         _report(finished, self.out)
         return exit_code(finished)
+
+    @property
+    def _sense(self) -> str:
+        return self.sense or usual_sense(self.planner, self.controller)
 
     def _require_possible(self) -> None:
         self._require_magnitude()
@@ -182,6 +189,7 @@ class Run:
                 controller=self.controller,
                 checkpoint=text_of(self.checkpoint),
                 planner_checkpoint=text_of(self.planner_checkpoint),
+                sense=self._sense,
                 safety_filter=self.filter,
                 instruct=text_of(self.instruct),
             )

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS
+from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_sense
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.output_path import require_writable_folder
@@ -30,6 +30,9 @@ class View:
     """Checkpoint of a learned controller; the default is the one that comes with Calot."""
     planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the learned planner; the default is the one that comes with Calot."""
+    sense: Annotated[str | None, one_of(SENSES)] = None
+    """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
+    model of cameras and encoders. The default is tracked, for the witness exact."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None
@@ -62,9 +65,13 @@ class View:
             config, self.out, paused=not self.start, restarts=True, camera=self.camera
         )
         with page_of(session, self.host, self.port), suppress(KeyboardInterrupt):
-            say_who_acts(self.planner, self.controller)
+            say_who_acts(self.planner, self.controller, self._sense)
             watch_episodes(session)
         return 0
+
+    @property
+    def _sense(self) -> str:
+        return self.sense or usual_sense(self.planner, self.controller)
 
     def _config(self) -> EpisodeConfig:
         try:
@@ -76,6 +83,7 @@ class View:
                 controller=self.controller,
                 checkpoint=text_of(self.checkpoint),
                 planner_checkpoint=text_of(self.planner_checkpoint),
+                sense=self._sense,
                 safety_filter=self.filter,
             )
         except ValueError as error:

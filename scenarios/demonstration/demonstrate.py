@@ -125,8 +125,8 @@ def begun(demonstration: PlannedDemonstration) -> Running:
     from scenarios.demonstration.noise import NOISE
     from scenarios.episode import Episode
     from scenarios.loop.episode_config import EpisodeConfig
-    from scenarios.perturbation.effects import Effects
     from scenarios.loop.senses import make_sense
+    from scenarios.perturbation.effects import Effects
     from scenarios.run_episode import patient_on_table
 
     seed, scenario = demonstration.seed, demonstration.scenario

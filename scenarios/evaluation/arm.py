@@ -1,6 +1,7 @@
 """An arm of an evaluation: a planner, a controller, and options.
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
+[,sense=NAME]
 """
 
 from __future__ import annotations
@@ -10,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from scenarios.catalogue import usual_sense
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
-OPTIONS = ("filter", "checkpoint", "planner-checkpoint", "ablation")
+OPTIONS = ("filter", "checkpoint", "planner-checkpoint", "ablation", "sense")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
@@ -24,7 +26,7 @@ class StudyArm:
 
     Attributes:
         name: unique in an evaluation; also the folder's name.
-        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation: as in
+        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense: as in
             `EpisodeConfig`.
     """
 
@@ -35,6 +37,7 @@ class StudyArm:
     planner_checkpoint: str | None = None
     safety_filter: bool = True
     ablation: str | None = None
+    sense: str = EpisodeConfig.sense
 
     @property
     def choices(self) -> dict[str, Any]:
@@ -54,7 +57,8 @@ def arm_from_text(text: str) -> StudyArm:
     name = name if named else parts
     if not plus or not _NAME.fullmatch(name):
         raise ValueError(f"{text!r} is no arm; allowed: {FORM}, as full=learned+diffusion")
-    arm = StudyArm(name=name, planner=planner, controller=controller, **_options(options))
+    chosen = {"sense": usual_sense(planner, controller)} | _options(options)
+    arm = StudyArm(name=name, planner=planner, controller=controller, **chosen)
     EpisodeConfig(**arm.choices)
     return arm
 

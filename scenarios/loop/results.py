@@ -135,7 +135,7 @@ class EpisodeResult:
         peaks: How near each limited quantity came to its limit; empty if an older version wrote
             the result.
         anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
-        sense: What planner and controller were told: "exact" is the simulator's own state.
+        sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
         privileged: Which of "planner" and "controller" also read the hidden state.
     """
 

@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from planner.task import Tube
-from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS, Observation
+from tissue_sim.sensing.observation import (
+    MAX_CLIPS,
+    POINTS,
+    SAC_POINTS,
+    TRUNK_POINTS,
+    TUBE_POINTS,
+    Observation,
+)
 
 
 def clipped(
@@ -40,22 +47,30 @@ def clipped(
         joints=np.zeros((2, 7)),
         tips_endoscope=np.tile(np.eye(4), (2, 1, 1)),
         forces_n=np.zeros((2, 3)),
+        pinch_n=0.0,
         tools=("grasper", "clip_applier"),
         clip_loaded=True,
         left_tube_m=tubes_m["left"],
         right_tube_m=tubes_m["right"],
         sac_m=tubes_m[duct][-1] + np.linspace(0.0, 0.01, SAC_POINTS)[:, None] * [0.0, 1.0, 0.0],
+        common_bile_duct_m=trunk_m(tubes_m[duct]),
+        hepatic_artery_m=trunk_m(tubes_m["right" if duct == "left" else "left"]),
         clips_m=clips_m,
         n_clips=left + right,
         severed=np.zeros(2, bool),
+        tube_radius_m=np.array([0.0015, 0.0015]),
     )
+
+
+def trunk_m(branch_m: np.ndarray) -> np.ndarray:
+    """Return points (4, 3) of a straight trunk across a branch's fixed end."""
+    return branch_m[0] + np.linspace(-0.02, 0.02, TRUNK_POINTS)[:, None] * [1.0, 0.0, 0.0]
 
 
 def shifted(seen: Observation, by_m: np.ndarray) -> Observation:
     """Return the observation with every place shifted by `by_m` (3,)."""
     tips = seen.tips_endoscope.copy()
     tips[:, :3, 3] += by_m
-    places = ("left_tube_m", "right_tube_m", "sac_m", "clips_m")
     return replace(
-        seen, tips_endoscope=tips, **{name: getattr(seen, name) + by_m for name in places}
+        seen, tips_endoscope=tips, **{name: getattr(seen, name) + by_m for name in POINTS}
     )

@@ -40,7 +40,7 @@ def exact_observation(field: Field) -> Observation:
     tubes = [_centreline(field, x, tube, TUBE_POINTS) for tube in (left, right)]
     trunks = [_centreline(field, x, trunk, TRUNK_POINTS) for trunk in AT_RISK]
     points = transform(to_endoscope, np.concatenate((*tubes, sac, *trunks, *clips)))
-    *parts, there = np.split(points, _ENDS)
+    left_m, right_m, sac_m, bile_duct_m, hepatic_m, there = np.split(points, _ENDS)
     clips_m = np.zeros((MAX_CLIPS, 3))
     clips_m[: len(clips)] = there
     return Observation(
@@ -51,7 +51,12 @@ def exact_observation(field: Field) -> Observation:
         pinch_n=field.record.grasp.pinch_n,
         tools=(field.arms.mounted[0].name, field.arms.mounted[1].name),
         clip_loaded=field.record.clip_loaded,
-        **dict(zip(POINTS, (*parts, clips_m), strict=True)),
+        left_tube_m=left_m,
+        right_tube_m=right_m,
+        sac_m=sac_m,
+        common_bile_duct_m=bile_duct_m,
+        hepatic_artery_m=hepatic_m,
+        clips_m=clips_m,
         n_clips=len(field.record.clips),
         severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
         tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),

@@ -6,11 +6,8 @@ smoke hide nothing here.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import trimesh
-import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
@@ -19,6 +16,7 @@ from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
 from tissue_sim.rendering.skin import surface_faces
 from tissue_sim.sensing.cameras import CameraSpec, T_world_camera
 from tissue_sim.sensing.observation import POINTS, Observation
+from tissue_sim.sensing.ray_tests import RayMesh, blocked
 from tissue_sim.surgery.clip import CLIP_LENGTH_M
 from tissue_sim.tools.instrument_meshes import link_parts
 from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
@@ -30,38 +28,13 @@ SAC_DEPTH_M = 0.02  # the sac's axis lies about this deep below its wall
 _CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
 
 
-@wp.kernel
-def _find_blocked(
-    eyes: wp.array(dtype=wp.vec3),
-    points: wp.array(dtype=wp.vec3),
-    depth: wp.array(dtype=float),
-    tissue: wp.uint64,
-    links: wp.array(dtype=wp.uint64),
-    T_link_world: wp.array(dtype=wp.mat44),
-    blocked: wp.array2d(dtype=wp.int32),
-):
-    e, p = wp.tid()
-    way = points[p] - eyes[e]
-    distance = wp.length(way)
-    ahead = way / distance
-    hit = int(0)
-    if wp.mesh_query_ray(tissue, eyes[e], ahead, distance - depth[p]).result:
-        hit = 1
-    for k in range(links.shape[0]):
-        eye = wp.transform_point(T_link_world[k], eyes[e])
-        along = wp.transform_vector(T_link_world[k], ahead)
-        if wp.mesh_query_ray(links[k], eye, along, distance).result:
-            hit = 1
-    blocked[e, p] = hit
-
-
 class Occlusion:
     """Tells which points are hidden from all cameras of one field."""
 
     def __init__(self) -> None:
         self._tets: NDArray[np.int32] = np.zeros((0, 4), np.int32)
-        self._tissue: Any = None
-        self._links: dict[str, list[Any]] = {}
+        self._tissue: RayMesh | None = None
+        self._links: dict[str, list[RayMesh]] = {}
 
     def __reduce__(self) -> tuple[type[Occlusion], tuple[()]]:
         """Copy without meshes: they are made again from the field."""
@@ -72,60 +45,46 @@ class Occlusion:
         points = transform(field.T_world_endoscope, seen.points_m())
         T_world_eye = np.stack([T_world_camera(field, name) for name in EYES])
         visible = _in_view(T_world_eye, points) & ~self._blocked(field, seen, T_world_eye, points)
-        return ~visible.any(axis=0)
+        return np.asarray(~visible.any(axis=0))
 
     def _blocked(
         self, field: Field, seen: Observation, T_world_eye: Array, points: Array
     ) -> NDArray[np.bool_]:
-        """Return (eye, point) what stands before it."""
-        found = wp.zeros((len(T_world_eye), len(points)), dtype=wp.int32, device="cpu")
+        """Return (eye, point) whether something stands before it."""
         links = [mesh for tool in field.arms.mounted for mesh in self._meshes(tool)]
-        T_link_world = inverse_pose(field.arms.contact_shapes().T_world_link)
-        wp.launch(
-            _find_blocked,
-            dim=found.shape,
-            inputs=[
-                _vectors(T_world_eye[:, :3, 3]),
-                _vectors(points),
-                wp.array(_depths_m(seen), dtype=float, device="cpu"),
-                self._tissue_mesh(field).id,
-                wp.array([mesh.id for mesh in links], dtype=wp.uint64, device="cpu"),
-                wp.array(T_link_world, dtype=wp.mat44, device="cpu"),
-                found,
-            ],
-            device="cpu",
+        return blocked(
+            T_world_eye[:, :3, 3],
+            points,
+            _depths_m(seen),
+            self._tissue_mesh(field),
+            links,
+            inverse_pose(field.arms.contact_shapes().T_world_link),
         )
-        return found.numpy() != 0
 
-    def _tissue_mesh(self, field: Field) -> Any:
+    def _tissue_mesh(self, field: Field) -> RayMesh:
         """Return the tissue's outer faces where they are now; cuts make new ones."""
         alive = field.tissue.host("tet_alive")[0, : len(field.organ.tets)] != 0
-        tets, x = field.tissue.tets()[alive], field.tissue.positions().astype(np.float32)
-        if self._tissue is not None and np.array_equal(tets, self._tets):
-            self._tissue.points.assign(x)
-            self._tissue.refit()
-            return self._tissue
-        self._tets = tets.copy()
-        faces = tets[:, _CORNERS][surface_faces(tets)]
-        self._tissue = wp.Mesh(_vectors(x), wp.array(faces.ravel(), dtype=wp.int32, device="cpu"))
+        tets, x = field.tissue.tets()[alive], field.tissue.positions()
+        if self._tissue is None or not np.array_equal(tets, self._tets):
+            self._tets = tets.copy()
+            self._tissue = RayMesh(x, tets[:, _CORNERS][surface_faces(tets)])
+        else:
+            self._tissue.move(x)
         return self._tissue
 
-    def _meshes(self, tool: Instrument) -> list[Any]:
+    def _meshes(self, tool: Instrument) -> list[RayMesh]:
         """Return a tool's links as meshes, each in its own frame, as `PATCH_LINKS` orders them."""
         if tool.name not in self._links:
             parts = link_parts(tool)
-            whole = (trimesh.util.concatenate([p.mesh for p in parts[k]]) for k in PATCH_LINKS)
-            self._links[tool.name] = [_mesh(mesh) for mesh in whole]
+            self._links[tool.name] = [_joined([p.mesh for p in parts[k]]) for k in PATCH_LINKS]
         return self._links[tool.name]
 
 
-def _mesh(mesh: Any) -> Any:
-    faces = wp.array(np.asarray(mesh.faces, np.int32).ravel(), dtype=wp.int32, device="cpu")
-    return wp.Mesh(_vectors(np.asarray(mesh.vertices)), faces)
-
-
-def _vectors(points: Array) -> Any:
-    return wp.array(np.ascontiguousarray(points, np.float32), dtype=wp.vec3, device="cpu")
+def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
+    """Return several meshes as one."""
+    counts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + n for mesh, n in zip(meshes, counts, strict=False)]
+    return RayMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def _depths_m(seen: Observation) -> NDArray[np.float32]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.sensing.observation import fields
+from tissue_sim.sensing.observation import POINTS, fields
 
 Floats = NDArray[np.float32]
-TISSUE = "left_tube_m", "right_tube_m", "sac_m", "clips_m"
+TISSUE = tuple(POINTS)
 
 
 def fixed_m(vectors: Floats) -> Floats:
@@ -27,11 +27,16 @@ def fixed_m(vectors: Floats) -> Floats:
 
 def at_rest(vectors: Floats, rest_m: Floats) -> Floats:
     """Shift observations (..., `VECTOR_SIZE`) so that the fixed ends' middle is `rest_m` (3,)."""
-    shifted, offset_m = vectors.copy(), (fixed_m(vectors) - rest_m)[..., None, :]
+    return shifted_back(vectors, fixed_m(vectors) - rest_m)
+
+
+def shifted_back(vectors: Floats, offset_m: Floats) -> Floats:
+    """Shift observations (..., `VECTOR_SIZE`) by minus `offset_m` (..., 3)."""
+    shifted, off_m = vectors.copy(), offset_m[..., None, :]
     parts = fields(shifted)  # views
-    parts["tips_endoscope"][..., 3] -= offset_m
+    parts["tips_endoscope"][..., 3] -= off_m
     for name in TISSUE:
-        parts[name] -= offset_m
+        parts[name] -= off_m
     return shifted
 
 

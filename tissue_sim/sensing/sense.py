@@ -1,7 +1,7 @@
 """The interface of the senses: from the world to what everybody who acts is told.
 
-`exact` is simulator state (`exact.py`), which no robot has; `tracked` is a model of what cameras and
-encoders tell (`tracked.py`), and needs no pictures; `cameras` is perception from pictures.
+`exact` is simulator state (`exact.py`), which no robot has. `tracked` (`tracked.py`) models what
+cameras and encoders tell, and needs no pictures. `cameras` is perception from pictures.
 """
 
 from __future__ import annotations

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from tissue_sim.sensing.observation import MAX_CLIPS
+from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 
 FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
 LENGTH_M = 0.01
+UNSURE_M, RADIUS_M = 0.001, 0.002
+N_SEEN = 2 * TUBE_POINTS + SAC_POINTS  # points of tubes and sac
 WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
 CLIPS_A_TUBE = 4  # one more than there should be
@@ -41,7 +43,8 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
 
     Returns:
         Features (B, ...): offsets from each tip in the endoscope's frame, the same in the tool's
-        frame, coarse and fine, which clips exist, and `along_tube` for both tubes.
+        frame, coarse and fine, which clips exist, `along_tube` for both tubes, how uncertain and
+        hidden the points of tubes and sac are, and how wide the tubes.
     """
     slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
     tubes = [now["left_tube_m"], now["right_tube_m"]]
@@ -60,6 +63,8 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     return [
         off / FAR_M, off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), of_clips,
         *(along_tube(*parts, tip_m) for parts in zip(tubes, sitting, strict=True)),
+        torch.tanh(now["std_m"][:, :N_SEEN] / UNSURE_M), now["hidden"][:, :N_SEEN],
+        now["tube_radius_m"] / RADIUS_M,
     ]  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,8 @@ from tissue_sim.tools.arms import RIGHT_ARM
 Floats = NDArray[np.float32]
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the others are clips
-_STARTS = np.cumsum([0, *POINTS.values()])
-LINES = tuple(
-    slice(int(a), int(b)) for a, b in zip(_STARTS[:-2], _STARTS[1:-1], strict=True)
-)  # without the clips
+_STARTS = np.cumsum([0, *POINTS.values()])[:-1].tolist()
+LINES = tuple(slice(*ends) for ends in pairwise(_STARTS))  # without the clips
 POINTS_BEGIN = 2 * 7 + 2 * 12 + 2 * 3 + 1  # where the points start in the vector
 POINTS_END = POINTS_BEGIN + 3 * N_POINTS
 
@@ -150,6 +149,16 @@ class Tracker:
         return np.concatenate([size_m * drawn, np.zeros((MAX_CLIPS, 3))])
 
 
+STRONGEST = 1.5  # of the usual errors, when policies are trained; assumed
+
+
+def sensed_again(exact: Floats, rng: np.random.Generator) -> Floats:
+    """Sense the exact states (n, `VECTOR_SIZE`) of one episode with errors of random strength."""
+    model = SensorModel().scaled(rng.uniform(0.0, STRONGEST))
+    tracker = Tracker(model, rng)
+    return np.stack([tracker.see(state) for state in exact])
+
+
 @cache
 def _factor() -> Array:
     """Return the Cholesky factor (`N_LINE`, `N_LINE`) of the lines' correlations."""
@@ -157,7 +166,7 @@ def _factor() -> Array:
     for line in LINES:
         k = np.arange(line.stop - line.start)
         correlation[line, line] = NEIGHBOUR ** np.abs(k[:, None] - k)
-    return np.linalg.cholesky(correlation)
+    return np.linalg.cholesky(correlation).astype(float)
 
 
 def _nearest_seen(unseen: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -136,12 +136,12 @@ def _has_room(correction: Correction, world: World) -> bool:
 
 
 def _response(episode: Episode, said: Instruction, correction: Correction) -> CorrectionResponse:
-    start = episode.world.observe()
+    start = episode.world.observe()  # whether the arms obeyed is judged exactly
     asked_m, altered = np.zeros((2, 3)), False
     asked_rad = start.joints[:, 6]
     with _forked(episode, said) as fork:
         for step in islice(fork.steps(), WITHIN_STEPS):
-            seen = step.observation
+            seen = episode.world.observe()
             moved_m = (seen.tips_endoscope - start.tips_endoscope)[:, :3, 3]
             if is_obeyed(correction, moved_m, seen.joints[:, 6] - start.joints[:, 6]):
                 return CorrectionResponse(text=correction.text, obeyed=True)
@@ -175,7 +175,8 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
         world=world,
         planner=PlannerFixed(instruction=said),
         controller=episode.controller,
-        observation=world.observe(),
+        sense=episode.sense,
+        observation=episode.sense.observe(world),
     )
     fork.guarded_driver.driver.follow(world.target)
     try:
