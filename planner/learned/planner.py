@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from planner.assessment import Assessment
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
 from planner.correction import CORRECTIONS
-from planner.instruction import TASKS, Instruction
+from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
+from planner.room_seen import RoomSeen
+from planner.standstill import STANDSTILL, Standstill
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
@@ -46,7 +48,8 @@ class PlannerLearned:
     later: a late change costs that second, an early one leaves the task undone. A task that has
     not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
     that stops just short of the place where the task ends would otherwise wait until time is up.
-    After the first cut it never grasps again: the tubes can no longer be spread.
+    After the first cut it never grasps again: the tubes can no longer be spread. It calls for a
+    person where the tubes have no room (`RoomSeen`), and where the arms stand still.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -59,6 +62,7 @@ class PlannerLearned:
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
         self._preferred, self._has_cut = N_TASKS, False
         self._frame = RestFrame()
+        self._room, self._standstill = RoomSeen(), Standstill()
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that should be given now, with a correction if one is needed."""
@@ -68,10 +72,15 @@ class PlannerLearned:
             fails = self._network.failure_chance(opinion).item()
         chances = self._chances(opinion.task[0])
         self._take_up(chances)
+        task = TASKS[self._task]
+        if (why := self._why_call(task, observation)) is not None:
+            return Instruction(
+                task=task, hold=True, call=True, remark=why, time_s=observation.time_s
+            )
         wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
-            task=TASKS[self._task],
+            task=task,
             correction=CORRECTIONS[self._correction] if wanted else None,
             confidence=chances[self._task].item(),
             time_s=observation.time_s,
@@ -81,6 +90,16 @@ class PlannerLearned:
                 alarm=fails > self._network.alarm.item(),
             ),
         )
+
+    def _why_call(self, task: Task, observation: Observation) -> str | None:
+        """Return why a person must be called now; None if there is no reason."""
+        self._standstill.see(observation)
+        if self._standstill.lasts:
+            return STANDSTILL
+        if observation.n_clips or observation.severed.any():
+            return None
+        self._room.see(observation)
+        return self._room.why_call(due=task.kind in ("clip", "cut"))
 
     def _remember(self, observation: Observation) -> None:
         """Add a moment. Time in which the planner is not asked (tool exchanges) does not count."""
