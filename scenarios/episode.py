@@ -211,7 +211,7 @@ class Episode:
         heard, self._heard = tuple(self._heard), []
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
-            self.world.step(command, intended=structure_of(task, self.world))
+            exact = self.world.step(command, intended=structure_of(task, self.world))
         with self._clock.stage("sense"):
             self.observation = self.sense.observe(self.world)
         return Step(
@@ -220,6 +220,7 @@ class Episode:
             command=command,
             before=before,
             observation=self.observation,
+            exact=exact,
             outcome=Outcome(
                 events=self.world.record.injuries[n_before:],
                 task_done=task_done(task, self.world),

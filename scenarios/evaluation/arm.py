@@ -57,7 +57,8 @@ def arm_from_text(text: str) -> StudyArm:
     name = name if named else parts
     if not plus or not _NAME.fullmatch(name):
         raise ValueError(f"{text!r} is no arm; allowed: {FORM}, as full=learned+diffusion")
-    chosen = {"sense": usual_sense(planner, controller)} | _options(options)
+    chosen: dict[str, Any] = {"sense": usual_sense(planner, controller)}
+    chosen |= _options(options)
     arm = StudyArm(name=name, planner=planner, controller=controller, **chosen)
     EpisodeConfig(**arm.choices)
     return arm

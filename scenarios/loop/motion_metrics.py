@@ -35,7 +35,7 @@ class MotionMetrics:
         if task != self._going_on:
             self._stretches.setdefault(task, []).append([])
             self._going_on = task
-        self._stretches[task][-1].append(step.observation.tips_endoscope[:, :, 3])
+        self._stretches[task][-1].append(step.exact.tips_endoscope[:, :, 3])
         if (seen := step.instruction.assessment) is not None:
             self._chance[task] = max(self._chance.get(task, 0.0), seen.failure_chance)
             if seen.alarm:

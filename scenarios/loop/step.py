@@ -31,6 +31,7 @@ class Step:
     Attributes:
         before: What everybody who acts was told before the command.
         observation: The same, after the command.
+        exact: The exact state after the command, for those who record and judge.
         asked: What the controller asked for; None while a perturbation or the nurse has the arms.
         disturbed: Something else than what was asked for reached the driver.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
@@ -47,6 +48,7 @@ class Step:
     command: JointCommand
     before: Observation
     observation: Observation
+    exact: Observation
     outcome: Outcome
     asked: ToolAction | None
     disturbed: bool

@@ -123,12 +123,12 @@ class Recorder:
         quantities = {
             "time_s": step.time_s,
             "commands": step.command.joints,
-            "joints": step.observation.joints,
-            "tips_endoscope": step.observation.tips_endoscope,
-            "forces_n": step.observation.forces_n,
+            "joints": step.exact.joints,
+            "tips_endoscope": step.exact.tips_endoscope,
+            "forces_n": step.exact.forces_n,
             "instruction": self._row(step.instruction),
-            "right_tool": RIGHT_TOOLS.index(step.observation.tools[1]),
-            "clip_loaded": step.observation.clip_loaded,
+            "right_tool": RIGHT_TOOLS.index(step.exact.tools[1]),
+            "clip_loaded": step.exact.clip_loaded,
         }
         checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
         for name, array in checked.items():

@@ -31,6 +31,7 @@ from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.sensing.exact import SenseExact
 from tissue_sim.surgery.clip import detach
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import HELD_PINCH_N
@@ -168,6 +169,7 @@ def begin_judging(world, tasks, planner=None):
         world=world,
         planner=planner or PlannerScripted(world),
         controller=ControllerIdle(PolicySetup(seed=SEED)),
+        sense=SenseExact(),
         observation=world.observe(),
     )
     episode.tasks.results.update(tasks)

@@ -29,7 +29,7 @@ POINTS = {
 }
 """Order and numbers of the points that `std_m`, `age_s` and `hidden` count."""
 
-SCISSORS = "scissors"
+GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
 N_POINTS = sum(POINTS.values())
 
 
@@ -129,3 +129,32 @@ def fields(vectors: Any) -> dict[str, Any]:
         parts[name] = vectors[..., at : at + size].reshape(*vectors.shape[:-1], *shape)
         at += size
     return parts
+
+
+def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
+    """Return the observation, without images, of which `vector` is the `Observation.vector()`."""
+    parts = {name: part.astype(float) for name, part in fields(vector).items()}
+    tips = np.tile(np.eye(4), (2, 1, 1))
+    tips[:, :3] = parts["tips_endoscope"]
+    return Observation(
+        time_s=time_s,
+        joints=parts["joints"],
+        tips_endoscope=tips,
+        forces_n=parts["forces_n"],
+        pinch_n=float(parts["pinch_n"][0]),
+        tools=(GRASPER, SCISSORS if parts["scissors"][0] > 0.5 else CLIP_APPLIER),
+        clip_loaded=bool(parts["clip_loaded"][0] > 0.5),
+        left_tube_m=parts["left_tube_m"],
+        right_tube_m=parts["right_tube_m"],
+        sac_m=parts["sac_m"],
+        common_bile_duct_m=parts["common_bile_duct_m"],
+        hepatic_artery_m=parts["hepatic_artery_m"],
+        clips_m=parts["clips_m"],
+        n_clips=round(float(parts["n_clips"][0])),
+        severed=parts["severed"] > 0.5,
+        tube_radius_m=parts["tube_radius_m"],
+        third_tube=float(parts["third_tube"][0]),
+        std_m=parts["std_m"],
+        age_s=parts["age_s"],
+        hidden=parts["hidden"] > 0.5,
+    )

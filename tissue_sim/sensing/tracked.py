@@ -8,7 +8,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.sensing.exact import exact_observation
-from tissue_sim.sensing.observation import POINTS, Observation, fields
+from tissue_sim.sensing.observation import Observation, observation_of
 from tissue_sim.sensing.occlusion import Occlusion
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.sensing.tracker import Tracker
@@ -26,7 +26,7 @@ class SenseTracked:
     def observe(self, world: Field) -> Observation:
         """Return what is sensed now."""
         exact = self._occluded.observe(world)
-        return told(exact, self._tracker.see(exact.vector()))
+        return observation_of(self._tracker.see(exact.vector()), exact.time_s)
 
 
 class Occluded:
@@ -42,24 +42,3 @@ class Occluded:
             self._hidden = self._occlusion.hidden(field, exact)
         self._n += 1
         return replace(exact, hidden=self._hidden)
-
-
-def told(exact: Observation, sensed: np.ndarray) -> Observation:
-    """Return an observation with what is sensed: an `Observation.vector()`."""
-    parts = {name: part.astype(float) for name, part in fields(sensed).items()}
-    tips = exact.tips_endoscope.copy()
-    tips[:, :3] = parts["tips_endoscope"]
-    return replace(
-        exact,
-        joints=parts["joints"],
-        tips_endoscope=tips,
-        forces_n=parts["forces_n"],
-        pinch_n=float(parts["pinch_n"][0]),
-        **{name: parts[name] for name in POINTS},
-        severed=parts["severed"] > 0.5,
-        tube_radius_m=parts["tube_radius_m"],
-        third_tube=float(parts["third_tube"][0]),
-        std_m=parts["std_m"],
-        age_s=parts["age_s"],
-        hidden=parts["hidden"] > 0.5,
-    )

@@ -104,8 +104,8 @@ class Tracker:
         self._at_m = self._at_m + moved_m[_nearest_seen(unseen)]
         self._age_s = np.where(unseen, self._age_s + CONTROL_PERIOD_S, model.delay_s)
         cut = parts["severed"] > 0.5
-        self._severed_s = np.where(cut, np.maximum(self._severed_s, 0.0) + model.look_s, -np.inf)
-        self._severed_now = self._severed_s > model.severed_s
+        self._severed_s = np.where(cut, np.maximum(self._severed_s + model.look_s, 0.0), -np.inf)
+        self._severed_now = self._severed_s >= model.severed_s - 1e-9
 
     def _errors_m(self, exact_m: Array, tip_m: Floats) -> Array:
         """Return the errors (`N_POINTS`, 3) of this look, larger far from the right tip."""

@@ -42,5 +42,10 @@ def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:
     )
     actions[:, 10:13] = 0.1 * (named - seen["tips_endoscope"][:, 1, :, 3])
     return DemonstrationArrays(
-        states=states, actions=actions, texts=texts, expert=np.arange(n) % 40 != 39
+        states=states,
+        actions=actions,
+        texts=texts,
+        expert=np.arange(n) % 40 != 39,
+        free=np.zeros((n, 2), bool),
+        near=np.zeros((n, 2), bool),
     )

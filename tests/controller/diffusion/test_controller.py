@@ -13,24 +13,12 @@ from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from planner.instruction import TASKS, Instruction
-from tissue_sim.sensing.observation import Observation, fields
+from tests.planner.seen import clipped
+from tissue_sim.sensing.observation import fields
 
 CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
 GRAB, CLIP = (Instruction(task=task) for task in TASKS[:2])
-SEEN = Observation(
-    time_s=0.0,
-    joints=np.full((2, 7), 0.1),
-    tips_endoscope=np.tile(np.eye(4), (2, 1, 1)),
-    forces_n=np.zeros((2, 3)),
-    tools=("grasper", "clip_applier"),
-    clip_loaded=True,
-    left_tube_m=np.linspace(0.0, 0.03, 24).reshape(8, 3),
-    right_tube_m=np.linspace(0.01, 0.02, 24).reshape(8, 3),
-    sac_m=np.linspace(0.02, 0.04, 15).reshape(5, 3),
-    clips_m=np.zeros((8, 3)),
-    n_clips=0,
-    severed=np.zeros(2, bool),
-)
+SEEN = replace(clipped(), joints=np.full((2, 7), 0.1))
 
 
 @pytest.fixture(scope="module")

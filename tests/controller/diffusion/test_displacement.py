@@ -1,5 +1,6 @@
 """Tests of displaced tools: only free tools are displaced; chunks lead to the same places."""
 
+import numpy as np
 import pytest
 import torch
 
@@ -13,6 +14,7 @@ from controller.diffusion.displacement import (
     NEAR_M,
     OPEN_RAD,
     displaced,
+    free_and_near,
     half_shut,
 )
 from controller.diffusion.windows import Batch, Windows
@@ -37,7 +39,14 @@ def seen() -> Batch:
     jaw[~even, :, LEFT], forces_n[~even, :1, LEFT, 2] = 1.1 * OPEN_RAD, 1.1 * FREE_N
     tip = fields(batch.history)["tips_endoscope"][..., 3]
     tip[:, :, RIGHT] = fields(batch.history)["left_tube_m"][:, :, 0]
-    return batch
+    return flagged(batch)
+
+
+def flagged(batch: Batch) -> Batch:
+    """Return a batch with the flags that belong to its history."""
+    flags = [free_and_near(frames.numpy()) for frames in batch.history.unbind(dim=1)]
+    free, near = (torch.from_numpy(np.stack(flag, axis=1)) for flag in zip(*flags, strict=True))
+    return batch._replace(free=free.all(dim=1), near=near[:, 0])
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +73,7 @@ def test_no_tool_far_from_tissue_is_displaced(seen):
     history = seen.history.clone()
     for name in ("left_tube_m", "right_tube_m", "sac_m"):
         fields(history)[name][..., 2] += 0.1 + NEAR_M
-    far = displaced(seen._replace(history=history), torch.Generator().manual_seed(0))
+    far = displaced(flagged(seen._replace(history=history)), torch.Generator().manual_seed(0))
     assert torch.equal(far.history, history)
     assert torch.equal(far.chunk, seen.chunk)
 
@@ -105,7 +114,7 @@ def clear(seen: Batch) -> Batch:
     parts["tips_endoscope"][:, :, LEFT, 2, 3] += 0.1 + NEAR_M
     chunk[..., JAWS] = past[..., JAWS] = WIDE_RAD
     jaw_rad = torch.full_like(seen.jaw_rad, WIDE_RAD)
-    return seen._replace(history=history, chunk=chunk, past=past, jaw_rad=jaw_rad)
+    return flagged(seen._replace(history=history, chunk=chunk, past=past, jaw_rad=jaw_rad))
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +161,7 @@ def test_jaws_at_tissue_or_closed_or_excluded_are_not_changed(clear, narrowed):
         assert torch.equal(before, after)
     history = clear.history.clone()
     fields(history)["joints"][:, -1, LEFT, 6] = 0.9 * OPEN_RAD
-    shut = clear._replace(history=history)
+    shut = flagged(clear._replace(history=history))
     assert torch.equal(
         half_shut(shut, none_of(shut), torch.Generator().manual_seed(0)).jaw_rad, shut.jaw_rad
     )

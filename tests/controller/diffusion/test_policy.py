@@ -11,8 +11,7 @@ from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.diffusion.windows import Batch, Windows
 from tests.controller.diffusion.demonstrated import demonstration
-from tissue_sim.sensing.observation import VECTOR_SIZE, fields
-from tissue_sim.sensing.tracker_noise import TISSUE_M, noised
+from tissue_sim.sensing.observation import fields
 
 CONFIG = PolicyConfig(condition_width=32, condition_blocks=1, denoiser_width=32, denoiser_blocks=1)
 
@@ -109,13 +108,3 @@ def test_features_do_not_depend_on_places_beyond_the_last_clip():
     torch.testing.assert_close(features(moved, jaw_rad), features(history, jaw_rad))
     fields(moved)["clips_m"][:, :, 1] += 0.02
     assert (features(moved, jaw_rad) - features(history, jaw_rad)).abs().max() > 0.1
-
-
-def test_only_tracked_values_have_tracker_noise():
-    clean = torch.zeros(500, 1, VECTOR_SIZE)
-    seen = fields(noised(clean, torch.Generator().manual_seed(0)))
-    assert not clean.any()
-    for name in ("n_clips", "clip_loaded", "scissors", "severed"):
-        assert not seen[name].any()
-    assert not seen["tips_endoscope"][..., :3].any()
-    torch.testing.assert_close(seen["sac_m"].std(), torch.tensor(TISSUE_M), rtol=0.05, atol=0)

@@ -16,21 +16,11 @@ from planner.learned.rollout import NOT_SAID, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tissue_sim.periods import CONTROL_HZ
-from tissue_sim.sensing.observation import VECTOR_SIZE, fields
+from tissue_sim.sensing.observation import POINTS, VECTOR_SIZE, fields, observation_of
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
 ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
-
-
-class Seen:
-    """Holds the part of an observation that a planner may read."""
-
-    def __init__(self, vector: np.ndarray, time_s: float) -> None:
-        self._vector, self.time_s = vector, time_s
-
-    def vector(self) -> np.ndarray:
-        return self._vector
 
 
 @pytest.fixture(scope="module")
@@ -42,19 +32,19 @@ def network() -> PlannerNetwork:
 
 
 def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -> list:
-    return [planner.plan(Seen(states[row], start_s + row / CONTROL_HZ)) for row in ROWS]
+    return [planner.plan(observation_of(states[row], start_s + row / CONTROL_HZ)) for row in ROWS]
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 1e4])
 def test_it_follows_its_network_once_sure_or_when_the_network_repeats(network, sharpness):
     network = sharpened(network, sharpness)
-    states = rollout(1).states[: ROWS[-1] + 1]
+    states = rollout(4).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
     n = np.arange(len(states)) // CONTROL_HZ
     numbers = {None: NOT_SAID} | {c: k for k, c in enumerate(CORRECTIONS)}
     corrected = [numbers[s.correction] for s in said]
     as_run = replace(
-        rollout(1),
+        rollout(4),
         states=states,
         said=np.array([s.task.index - 1 for s in said])[n],
         corrected=np.array(corrected)[n],
@@ -110,16 +100,17 @@ def test_a_cut_without_success_is_left_only_for_a_task_that_is_nearly_as_likely(
 @pytest.mark.parametrize(("before", "after"), [(CUT, GRAB), (BACK_FROM_CUT, CLIP)])
 def test_after_a_cut_it_never_asks_to_grasp_again(network, before, after):
     planner, state = PlannerLearned(torn(network, before, CLIP, 0.99)), rollout().states[0]
-    assert planner.plan(Seen(state, 0.0)).task == before
+    assert planner.plan(observation_of(state, 0.0)).task == before
     planner._network = torn(network, GRAB, CLIP, 0.9)
-    assert {planner.plan(Seen(state, float(s))).task for s in range(2, 8)} == {after}
+    assert {planner.plan(observation_of(state, float(s))).task for s in range(2, 8)} == {after}
     planner.reset()
-    assert planner.plan(Seen(state, 0.0)).task == GRAB
+    assert planner.plan(observation_of(state, 0.0)).task == GRAB
 
 
 def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
-    planner, state = PlannerLearned(network), rollout().states[0]
-    return [planner.plan(Seen(state, float(s))).task for s in range(int(time_s))]
+    """Return the tasks given once a second; the arms go to and fro, so that nobody is called."""
+    planner, states = PlannerLearned(network), rollout().states[[0, 1]]
+    return [planner.plan(observation_of(states[s % 2], float(s))).task for s in range(int(time_s))]
 
 
 def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> PlannerNetwork:
@@ -148,7 +139,7 @@ def carried(states: np.ndarray) -> np.ndarray:
     ways = 0.02 * np.random.default_rng(3).standard_normal((len(states), 1, 3)).astype(np.float32)
     ways[0] = 0.0
     parts = fields(moved)  # views
-    for name in ("left_tube_m", "right_tube_m", "sac_m", "clips_m"):
+    for name in POINTS:
         parts[name] += ways
     parts["tips_endoscope"][..., 3] += ways
     return moved

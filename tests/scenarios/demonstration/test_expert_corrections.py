@@ -15,6 +15,7 @@ from scenarios.demonstration.interjections import is_harmless
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
+from tissue_sim.sensing.exact import SenseExact
 
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_001)
 WITHIN_STEPS = 60  # 2 s
@@ -61,6 +62,7 @@ def begun_again(scenes, task, correction):
         world=world,
         planner=PlannerFixed(instruction=Instruction(task=task, correction=correction)),
         controller=ControllerExpert(world),
+        sense=SenseExact(),
         observation=world.observe(),
     )
     episode.guarded_driver.driver.follow(world.target)

@@ -9,7 +9,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 def test_a_text_becomes_the_arm_that_it_names():
     text = "old=learned+diffusion,checkpoint=a/b=c.st,planner-checkpoint=p.st,filter=off"
-    assert arm_from_text(f"{text},ablation=no-corrections") == StudyArm(
+    assert arm_from_text(f"{text},ablation=no-corrections,sense=exact") == StudyArm(
         name="old",
         planner="learned",
         controller="diffusion",
@@ -17,7 +17,15 @@ def test_a_text_becomes_the_arm_that_it_names():
         planner_checkpoint="p.st",
         safety_filter=False,
         ablation="no-corrections",
+        sense="exact",
     )
+
+
+@pytest.mark.parametrize(
+    ("arm", "sense"), [("scripted+expert", "exact"), ("learned+diffusion", "tracked")]
+)
+def test_only_the_witness_is_told_the_exact_state_where_no_sense_is_named(arm, sense):
+    assert arm_from_text(arm).sense == sense
 
 
 def test_an_arm_without_a_name_is_named_after_its_parts():
@@ -42,6 +50,7 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,speed=2", "unknown option 'speed=2'; allowed: filter"),
         ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),
         ("a=scripted+expert,ablation=zoo", "unknown ablation 'zoo'; allowed: no-corrections"),
+        ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: tracked, exact"),
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
     ],
 )

@@ -75,8 +75,8 @@ def test_an_exchange_within_a_task_does_not_count():
     ):
         tips = np.tile(np.eye(4), (2, 1, 1))
         tips[:, 0, 3] = x_m
-        seen = replace(step.observation, tips_endoscope=tips)
-        measures.on_step(replace(step, observation=seen, exchange=exchange))
+        seen = replace(step.exact, tips_endoscope=tips)
+        measures.on_step(replace(step, exact=seen, exchange=exchange))
     result = TaskResult(
         index=task.index, instruction=task.text, success=True, time_s=1.0, corrections=0
     )

@@ -134,7 +134,7 @@ def test_calot_run_finds_a_policy_in_the_users_folder(tmp_path, monkeypatch, cap
     assert (result.planner, result.controller) == ("scripted", "my_still:Still")
     said = capfd.readouterr().err
     assert "controller: my_still:Still" in said
-    assert "exact simulator state" in said
+    assert "sense: tracked" in said
 
 
 def test_a_factory_that_is_not_there_is_one_clear_line(capfd, tmp_path):

@@ -62,7 +62,7 @@ class Step:
     time_s: float
     instruction: Instruction
     command: Command
-    observation: Observation
+    exact: Observation
     outcome: Outcome
     applied: tuple[Event, ...] = ()
     altered: tuple[Entry, ...] = ()
@@ -75,7 +75,7 @@ def random_step(rng, number, instruction=None, events=(), **kept):
         time_s=number / 30,
         instruction=instruction or Instruction(task=TASKS[0]),
         command=Command(joints=rng.normal(size=(2, 7))),
-        observation=Observation(
+        exact=Observation(
             joints=rng.normal(size=(2, 7)),
             tips_endoscope=rng.normal(size=(2, 4, 4)),
             forces_n=rng.normal(size=(2, 3)),
@@ -102,7 +102,7 @@ def test_every_step_is_read_back_bit_for_bit(tmp_path):
         assert arrays["time_s"][number] == step.time_s
         np.testing.assert_array_equal(arrays["commands"][number], step.command.joints)
         for name in ("joints", "tips_endoscope", "forces_n"):
-            np.testing.assert_array_equal(arrays[name][number], getattr(step.observation, name))
+            np.testing.assert_array_equal(arrays[name][number], getattr(step.exact, name))
 
 
 def test_later_changes_of_an_array_do_not_reach_the_record(tmp_path):
@@ -180,7 +180,7 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
     rng = np.random.default_rng(0)
     path = tmp_path / "episode.npz"
     wrong = random_step(rng, 1)
-    wrong.observation.forces_n.resize((3, 2))
+    wrong.exact.forces_n.resize((3, 2))
     with pytest.raises(ValueError, match=r"forces_n must have shape \(2, 3\), got \(3, 2\)"):
         record(path, [random_step(rng, 0), wrong])
     assert {len(array) for array in load(path).arrays.values()} == {1}

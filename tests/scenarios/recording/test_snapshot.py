@@ -19,7 +19,7 @@ SEED = 10_004
 def seen(steps):
     """Return the command, joints, forces and instruction of each step."""
     return [
-        (s.command.joints, s.observation.joints, s.observation.forces_n, s.instruction.text)
+        (s.command.joints, s.exact.joints, s.observation.forces_n, s.instruction.text)
         for s in steps
     ]
 
