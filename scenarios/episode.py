@@ -87,7 +87,7 @@ class Episode:
             while self._needs_exchange():
                 yield from self._exchange()
             asked, action = self._next_action()
-            command = self.guarded_driver.command(action, self._instruction, self._time_s)
+            command = self.guarded_driver.command(action, self._instruction, self.observation)
             step = self._step(
                 command, asked=asked, disturbed=action is not asked, guided=self._guided
             )

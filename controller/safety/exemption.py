@@ -10,26 +10,28 @@ from numpy.typing import NDArray
 from controller.safety.geometry.collision import OTHER_ARM, NearPairs
 from controller.safety.geometry.link_cores import FINGERS, N_LINK
 from controller.safety.obstacles import LIVER, PORT_WALL
-from planner.criteria import structure_of
+from planner.duct_side import structure_seen
 from planner.task import Task
 from tissue_sim.outcome.jaws import GALLBLADDER
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
 
 ARMS = (LEFT_ARM, RIGHT_ARM)
+HOLDS_N = 0.1  # pinch from which the grasper holds something; assumed
 FIRM = frozenset({LIVER, PORT_WALL, OTHER_ARM})
 WorkedOn = tuple[frozenset[str], frozenset[str]]  # tubes that the left and the right jaws may touch
 
 
-def worked_on(task: Task, world: World) -> WorkedOn:
+def worked_on(task: Task, seen: Observation) -> WorkedOn:
     """Return what the jaws work on: the right ones on the task's tube.
 
     The left ones work on all tubes while they grab or hold the gallbladder: the tubes are attached
     to it and move with it.
     """
-    grasps = task.kind == "grab" or world.record.grasp.vertices
-    structure = structure_of(task, world)
-    return frozenset(world.organ.tubes if grasps else ()), frozenset({structure} - {""})
+    grasps = task.kind == "grab" or seen.pinch_n > HOLDS_N
+    meant = {structure_seen(task.tube, seen)} if task.tube else set[str]()
+    return frozenset(TUBES if grasps else ()), frozenset(meant)
 
 
 def must_not_meet(arm: int, link: int, obstacle: str, worked_on: WorkedOn) -> bool:

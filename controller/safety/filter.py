@@ -14,7 +14,7 @@ from math import sqrt
 import numpy as np
 
 from controller.safety.bounds import N_MOTION, AllBounds, Limit
-from controller.safety.exact_sense import ExactSense
+from controller.safety.filter_sense import FilterSense, Registration
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
@@ -22,8 +22,8 @@ from controller.safety.nearest_motion import NearestMotion
 from controller.safety.situation import Situation
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.psm import JOINT_NAMES
-from tissue_sim.world import World
 
 TURNING = np.array([name != "insertion" for name in (*JOINT_NAMES, "jaw")] * 2)
 FAR = 1e3  # rad or m: larger values are no joints, and would spoil the quadratic program
@@ -54,21 +54,23 @@ class SafetyFilter:
 
     def __init__(
         self,
-        world: World,
+        registration: Registration,
         limits: Sequence[Limit] = LIMITS,
         interlocks: Sequence[Limit] = INTERLOCKS,
     ) -> None:
-        self._sense = ExactSense(world)
+        self._sense = FilterSense(registration)
         self._nearest = NearestMotion()
         self._limits, self._interlocks = tuple(limits), tuple(interlocks)
-        self._control_step_s = world.config.control_step_s
+        self._control_step_s = registration.step_s
         self.restart()
 
     def restart(self) -> None:
         """Reset the rate to zero, because the arms stand still: an episode or a tool is new."""
         self.rate: Array = np.zeros((2, 7))
 
-    def allow(self, start: Array, asked: Array, instruction: Instruction, time_s: float) -> Allowed:
+    def allow(
+        self, start: Array, asked: Array, instruction: Instruction, seen: Observation
+    ) -> Allowed:
         """Return the allowed command when joints (2, 7) are asked for and `start` was the last one.
 
         Raises:
@@ -79,10 +81,10 @@ class SafetyFilter:
         if not (np.abs(asked) < FAR).all():  # NaN is not less
             self.restart()
             entry = Entry(
-                time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
+                time_s=seen.time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
             )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
-        situation = self._sense.see(start, self.rate, asked, instruction)
+        situation = self._sense.see(start, self.rate, asked, instruction, seen)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
         aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
         kept, motion = AllBounds(bounds), situation.motion
@@ -98,7 +100,7 @@ class SafetyFilter:
         self.rate = (joints - start) / self._control_step_s
         return Allowed(
             joints=joints,
-            entry=_entry(situation, moved, broken, tuple(overridden), time_s),
+            entry=_entry(situation, moved, broken, tuple(overridden), seen.time_s),
             clearance_m=_clearance_m(situation),
         )
 

@@ -1,4 +1,4 @@
-"""The obstacles of the instruments, as a tracker and a registration would give them each step."""
+"""The obstacles of the instruments: what is registered once, and where everything is now."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from rich.table import Table
 
-from controller.safety.exact_sense import ExactSense
 from controller.safety.filter import SafetyFilter
+from controller.safety.filter_sense import FilterSense
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.interlocks import INTERLOCKS
 from controller.safety.limits import LIMITS
@@ -168,12 +168,12 @@ def _in_episode(seed: int) -> Laps:
 @contextmanager
 def _watched() -> Iterator[tuple[Stopwatch, Stopwatch]]:
     """Yield stopwatches on the filter's stages and on its query of near pairs."""
-    with Stopwatch(ExactSense, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
-        whole.stage(ExactSense, "see", "what is seen")
+    with Stopwatch(FilterSense, "see") as seeing, Stopwatch(SafetyFilter, "allow") as whole:
+        whole.stage(FilterSense, "see", "what is seen")
         for rule in (*LIMITS, *INTERLOCKS):
             whole.stage(type(rule), "bounds", "limits and interlocks")
         whole.stage(NearestMotion, "__call__", "quadratic program")
-        whole.stage(ExactSense, "safe_share", "proof")
+        whole.stage(FilterSense, "safe_share", "proof")
         whole.stage(CollisionModel, "near", QUERIES)
         seeing.stage(CollisionModel, "near", QUERIES)
         yield whole, seeing

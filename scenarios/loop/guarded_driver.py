@@ -7,10 +7,12 @@ import math
 from controller.action import ToolAction
 from controller.driver import Driver, rig_in
 from controller.safety.filter import SafetyFilter
+from controller.safety.filter_sense import registration_of
 from controller.safety.ledger import Entry
 from planner.instruction import Instruction
 from scenarios.loop.stage_clock import StageClock
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -29,7 +31,7 @@ class GuardedDriver:
     ) -> None:
         self._world, self._clock = world, clock
         self.driver = Driver(rig_in(world), joints)
-        self.filter = SafetyFilter(world) if safety_filter else None
+        self.filter = SafetyFilter(registration_of(world)) if safety_filter else None
         self.ledger: list[Entry] = []
         self.clearance_m = math.inf
         self._n_told = 0  # entries of the ledger that observers know
@@ -39,18 +41,20 @@ class GuardedDriver:
         """(2, 7) commanded last, rad and m."""
         return self.driver.joints
 
-    def command(self, action: ToolAction, instruction: Instruction, time_s: float) -> JointCommand:
+    def command(
+        self, action: ToolAction, instruction: Instruction, seen: Observation
+    ) -> JointCommand:
         """Return the joint command for an action, which is meant in the endoscope's frame now."""
         self.driver.calibrate(rig_in(self._world))
         start, refused = self.driver.joints, self.driver.refused
         with self._clock.stage("driver"):
             asked = self.driver.drive(action)
         if self.driver.refused > refused:
-            self.ledger.append(Entry(time_s=time_s, limits=("reach: an arm holds",)))
+            self.ledger.append(Entry(time_s=seen.time_s, limits=("reach: an arm holds",)))
         if self.filter is None:
             return asked
         with self._clock.stage("safety filter"):
-            allowed = self.filter.allow(start, asked.joints, instruction, time_s)
+            allowed = self.filter.allow(start, asked.joints, instruction, seen)
         self.clearance_m = min(self.clearance_m, allowed.clearance_m)
         if allowed.entry is not None:
             self.ledger.append(allowed.entry)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.mesher import Indices
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     POINTS,
@@ -18,6 +19,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
+from tissue_sim.tools.instruments import PATCH_LINKS
 
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
@@ -61,7 +63,24 @@ def exact_observation(field: Field) -> Observation:
         severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
         tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),
         third_tube=float(field.anatomy.second_artery is not None),
+        sac_radius_m=_radii_m(x, field.organ.sac_rings[:SAC_POINTS]),
+        T_world_endoscope=field.T_world_endoscope,
+        shaft_offset_m=_shaft_offset_m(field),
     )
+
+
+def _radii_m(positions: NDArray[np.floating], rings: Indices) -> Array:
+    """Return (n_ring,) the outer vertices' mean distance from the centre."""
+    outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
+    spokes = outer - positions[rings[:, :1]]
+    return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)
+
+
+def _shaft_offset_m(field: Field) -> Array:
+    """Return (2,) the distances of the shafts' lines from the remote centres."""
+    shafts = field.tissue.T_world_links()[:: len(PATCH_LINKS)].astype(float)
+    from_rcm_m = shafts[:, :3, 3] - field.arms.T_world_rcm[:, :3, 3]
+    return np.linalg.norm(np.cross(from_rcm_m, shafts[:, :3, 2]), axis=1)
 
 
 def _centreline(field: Field, positions: NDArray[np.floating], tube: str, n_point: int) -> Array:

@@ -58,6 +58,9 @@ class Observation:
         std_m: (`N_POINTS`,) standard deviation of each point's place along each axis.
         age_s: (`N_POINTS`,) time since a camera last saw the point.
         hidden: (`N_POINTS`,) no camera sees the point now.
+        sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.
+        T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
+        shaft_offset_m: (2,) how far each shaft passes from its remote centre, by the arm's sensors.
         images: camera name -> (height, width, 3) uint8, where they were drawn.
     """
 
@@ -78,6 +81,9 @@ class Observation:
     severed: NDArray[np.bool_]
     tube_radius_m: Array
     third_tube: float = 0.0
+    sac_radius_m: Array = field(default_factory=lambda: np.zeros(SAC_POINTS))
+    T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
+    shaft_offset_m: Array = field(default_factory=lambda: np.zeros(2))
     std_m: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     age_s: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(N_POINTS, bool))
@@ -88,7 +94,7 @@ class Observation:
         return np.concatenate([getattr(self, name) for name in POINTS])
 
     def vector(self) -> NDArray[np.float32]:
-        """Flatten everything but time, images and the left tool into (`VECTOR_SIZE`,)."""
+        """Flatten what `VECTOR_LAYOUT` names into (`VECTOR_SIZE`,)."""
         rest = {"tips_endoscope": self.tips_endoscope[:, :3], "scissors": self.tools[1] == SCISSORS}
         parts = (rest[name] if name in rest else getattr(self, name) for name in VECTOR_LAYOUT)
         return np.concatenate([np.ravel(p) for p in parts]).astype(np.float32)
@@ -132,7 +138,7 @@ def fields(vectors: Any) -> dict[str, Any]:
 
 
 def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
-    """Return the observation, without images, of which `vector` is the `Observation.vector()`."""
+    """Return the observation with this `Observation.vector()`; what is not in it is as default."""
     parts = {name: part.astype(float) for name, part in fields(vector).items()}
     tips = np.tile(np.eye(4), (2, 1, 1))
     tips[:, :3] = parts["tips_endoscope"]

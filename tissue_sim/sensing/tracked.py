@@ -26,7 +26,13 @@ class SenseTracked:
     def observe(self, world: Field) -> Observation:
         """Return what is sensed now."""
         exact = self._occluded.observe(world)
-        return observation_of(self._tracker.see(exact.vector()), exact.time_s)
+        sensed = observation_of(self._tracker.see(exact.vector()), exact.time_s)
+        return replace(
+            sensed,
+            sac_radius_m=exact.sac_radius_m * self._tracker.sac_radius,
+            T_world_endoscope=exact.T_world_endoscope,
+            shaft_offset_m=exact.shaft_offset_m,
+        )
 
 
 class Occluded:

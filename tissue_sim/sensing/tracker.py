@@ -33,6 +33,7 @@ class Tracker:
 
     Attributes:
         model: the sizes of its errors.
+        sac_radius: factor on the observed radius of the gallbladder.
     """
 
     def __init__(self, model: SensorModel, rng: np.random.Generator) -> None:
@@ -46,6 +47,7 @@ class Tracker:
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
         self._hand_eye = np.stack([exponential(turn) for turn in turns])
         self._radius = 1.0 + model.radius * np.clip(rng.standard_normal(2), -2.0, 2.0)
+        self.sac_radius = 1.0 + model.radius * float(np.clip(rng.standard_normal(), -2.0, 2.0))
         self._third = model.third_tube * abs(float(rng.standard_normal()))
         self._past: deque[Floats] = deque(maxlen=round(model.delay_s / CONTROL_PERIOD_S) + 1)
         self._lost = np.zeros(N_POINTS, bool)

@@ -9,6 +9,7 @@ import numpy as np
 
 from controller.safety.exemption import must_not_meet, worked_on
 from controller.safety.filter import SafetyFilter
+from controller.safety.filter_sense import registration_of
 from controller.safety.geometry.collision import ACTIVATION_M, CollisionModel
 from controller.safety.ledger import Entry
 from controller.safety.obstacles import registered, surroundings_of
@@ -89,7 +90,7 @@ class AttackedPatient:
         self._begun = self._world.state()
         self._rigid = registered(self._world)
         self._model = CollisionModel(self._rigid, self._world.arms.T_world_rcm)
-        self._filter = SafetyFilter(self._world)
+        self._filter = SafetyFilter(registration_of(self._world))
 
     def pairs(self, n_in_world: int = IN_WORLD) -> Iterator[Pair]:
         """Yield every attack without and with the filter; the kinds in the world vary by seed."""
@@ -105,7 +106,7 @@ class AttackedPatient:
         start = self._clear_start(rng, pairs)
         kind = list(ATTACKS)[rng.integers(len(ATTACKS))]
         asked = ATTACKS[kind](self._targets(), start, rng)(start)
-        self._filter.allow(start, asked, self._instruction, 0.0)
+        self._filter.allow(start, asked, self._instruction, self._world.observe())
 
     def _run(self, number: int, kind: str, in_world: bool, filtered: bool) -> AttackRun:
         rng = np.random.default_rng([self._seed, number])
@@ -125,11 +126,13 @@ class AttackedPatient:
     def _follow(self, attack: Attack, start: Array, in_world: bool, filtered: bool) -> AttackRun:
         run, joints, step_s = AttackRun(), start, self._world.config.control_step_s
         limits = self._world.arms.limits
-        for k in range(STEPS):
+        for _ in range(STEPS):
             before, asked = joints, attack(joints)
             joints = self._world.arms.limited(asked)
             if filtered:
-                allowed = self._filter.allow(before, asked, self._instruction, k * step_s)
+                allowed = self._filter.allow(
+                    before, asked, self._instruction, self._world.observe()
+                )
                 joints = allowed.joints
                 run.entries += [allowed.entry] if allowed.entry else []
             for seen in self._move(before, joints, in_world):
@@ -157,7 +160,7 @@ class AttackedPatient:
         """Yield obstacle and depth of each pair that must not meet."""
         instruments, around = self._world.arms.mounted, surroundings_of(self._world)
         near = self._model.near(joints, instruments, around, within_m=within_m)
-        work = worked_on(self._instruction.task, self._world)
+        work = worked_on(self._instruction.task, self._world.observe())
         for k in np.flatnonzero(near.foremost).tolist():
             obstacle = near.names[near.what[k]]
             if must_not_meet(int(near.arm[k]), int(near.link[k]), obstacle, work):

@@ -1,0 +1,121 @@
+"""What the safety filter is told: the commanded arms, the observation, and what is registered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.links import Rates
+from controller.safety.arm_motion import arm_motion
+from controller.safety.bounds import N_MOTION
+from controller.safety.exemption import worked_on
+from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
+from controller.safety.jaws_seen import between_jaws_seen
+from controller.safety.obstacles import RigidSurroundings, Surroundings, registered
+from controller.safety.proof import safe_share
+from controller.safety.seen_obstacles import SIDES, ObstaclesSeen
+from controller.safety.situation import Situation
+from planner.duct_side import structure_seen
+from planner.instruction import Instruction
+from planner.next_task import clips_on, length_m
+from planner.task import Tube
+from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import clips_needed
+from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
+from tissue_sim.world import World
+
+ARMS = (LEFT_ARM, RIGHT_ARM)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Registration:
+    """What is measured once, before the operation.
+
+    Attributes:
+        rigid: surfaces of the liver and of the wall about the ports.
+        T_world_rcm: (2, 4, 4) the remote centres.
+        step_s: length of a control step.
+    """
+
+    rigid: RigidSurroundings
+    T_world_rcm: Array
+    step_s: float
+
+
+def registration_of(world: World) -> Registration:
+    """Return the registration of a patient on the table."""
+    return Registration(
+        rigid=registered(world),
+        T_world_rcm=world.arms.T_world_rcm,
+        step_s=world.config.control_step_s,
+    )
+
+
+class FilterSense:
+    """Puts together the filter's situation of one patient, from observations alone."""
+
+    def __init__(self, registration: Registration) -> None:
+        self._registration, self._obstacles = registration, ObstaclesSeen()
+        self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
+
+    def see(
+        self, start: Array, rate: Array, asked: Array, instruction: Instruction, seen: Observation
+    ) -> Situation:
+        """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
+        instruments = INSTRUMENTS[seen.tools[LEFT_ARM]], INSTRUMENTS[seen.tools[RIGHT_ARM]]
+        self._surroundings: Surroundings = self._obstacles.follow(seen)
+        near = self._model.near(start, instruments, self._surroundings)
+        motion = (asked - start).ravel()
+        arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
+        closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
+        between = between_jaws_seen(seen) if closes else frozenset[str]()
+        return Situation(
+            step_s=self._registration.step_s,
+            instruments=instruments,
+            start=start,
+            rate=rate,
+            asked=asked,
+            arms=arms,
+            near=near,
+            parting=_parting(near, arms.rates),
+            tool_force_n=seen.forces_n @ seen.T_world_endoscope[:3, :3].T,
+            pinch_n=seen.pinch_n,
+            shaft_offset_m=seen.shaft_offset_m,
+            instruction=instruction,
+            worked_on=worked_on(instruction.task, seen),
+            between_jaws=between,
+            lacking_clips=between & frozenset(_lacking_clips(seen)),
+        )
+
+    def safe_share(self, situation: Situation, motion: Array) -> float:
+        """Return `proof.safe_share` in the last surroundings."""
+        return safe_share(self._model, self._surroundings, situation, motion)
+
+
+def _lacking_clips(seen: Observation) -> list[str]:
+    """Return the structures on which fewer clips are seen than must be there before a cut."""
+    tubes: dict[Tube, str] = {side: structure_seen(side, seen) for side in SIDES}
+    needed = {side: clips_needed(name, length_m(side, seen)) for side, name in tubes.items()}
+    lacking = [name for side, name in tubes.items() if clips_on(side, seen) < needed[side]]
+    return [*lacking, *AT_RISK]
+
+
+def _parting(near: NearPairs, moving: Rates) -> Array:
+    """Return (n, 14) from a motion to the change of each pair's distance."""
+    n, normal = len(near.arm), near.normal
+    parting = np.zeros((n, len(ARMS), 7))
+    parting[np.arange(n), near.arm] = moving.speeds_along(
+        near.arm, near.link, near.on_instrument_m, normal
+    )
+    if len(other := np.flatnonzero(near.other_link != NO_LINK)):
+        parting[other, RIGHT_ARM] = moving.speeds_along(
+            np.full(len(other), RIGHT_ARM),
+            near.other_link[other],
+            near.on_obstacle_m[other],
+            -normal[other],
+        )
+    return parting.reshape(n, N_MOTION)

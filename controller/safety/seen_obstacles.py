@@ -1,0 +1,135 @@
+"""Where the obstacles are, from the observation alone: tubes and structures at risk as capsules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from controller.body_place import BodyPlace
+from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
+from planner.duct_side import structure_seen
+from planner.task import Tube
+from tissue_sim.frames import Array, transform, unit
+from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
+from tissue_sim.sensing.observation import POINTS, Observation
+
+SIDES: tuple[Tube, Tube] = ("left", "right")
+TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
+FINE = 12  # capsules along a structure at risk
+BESIDE_M = 0.003  # a point this near to the branch tells nothing more of the line
+UNSURE = 1.0  # standard deviations by which what is uncertain is thicker
+MOST_M = 0.0015  # by which it is thicker at most; assumed
+_STARTS = dict(zip(POINTS, np.cumsum([0, *POINTS.values()]).tolist(), strict=False))
+
+
+class ObstaclesSeen:
+    """Follows the obstacles of one patient through its observations."""
+
+    def __init__(self) -> None:
+        self._body = BodyPlace()
+
+    def follow(self, seen: Observation) -> Surroundings:
+        """Return where the obstacles are now, world frame."""
+        lines = lines_seen(seen)
+        to_world = seen.T_world_endoscope
+        pieces = [_capsules(line) for line in lines.values()]
+        moved_m = {LIVER: self._moved_m(seen), PORT_WALL: np.zeros(3)}
+        capsules = chained(
+            dict(zip(lines, (len(radius_m) for *_, radius_m in pieces), strict=True)),
+            start_m=transform(to_world, np.concatenate([start for start, _, _ in pieces])),
+            end_m=transform(to_world, np.concatenate([end for _, end, _ in pieces])),
+            radius_m=np.concatenate([radius_m for *_, radius_m in pieces]),
+        )
+        return Surroundings(moved_m=moved_m, capsules=capsules)
+
+    def _moved_m(self, seen: Observation) -> Array:
+        """Return how far (3,) the body has moved: the ends of the structures at risk hold to it."""
+        ends = [
+            points[k] for points in (getattr(seen, n) for n in TRUNKS.values()) for k in (0, -1)
+        ]
+        rows = [_STARTS[n] + k for n in TRUNKS.values() for k in (0, POINTS[n] - 1)]
+        std_m = float(np.linalg.norm(seen.std_m[rows])) / len(rows)
+        middle = transform(seen.T_world_endoscope, np.mean(ends, axis=0)[None])[0]
+        return self._body.follow(middle, std_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineSeen:
+    """The centreline of a structure, endoscope frame.
+
+    Attributes:
+        points_m: (n, 3).
+        radius_m: outer.
+        std_m: (n,) how uncertain the points are.
+        severed: it is in two parts.
+    """
+
+    points_m: Array
+    radius_m: float
+    std_m: Array
+    severed: bool = False
+
+
+def lines_seen(seen: Observation) -> dict[str, LineSeen]:
+    """Return the lines of both tubes and of the structures at risk, by name."""
+    lines = {}
+    for k, side in enumerate(SIDES):
+        name = f"{side}_tube_m"
+        lines[structure_seen(side, seen)] = LineSeen(
+            points_m=getattr(seen, name),
+            radius_m=float(seen.tube_radius_m[k]),
+            std_m=_std_m(seen, name),
+            severed=bool(seen.severed[k]),
+        )
+    for trunk, name in TRUNKS.items():
+        line = trunk_line(getattr(seen, name), lines[BRANCHES[trunk]].points_m, RADIUS_M[trunk])
+        lines[trunk] = LineSeen(
+            points_m=line,
+            radius_m=RADIUS_M[trunk],
+            std_m=np.full(len(line), _std_m(seen, name).mean()),
+        )
+    return lines
+
+
+def _std_m(seen: Observation, name: str) -> Array:
+    return seen.std_m[_STARTS[name] : _STARTS[name] + POINTS[name]]
+
+
+def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
+    """Return a smooth line (`FINE` + 1, 3) through points (4, 3) of a structure at risk.
+
+    It also passes under the branch's first point, which lies on its wall: the branch may draw it
+    out there. A cubic spline over the chords' length.
+    """
+    along = unit(points[2] - points[1])
+    leaves = branch[1] - branch[0]
+    under = branch[0] - radius_m * unit(leaves - (leaves @ along) * along)
+    kept = points[np.linalg.norm(points - under, axis=1) > BESIDE_M]
+    whole = np.concatenate([kept, under[None]])
+    whole = whole[np.argsort((whole - points[0]) @ (points[3] - points[0]))]
+    chords = np.linalg.norm(np.diff(whole, axis=0), axis=1)
+    at = np.concatenate([[0.0], np.cumsum(chords)])
+    return CubicSpline(at, whole)(np.linspace(0.0, at[-1], FINE + 1))
+
+
+def _capsules(line: LineSeen) -> tuple[Array, Array, Array]:
+    """Return starts, ends and radii of capsules; what is uncertain is thicker.
+
+    The longest piece of a severed tube's line spans its cut: each stump takes half a usual piece.
+    """
+    start, end = line.points_m[:-1].copy(), line.points_m[1:].copy()
+    std_m = np.maximum(line.std_m[:-1], line.std_m[1:])
+    radii_m = line.radius_m + np.minimum(UNSURE * std_m, MOST_M)
+    if not line.severed:
+        return start, end, radii_m
+    cut = int(np.linalg.norm(end - start, axis=1).argmax())
+    half = 0.5 * (end - start)
+    upper_end, upper_start = end[cut].copy(), end[cut] - half[min(cut + 1, len(half) - 1)]
+    end[cut] = start[cut] + half[max(cut - 1, 0)]
+    return (
+        np.concatenate([start, upper_start[None]]),
+        np.concatenate([end, upper_end[None]]),
+        np.append(radii_m, radii_m[cut]),
+    )
