@@ -1,0 +1,91 @@
+"""Tests that nobody who acts reads the state of the tissue but through the sense."""
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import pytest
+import torch
+
+from controller.base import Controller
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.controller import ControllerDiffusion
+from controller.diffusion.graph import Sampler
+from controller.diffusion.policy import Policy
+from planner.learned.config import PlannerConfig
+from planner.learned.network import PlannerNetwork
+from planner.learned.planner import PlannerLearned
+from scenarios.episode import Episode
+from scenarios.loop.episode_config import EpisodeConfig
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.tracked import SenseTracked
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
+
+SEED, STEPS = 5, 90
+SMALL = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
+
+
+class ScrambledWorld(World):
+    """A world whose tissue, clips and forces are wrong while the robot thinks."""
+
+    def scramble(self) -> None:
+        self._true = self.state()
+        rng = np.random.default_rng(7)
+        x = self.tissue.positions()
+        x += rng.normal(scale=0.01, size=x.shape).astype(np.float32)
+        self.wrenches = (self.wrenches[0] + 1.0, self.wrenches[1] - 1.0)
+        grasp = replace(self.record.grasp, pinch_n=9.0, vertices=(1, 2, 3))
+        loaded = not self.record.clip_loaded
+        self.record = replace(self.record, grasp=grasp, clip_loaded=loaded, jaws_opened=True)
+
+    def step(self, command: JointCommand, *, intended: str | None = None) -> Observation:
+        self.restore(self._true)
+        return super().step(command, intended=intended)
+
+
+class SenseThenScramble(SenseTracked):
+    """Senses the true state, and scrambles it afterwards."""
+
+    def observe(self, world: ScrambledWorld) -> Observation:
+        seen = super().observe(world)
+        world.scramble()
+        return seen
+
+
+@pytest.fixture(scope="module")
+def sampler() -> Sampler:
+    """Return a small untrained policy that moves the arms some tenths of a millimetre a step."""
+    torch.manual_seed(3)
+    policy = Policy(SMALL)
+    policy.chunk_deviation *= 3e-4
+    return Sampler(policy.eval().requires_grad_(False))
+
+
+def planner() -> PlannerLearned:
+    torch.manual_seed(4)
+    network = PlannerNetwork(PlannerConfig(width=32, layers=1)).eval().requires_grad_(False)
+    return PlannerLearned(network)
+
+
+def commands(world: World, sense: SenseTracked, controller: Controller) -> np.ndarray:
+    world.reset(textbook_from_seed(SEED))
+    episode = Episode(
+        config=EpisodeConfig(scenario="textbook", seed=SEED, sense="tracked"),
+        world=world,
+        planner=planner(),
+        controller=controller,
+        sense=sense,
+        observation=sense.observe(world),
+    )
+    return np.stack([step.command.joints for step in islice(episode.steps(), STEPS)])
+
+
+def test_a_wrong_state_behind_the_sense_changes_no_command(sampler: Sampler):
+    """Compare planner, controller, driver, filter and nurse together, to the bit."""
+    one, other = (ControllerDiffusion(SMALL, sampler) for _ in range(2))
+    plain = commands(World(), SenseTracked(SEED), one)
+    behind = commands(ScrambledWorld(), SenseThenScramble(SEED), other)
+    np.testing.assert_array_equal(behind, plain)
+    assert np.ptp(plain, axis=0).max() > 1e-3
