@@ -101,9 +101,13 @@ class Observation:
 
 
 def tip_to_tubes_m(seen: Observation) -> float:
-    """Return the distance of the right tip to the nearest point of a tube, m."""
-    tubes_m = np.concatenate([seen.left_tube_m, seen.right_tube_m])
-    return float(np.linalg.norm(tubes_m - seen.tips_endoscope[1, :3, 3], axis=1).min())
+    """Return the distance of the right tip to the nearest tube's centreline, m."""
+    tubes_m = np.stack([seen.left_tube_m, seen.right_tube_m])
+    start, way = tubes_m[:, :-1], np.diff(tubes_m, axis=1)
+    off = seen.tips_endoscope[1, :3, 3] - start
+    share = np.vecdot(off, way) / np.maximum(np.vecdot(way, way), 1e-12)
+    foot = np.clip(share, 0.0, 1.0)[..., None] * way
+    return float(np.linalg.norm(off - foot, axis=-1).min())
 
 
 VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
