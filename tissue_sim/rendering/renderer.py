@@ -44,18 +44,18 @@ def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
 
 
 def render_system() -> "sapien.render.RenderSystem":
-    """Make a render system, on a GPU if there is one.
+    """Make a render system, on a GPU if there is one that draws.
 
     Raises:
         RuntimeError: there is no renderer here.
     """
-    use_private_renderer()
+    private = use_private_renderer()
     import sapien
 
-    return sapien.render.RenderSystem(_device())
+    return sapien.render.RenderSystem(sapien.Device("cpu") if private else _fastest_device())
 
 
-def _device() -> "sapien.Device":
+def _fastest_device() -> "sapien.Device":
     import sapien
 
     try:

@@ -191,7 +191,7 @@ def _run(command: list[str], limit_s: float) -> subprocess.CompletedProcess[str]
 def _complaint(said: str) -> str:
     """Return the first line of apt's that says what went wrong; later ones follow from it."""
     lines = [line for line in said.splitlines() if "Failed to fetch" in line or line[:2] == "E:"]
-    return f"apt-get: {lines[0]}" if lines else "apt-get failed and did not say why"
+    return f"apt-get: {lines[0][3:]}" if lines else "apt-get failed and did not say why"
 
 
 def main() -> int:
