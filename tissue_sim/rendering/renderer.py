@@ -32,15 +32,20 @@ def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
     Returns:
         Whether the private renderer is the one that Vulkan finds.
     """
-    driver = str(folder / DRIVER)
-    chosen = os.environ.get(DRIVERS_VARIABLE)
-    others = chosen is None and any(name in os.environ for name in OTHER_CHOICES)
-    if others or chosen not in (None, driver) or not (folder / DRIVER).exists():
+    if choice_of_another(folder) is not None or not (folder / DRIVER).exists():
         return False
     for library in (folder / LIBRARIES).read_text().splitlines():
         CDLL(str(folder / library))
-    os.environ[DRIVERS_VARIABLE] = driver
+    os.environ[DRIVERS_VARIABLE] = str(folder / DRIVER)
     return True
+
+
+def choice_of_another(folder: Path = PRIVATE_FOLDER) -> str | None:
+    """Return the environment's variable that names a driver other than the private one, if any."""
+    chosen = os.environ.get(DRIVERS_VARIABLE)
+    if chosen is not None:
+        return None if chosen == str(folder / DRIVER) else DRIVERS_VARIABLE
+    return next((name for name in OTHER_CHOICES if name in os.environ), None)
 
 
 def render_system() -> "sapien.render.RenderSystem":

@@ -18,6 +18,7 @@ from tissue_sim.rendering.renderer import (
     DRIVER,
     LIBRARIES,
     PRIVATE_FOLDER,
+    choice_of_another,
 )
 from tissue_sim.rendering.renderer_probe import renderer_kind
 
@@ -199,6 +200,9 @@ def main() -> int:
     if (kind := renderer_kind()) is not None:
         print(f"A renderer works here ({kind}); nothing to fetch.")
         return 0
+    if (variable := choice_of_another()) is not None:
+        print(f"No renderer: {variable} names a driver that does not work.", file=sys.stderr)
+        return 1
     print("Fetching Mesa's software renderer (about 50 MB) ...", flush=True)
     try:
         fetch()
