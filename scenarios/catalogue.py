@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.perturbation.perturbations import PERTURBATIONS
+from scenarios.perturbation.perturbations import PERTURBATIONS, SENSING
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ SCENARIOS: dict[str, Scenario] = {
         Scenario(name="nominal", description="a patient of the published population, undisturbed"),
         *(
             Scenario(name=p.name, description=p.description, perturbations=(p,), variant="textbook")
-            for p in PERTURBATIONS
+            for p in (*PERTURBATIONS, *SENSING)
         ),
         *(
             Scenario(name=name, description=description, variant=name)

@@ -93,7 +93,7 @@ def begin(
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
     world = patient_on_table(config, effects, render=render)
-    sense = make_sense(config)
+    sense = make_sense(config, effects)
     return Episode(
         world=world,
         sense=sense,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from scenarios.catalogue import VARIANTS
 from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.perturbation.perturbations import PERTURBATIONS
+from scenarios.perturbation.perturbations import PERTURBATIONS, SENSING
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,6 +181,11 @@ SUITES: dict[str, Suite] = {
             name="perturbation",
             description="each disturbance, stronger and stronger until under half of them pass",
             ladders=tuple(map(_ladder, PERTURBATIONS)),
+        ),
+        Suite(
+            name="sensing",
+            description="errors of the sense tracked, larger and larger until under half pass",
+            ladders=tuple(map(_ladder, SENSING)),
         ),
         Suite(
             name="language",

@@ -136,7 +136,7 @@ def begun(demonstration: PlannedDemonstration) -> Running:
     config = EpisodeConfig(
         seed=seed, scenario=scenario, sense="tracked", **_policies(demonstration)
     )
-    world, sense = patient_on_table(config, effects), make_sense(config)
+    world, sense = patient_on_table(config, effects), make_sense(config, effects)
     return Episode(
         config=config,
         world=world,

@@ -14,6 +14,9 @@ from scenarios.catalogue import (
     SENSES,
 )
 from scenarios.perturbation.perturbation import Perturbation
+from scenarios.perturbation.perturbations import SENSING
+
+SENSING_NAMES = {p.name for p in SENSING}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +41,8 @@ class EpisodeConfig:
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
-            for a policy that takes none, a seed that is not a whole number of at least 0, or
-            a cap that is not a number above 0.
+            for a policy that takes none, larger errors of a sense that has none, a seed that is
+            not a whole number of at least 0, or a cap that is not a number above 0.
     """
 
     scenario: str = "nominal"
@@ -60,6 +63,8 @@ class EpisodeConfig:
         _require_policy("planner", self.planner, PLANNERS)
         _require_policy("controller", self.controller, CONTROLLERS)
         _require_known("sense", self.sense, SENSES)
+        if self.sense != "tracked" and {p.name for p in self.perturbations} & SENSING_NAMES:
+            raise ValueError(f"scenario {self.scenario!r} needs the sense 'tracked'")
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         _ = self.perturbations

@@ -10,6 +10,7 @@ from controller.action import ToolAction
 from planner.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbation
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
 
 
@@ -46,6 +47,10 @@ class Effect:
     def on_anatomy(self, anatomy: Anatomy) -> Anatomy:
         """Return the patient to operate on."""
         return anatomy
+
+    def on_senses(self, model: SensorModel) -> SensorModel:
+        """Return the errors of the sense `tracked`."""
+        return model
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
         """Return the next motion while an arm is led astray; None while the controller acts."""

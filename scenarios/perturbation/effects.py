@@ -12,6 +12,7 @@ from planner.task import Task
 from scenarios.perturbation.effect import Applied, Effect
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.patient.anatomy import Anatomy
+from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
 
 
@@ -33,6 +34,12 @@ class Effects:
         for effect in self._effects:
             anatomy = effect.on_anatomy(anatomy)
         return anatomy
+
+    def on_senses(self, model: SensorModel) -> SensorModel:
+        """Return the errors of the sense `tracked`."""
+        for effect in self._effects:
+            model = effect.on_senses(model)
+        return model
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
         """Return the next motion while an arm is led astray; None while the controller acts."""

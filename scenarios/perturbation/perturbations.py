@@ -144,3 +144,47 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
         unit="share of the tissue's surface",
     ),
 )
+
+SENSING: tuple[Perturbation, ...] = (
+    Perturbation(
+        name="point-jitter",
+        description="points flicker: each look has other errors",
+        effect=f"{HERE}.sensing:SensorError",
+        magnitude=0.0005,
+        most=0.001,
+        unit="m, standard deviation",
+    ),
+    Perturbation(
+        name="point-bias",
+        description="all points are shifted together, for the whole episode",
+        effect=f"{HERE}.sensing:SensorError",
+        magnitude=0.001,
+        most=0.003,
+        unit="m, standard deviation",
+    ),
+    Perturbation(
+        name="point-dropout",
+        description="points that are in sight are not found",
+        effect=f"{HERE}.sensing:SensorError",
+        magnitude=0.25,
+        most=0.5,
+        unit="share of looks",
+    ),
+    Perturbation(
+        name="sensing-delay",
+        description="looks arrive late",
+        effect=f"{HERE}.sensing:SensorError",
+        magnitude=0.15,
+        most=0.3,
+        unit="s",
+    ),
+    Perturbation(
+        name="hand-eye",
+        description="the arms' places relative to the endoscope are wrong",
+        effect=f"{HERE}.sensing:SensorError",
+        magnitude=0.001,
+        most=0.003,
+        unit="m, standard deviation",
+    ),
+)
+"""Errors of the sense `tracked`; with another sense they are refused."""

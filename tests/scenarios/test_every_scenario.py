@@ -10,6 +10,7 @@ import pytest
 
 from scenarios.catalogue import SCENARIOS, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.perturbation.perturbations import SENSING
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import anatomy_of, begin, run_episode
 from tests.scenarios.procedures import run
@@ -32,7 +33,9 @@ LATER = {"forces_n", "clips_m", "n_clips", "clip_loaded", "scissors", "severed"}
 
 
 def config(scenario, **changes):
-    return EpisodeConfig(**WITNESS | {"scenario": scenario, "seed": SEED} | changes)
+    sense = "tracked" if scenario in {p.name for p in SENSING} else "exact"
+    usual = WITNESS | {"scenario": scenario, "seed": SEED, "sense": sense}
+    return EpisodeConfig(**usual | changes)
 
 
 def going_on(scenario, **changes):

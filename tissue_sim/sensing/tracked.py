@@ -13,14 +13,15 @@ from tissue_sim.sensing.occlusion import Occlusion
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.sensing.tracker import Tracker
 
+USUAL = SensorModel()
 LOOK_STEPS = 3  # control steps for which hidden points stay hidden
 
 
 class SenseTracked:
     """Tells the exact state through a sensor model; what instruments and tissue hide is hidden."""
 
-    def __init__(self, seed: int, model: SensorModel | None = None) -> None:
-        self._tracker = Tracker(model or SensorModel(), np.random.default_rng([0x5E45E, seed]))
+    def __init__(self, seed: int, model: SensorModel = USUAL) -> None:
+        self._tracker = Tracker(model, np.random.default_rng([0x5E45E, seed]))
         self._occluded = Occluded()
 
     def observe(self, world: Field) -> Observation:
