@@ -101,7 +101,7 @@ def fetch(folder: Path = PRIVATE_FOLDER) -> None:
 
 
 def _downloaded(root: Path) -> list[Path]:
-    """Download the driver's package and those that it needs and the machine lacks."""
+    """Download the driver's package and all that it needs beyond `BASE`."""
     codename = _codename()
     _write_sources(root / "sources", codename)
     for made in ("state/lists/partial", "cache/archives/partial"):
@@ -131,7 +131,7 @@ def _write_sources(folder: Path, codename: str) -> None:
     texts = {
         file: file.read_text()
         for file in (APT / "sources.list", *sorted((APT / "sources.list.d").glob("*")))
-        if file.suffix in (".list", ".sources") and file.is_file()
+        if file.suffix in (".list", ".sources") and os.access(file, os.R_OK)
     }
     for file, text in texts.items():
         (folder / file.name).write_text(text)
@@ -153,8 +153,9 @@ def _arrange(unpacked: Path, folder: Path) -> None:
     """Copy the driver and what it needs to `folder`, and write what its user reads."""
     everything = unpacked / "everything"
     everything.mkdir()
-    for file in [file for file in unpacked.rglob("*.so*") if file.parent != everything]:
-        (everything / file.name).symlink_to(file)
+    files = {file.name: file for file in unpacked.rglob("*.so*")}
+    for name, file in files.items():
+        (everything / name).symlink_to(file)
     if not (everything / DRIVER_LIBRARY).exists():
         raise FetchError(f"the package {PACKAGE} holds no {DRIVER_LIBRARY}")
     names = _in_loading_order(everything)
