@@ -12,10 +12,11 @@ export OMP_NUM_THREADS := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: help demo test test-all check format docs lock bench
+.PHONY: help demo cameras test test-all check format docs lock bench
 
 help:
 	@echo "make demo    set up everything it needs and run one whole procedure"
+	@echo "make cameras fetch a software renderer if this machine has no renderer; needs no root"
 	@echo "make test    set up everything it needs and pass the tests"
 	@echo "make test-all the slow tests too: some minutes more"
 	@echo "make check   format, lint, types, import direction"
@@ -27,6 +28,9 @@ help:
 demo: .venv/.ready
 	video=$$($(BIN)/python -m tissue_sim.rendering.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
 	$(BIN)/calot run --out $(DEMO) $$video
+
+cameras: .venv/.ready
+	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch
 
 test: .venv/.ready
 	$(BIN)/pytest $(WORKERS)

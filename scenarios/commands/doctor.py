@@ -20,10 +20,13 @@ warp.config.quiet = True
 print(json.dumps({"torch": torch.cuda.is_available(), "warp": warp.get_cuda_device_count() > 0}))
 """
 
-_RENDERER_HINT = (
-    "no: camera views and --video are off. Install libvulkan1 and Mesa's lavapipe "
-    "(mesa-vulkan-drivers) of version 24.3 or later; on Debian 12 it is in bookworm-backports"
-)
+_RENDERERS = {
+    "gpu": "yes: a GPU",
+    "system": "yes: the system's software renderer",
+    "private": "yes: the software renderer that `make cameras` fetched",
+    None: "no: camera views and --video are off. `make cameras` fetches a software renderer, "
+    "without root, on Debian and Ubuntu; elsewhere install Mesa's lavapipe, version 24.3 or later",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,10 +54,10 @@ def _machine() -> dict[str, str]:
 
 
 def _accelerators() -> dict[str, str]:
-    from tissue_sim.rendering.renderer_probe import renderer_available
+    from tissue_sim.rendering.renderer_probe import renderer_kind
 
     return {
-        "renderer": "yes" if renderer_available() else _RENDERER_HINT,
+        "renderer": _RENDERERS[renderer_kind()],
         **{f"CUDA for {name}": finding for name, finding in _cuda().items()},
     }
 

@@ -101,17 +101,17 @@ def test_folders_made_on_the_way_to_a_failure_are_removed(capfd, tmp_path):
 
 
 def test_video_without_a_renderer_is_bad_input(capfd, tmp_path, monkeypatch):
-    from tissue_sim.rendering.renderer_probe import renderer_available
+    from tissue_sim.rendering.renderer_probe import renderer_kind
 
     for variable in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES"):
         monkeypatch.setenv(variable, str(tmp_path / "no-driver.json"))
-    renderer_available.cache_clear()
+    renderer_kind.cache_clear()
     try:
         line = complaint(
             capfd, "run", "--video", str(tmp_path / "v.mp4"), "--out", str(tmp_path / "out")
         )
     finally:
-        renderer_available.cache_clear()
+        renderer_kind.cache_clear()
     assert "renderer" in line
     assert "calot doctor" in line
     assert list(tmp_path.iterdir()) == []

@@ -1,19 +1,30 @@
-"""Can SAPIEN render on this machine?"""
+"""Can SAPIEN render on this machine, and with what?"""
 
 import subprocess
 import sys
 from functools import cache
 
-_ATTEMPT = "import sapien; sapien.render.RenderSystem(sapien.Device('cpu'))"
+from tissue_sim.rendering import renderer
+
+KINDS = ("gpu", "system", "private")
 
 
 @cache
-def renderer_available() -> bool:
-    """Return whether a render system can be made, by trying in a new process (about 0.7 s).
+def renderer_kind() -> str | None:
+    """Return one of `KINDS` if a render system can be made, by trying in a new process (0.7 s).
 
     A failed Vulkan set-up can break the process in which it happens, or crash it at exit.
     """
-    return subprocess.run([sys.executable, "-c", _ATTEMPT], capture_output=True).returncode == 0
+    attempt = [sys.executable, "-P", renderer.__file__]
+    tried = subprocess.run(attempt, capture_output=True, text=True)
+    last = (tried.stdout.splitlines() or [""])[-1]
+    return last if tried.returncode == 0 and last in KINDS else None
+
+
+def renderer_available() -> bool:
+    """Return whether pictures can be taken here; from now on, this process can take them."""
+    renderer.use_private_renderer()
+    return renderer_kind() is not None
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from tissue_sim.rendering.drawn_strands import DrawnStrands
 from tissue_sim.rendering.drawn_surroundings import DrawnSurroundings
 from tissue_sim.rendering.drawn_tissue import DrawnTissue
 from tissue_sim.rendering.illumination import Illumination
+from tissue_sim.rendering.renderer import render_system
 from tissue_sim.rendering.shader_pack import (
     COLOR_PICTURE,
     set_picture_formats,
@@ -41,15 +42,7 @@ VISUALS = (DrawnSurroundings, DrawnTissue, DrawnStrands, DrawnClips, DrawnLeaks,
 
 def renderable_scene() -> sapien.Scene:
     """Make an empty scene with physics and a renderer, on a GPU if there is one."""
-    renderer = sapien.render.RenderSystem(_device())
-    return sapien.Scene([physics_system(), renderer])
-
-
-def _device() -> sapien.Device:
-    try:
-        return sapien.Device("cuda")
-    except RuntimeError:
-        return sapien.Device("cpu")
+    return sapien.Scene([physics_system(), render_system()])
 
 
 class FieldCameras:

@@ -1,0 +1,94 @@
+"""Tests of the private renderer: where it comes from and when it is used; without network."""
+
+import os
+
+import pytest
+
+from tissue_sim.rendering.renderer import (
+    DRIVER,
+    DRIVERS_VARIABLE,
+    LIBRARIES,
+    OTHER_CHOICES,
+    use_private_renderer,
+)
+from tissue_sim.rendering.renderer_fetch import FetchError, backports, fetch
+
+LINES = """# the machine's own
+deb [signed-by=/keys/a.gpg] http://mirror.invalid/debian bookworm main contrib
+deb http://mirror.invalid/debian bookworm-updates main
+deb-src http://mirror.invalid/debian bookworm main
+"""
+STANZAS = """Types: deb
+URIs: http://mirror.invalid/debian
+Suites: bookworm bookworm-updates
+Components: main
+Signed-By: /keys/a.gpg
+
+Types: deb
+URIs: http://mirror.invalid/security
+Suites: bookworm-security
+Components: main
+"""
+
+
+@pytest.fixture(name="no_choice")
+def _no_choice(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Take away every choice of a driver, and put it back after the test."""
+    for variable in (DRIVERS_VARIABLE, *OTHER_CHOICES):
+        monkeypatch.setenv(variable, "")  # so that it is put back
+        monkeypatch.delenv(variable)
+    return monkeypatch
+
+
+@pytest.fixture(name="fetched")
+def _fetched(tmp_path):
+    """Return a folder as the fetching leaves it, whose driver needs no library."""
+    (tmp_path / DRIVER).write_text("{}")
+    (tmp_path / LIBRARIES).write_text("")
+    return tmp_path
+
+
+def test_backports_are_at_the_address_of_the_releases_own_line():
+    assert backports(LINES, "bookworm") == (
+        "deb [signed-by=/keys/a.gpg] http://mirror.invalid/debian bookworm-backports main contrib"
+    )
+
+
+def test_backports_are_at_the_address_of_the_releases_own_stanza():
+    assert backports(STANZAS, "bookworm") == STANZAS.split("\n\n")[0].replace(
+        "bookworm bookworm-updates", "bookworm-backports"
+    )
+
+
+@pytest.mark.parametrize("sources", [LINES, STANZAS])
+def test_sources_of_another_release_have_no_backports_here(sources):
+    assert backports(sources, "trixie") == ""
+    assert backports(backports(sources, "bookworm"), "bookworm") == ""
+
+
+def test_a_machine_without_apt_is_told_so_and_left_alone(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(FetchError, match="apt-get is not here"):
+        fetch(tmp_path / "renderer")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("no_choice")
+def test_what_was_fetched_is_used_by_this_process_and_those_it_starts(fetched):
+    assert use_private_renderer(fetched)
+    assert os.environ[DRIVERS_VARIABLE] == str(fetched / DRIVER)
+    assert use_private_renderer(fetched)
+
+
+@pytest.mark.usefixtures("no_choice")
+def test_where_nothing_was_fetched_nothing_changes(tmp_path):
+    assert not use_private_renderer(tmp_path)
+    assert DRIVERS_VARIABLE not in os.environ
+
+
+@pytest.mark.parametrize("variable", [DRIVERS_VARIABLE, *OTHER_CHOICES])
+def test_a_driver_that_the_user_chose_stays_chosen(variable, fetched, no_choice):
+    no_choice.setenv(variable, "another.json")
+    before = dict(os.environ)
+    assert not use_private_renderer(fetched)
+    assert dict(os.environ) == before

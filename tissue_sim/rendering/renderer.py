@@ -1,0 +1,81 @@
+"""Which renderer draws here: a GPU, the system's software renderer, or the private one.
+
+`make cameras` puts Mesa's software renderer in a folder of the Python environment, for machines
+that have no other. Each process that draws loads it, and Vulkan's choice of driver stands in the
+environment for those that it starts. It needs neither root nor `LD_LIBRARY_PATH`.
+
+This file imports only the standard library at its top, and runs alone: it is the probe's program.
+"""
+
+import os
+import sys
+from ctypes import CDLL
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import sapien
+
+PRIVATE_FOLDER = Path(sys.prefix) / "renderer"
+DRIVER = "driver.json"  # tells Vulkan's loader where the driver is
+LIBRARIES = "libraries.txt"  # one path a line, relative to the folder: dependencies come first
+DRIVERS_VARIABLE = "VK_DRIVER_FILES"
+OTHER_CHOICES = ("VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES")
+
+
+def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
+    """Use the private renderer if there is one and the user has chosen no other driver.
+
+    Call it before the first Vulkan instance of the process; calling it again changes nothing. The
+    driver finds its libraries because they are loaded already.
+
+    Returns:
+        Whether the private renderer is the one that Vulkan finds.
+    """
+    if choice_of_another(folder) is not None or not (folder / DRIVER).exists():
+        return False
+    for library in (folder / LIBRARIES).read_text().splitlines():
+        CDLL(str(folder / library))
+    os.environ[DRIVERS_VARIABLE] = str(folder / DRIVER)
+    return True
+
+
+def choice_of_another(folder: Path = PRIVATE_FOLDER) -> str | None:
+    """Return the environment's variable that names a driver other than the private one, if any."""
+    chosen = os.environ.get(DRIVERS_VARIABLE)
+    if chosen is not None:
+        return None if chosen == str(folder / DRIVER) else DRIVERS_VARIABLE
+    return next((name for name in OTHER_CHOICES if name in os.environ), None)
+
+
+def render_system() -> "sapien.render.RenderSystem":
+    """Make a render system, on a GPU if there is one that draws.
+
+    Raises:
+        RuntimeError: there is no renderer here.
+    """
+    private = use_private_renderer()
+    import sapien
+
+    return sapien.render.RenderSystem(sapien.Device("cpu") if private else _fastest_device())
+
+
+def _fastest_device() -> "sapien.Device":
+    import sapien
+
+    try:
+        return sapien.Device("cuda")
+    except RuntimeError:
+        return sapien.Device("cpu")
+
+
+def _kind() -> str:
+    """Return the kind of the renderer, having made a render system with it."""
+    private = use_private_renderer()
+    if render_system().device.is_cuda():
+        return "gpu"
+    return "private" if private else "system"
+
+
+if __name__ == "__main__":
+    print(_kind())

@@ -1,0 +1,226 @@
+"""Fetch Mesa's software renderer from this machine's own package sources, without root.
+
+`make cameras` runs it. Nothing outside the environment's folder is written: apt works on private
+lists and a private cache, and packages are unpacked there instead of installed. Mesa before 24.3
+does not suffice, so the backports of the machine's release are asked too, at the same address.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tissue_sim.rendering.renderer import (
+    DRIVER,
+    LIBRARIES,
+    PRIVATE_FOLDER,
+    choice_of_another,
+)
+from tissue_sim.rendering.renderer_probe import renderer_kind
+
+PACKAGE = "mesa-vulkan-drivers"
+DRIVER_LIBRARY = "libvulkan_lvp.so"
+BASE = r"libc6|libgcc-s1|libstdc\+\+6|gcc-\d+-base|libcrypt1"  # Python and SAPIEN have loaded them
+PROGRAMS = ("apt-get", "dpkg", "ldd")
+APT = Path("/etc/apt")
+DPKG_STATUS = Path("/var/lib/dpkg/status")
+RELEASE = Path("/etc/os-release")
+
+# Limits of waiting (s), assumed: a machine without network must not be kept waiting.
+ANSWER_S = 10
+UPDATE_S = 60
+DOWNLOAD_S = 600
+
+APT_SETTINGS = """
+#clear APT::Update::Post-Invoke;
+#clear APT::Update::Post-Invoke-Success;
+Dir::Etc::SourceList "/dev/null";
+Dir::Etc::SourceParts "{root}/sources";
+Dir::State "{root}/state";
+Dir::State::Lists "{root}/state/lists";
+Dir::State::Status "{status}";
+Dir::Cache "{root}/cache";
+Dir::Cache::Archives "{root}/cache/archives";
+Debug::NoLocking "true";
+APT::Sandbox::User "";
+APT::Install-Recommends "false";
+Acquire::Languages "none";
+Acquire::Retries "1";
+Acquire::http::Timeout "{answer_s}";
+Acquire::https::Timeout "{answer_s}";
+"""
+
+
+class FetchError(Exception):
+    """No renderer can be fetched here; the message says why, in one line."""
+
+
+def backports(sources: str, codename: str) -> str:
+    """Return package sources with the release's own suite replaced by its backports.
+
+    Args:
+        sources: the text of a file of `/etc/apt`, with one line or one stanza a source.
+        codename: the release's name, such as "bookworm".
+
+    Returns:
+        The sources of the backports; empty where the text names no source of this release.
+    """
+    line = rf"^(deb\s+(?:\[[^\]]*\]\s+)?\S+\s+){codename}(\s.*)$"
+    found = [f"{m[1]}{codename}-backports{m[2]}" for m in re.finditer(line, sources, re.M)]
+    suites = rf"^Suites:(?:.*\s){codename}(?:\s.*)?$"
+    for stanza in re.split(r"\n\s*\n", sources):
+        if re.search(suites, stanza, re.M) and re.search(r"^Types:.*\bdeb\b", stanza, re.M):
+            found.append(re.sub(suites, f"Suites: {codename}-backports", stanza, flags=re.M))
+    return "\n\n".join(text.strip() for text in found)
+
+
+def fetch(folder: Path = PRIVATE_FOLDER) -> None:
+    """Put the renderer in `folder`, in place of what is there.
+
+    Raises:
+        FetchError: this machine has no apt, or its sources cannot be reached or hold no renderer.
+    """
+    missing = [name for name in PROGRAMS if shutil.which(name) is None]
+    if missing:
+        raise FetchError(f"only Debian and its like are served, and {missing[0]} is not here")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix=".renderer-") as name:
+        root = Path(name)
+        packages = _downloaded(root)
+        unpacked = root / "unpacked"
+        for package in packages:
+            unpacking = ["dpkg", "-x", str(package), str(unpacked)]
+            subprocess.run(unpacking, check=True, capture_output=True)
+        _arrange(unpacked, root / "renderer")
+        shutil.rmtree(folder, ignore_errors=True)
+        (root / "renderer").rename(folder)
+
+
+def _downloaded(root: Path) -> list[Path]:
+    """Download the driver's package and all that it needs beyond `BASE`."""
+    codename = _codename()
+    _write_sources(root / "sources", codename)
+    for made in ("state/lists/partial", "cache/archives/partial"):
+        (root / made).mkdir(parents=True)
+    (root / "status").write_text(_base_of(DPKG_STATUS.read_text()))
+    settings = root / "apt.conf"
+    settings.write_text(APT_SETTINGS.format(root=root, status=root / "status", answer_s=ANSWER_S))
+    apt = ["apt-get", "-c", str(settings), "-qq", "-y"]
+    suite = ["--target-release", f"{codename}-backports"]
+    updated = _run([*apt, "update"], UPDATE_S)
+    download = _run([*apt, "install", "--download-only", *suite, PACKAGE], DOWNLOAD_S)
+    if download.returncode != 0:
+        raise FetchError(_complaint(updated.stderr + download.stderr))
+    return sorted((root / "cache/archives").glob("*.deb"))
+
+
+def _codename() -> str:
+    found = re.search(r'^VERSION_CODENAME="?([\w-]+)"?$', RELEASE.read_text(), re.M)
+    if found is None:
+        raise FetchError(f"{RELEASE} names no release")
+    return found[1]
+
+
+def _write_sources(folder: Path, codename: str) -> None:
+    """Write the machine's package sources, and the backports beside them."""
+    folder.mkdir()
+    texts = {
+        file: file.read_text()
+        for file in (APT / "sources.list", *sorted((APT / "sources.list.d").glob("*")))
+        if file.suffix in (".list", ".sources") and os.access(file, os.R_OK)
+    }
+    for file, text in texts.items():
+        (folder / file.name).write_text(text)
+        (folder / f"backports-{file.name}").write_text(backports(text, codename) + "\n")
+    if not any(backports(text, codename) for text in texts.values()):
+        raise FetchError(f"no package source of the release {codename!r} in {APT}")
+
+
+def _base_of(status: str) -> str:
+    """Return the part of dpkg's list of what is installed that is never fetched.
+
+    All other needs of the driver are fetched, also those that are installed in an older version.
+    """
+    base = re.compile(rf"Package: (?:{BASE})\n")
+    return "".join(f"{text}\n\n" for text in status.split("\n\n") if base.match(text))
+
+
+def _arrange(unpacked: Path, folder: Path) -> None:
+    """Copy the driver and what it needs to `folder`, and write what its user reads."""
+    everything = unpacked / "everything"
+    everything.mkdir()
+    files = {file.name: file for file in unpacked.rglob("*.so*")}
+    for name, file in files.items():
+        (everything / name).symlink_to(file)
+    if not (everything / DRIVER_LIBRARY).exists():
+        raise FetchError(f"the package {PACKAGE} holds no {DRIVER_LIBRARY}")
+    names = _in_loading_order(everything)
+    (folder / "lib").mkdir(parents=True)
+    for name in (*names, DRIVER_LIBRARY):
+        shutil.copyfile(everything / name, folder / "lib" / name)
+    (folder / LIBRARIES).write_text("".join(f"lib/{name}\n" for name in names))
+    driver = {"library_path": f"./lib/{DRIVER_LIBRARY}", "api_version": "1.3.0"}
+    (folder / DRIVER).write_text(json.dumps({"file_format_version": "1.0.0", "ICD": driver}))
+
+
+def _in_loading_order(folder: Path) -> list[str]:
+    """Return the names of the driver's libraries in `folder`: each after those that it needs.
+
+    What a library needs is a part of what its user needs, so the number of needs gives the order.
+    """
+    needs = _needs(folder / DRIVER_LIBRARY)
+    return sorted(needs, key=lambda name: len(_needs(folder / name)))
+
+
+def _needs(library: Path) -> set[str]:
+    """Return the names of what a library needs, of those that are in its own folder."""
+    environment = os.environ | {"LD_LIBRARY_PATH": str(library.parent)}
+    listed = subprocess.run(["ldd", library], env=environment, capture_output=True, text=True)
+    return set(re.findall(rf"=> {re.escape(str(library.parent))}/(\S+)", listed.stdout))
+
+
+def _run(command: list[str], limit_s: float) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=limit_s)
+    except subprocess.TimeoutExpired as error:
+        raise FetchError(f"{command[0]} was not done in {limit_s:.0f} s") from error
+
+
+def _complaint(said: str) -> str:
+    """Return the first line of apt's that says what went wrong; later ones follow from it."""
+    lines = [line for line in said.splitlines() if "Failed to fetch" in line or line[:2] == "E:"]
+    return f"apt-get: {lines[0][3:]}" if lines else "apt-get failed and did not say why"
+
+
+def main() -> int:
+    """Fetch a renderer if none works here; return 0 if there is one afterwards."""
+    if (kind := renderer_kind()) is not None:
+        print(f"A renderer works here ({kind}); nothing to fetch.")
+        return 0
+    if (variable := choice_of_another()) is not None:
+        print(f"No renderer: {variable} names a driver that does not work.", file=sys.stderr)
+        return 1
+    print("Fetching Mesa's software renderer (about 50 MB) ...", flush=True)
+    try:
+        fetch()
+    except FetchError as error:
+        print(f"No renderer: {error}.", file=sys.stderr)
+        return 1
+    renderer_kind.cache_clear()
+    if renderer_kind() is None:
+        shutil.rmtree(PRIVATE_FOLDER)
+        print(
+            "No renderer: the one in the package sources does not work with SAPIEN.",
+            file=sys.stderr,
+        )
+        return 1
+    print(f"The renderer is in {PRIVATE_FOLDER}.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
