@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from planner.base import Planner
 from planner.command import Command
 from planner.correction import Correction, correction_from_text, opposite
-from planner.duct_side import duct_side
 from planner.instruction import TASKS, Instruction, Task
-from planner.next_task import NotNowError, next_task
+from planner.seen.duct_side import duct_side
+from planner.seen.next_task import NotNowError, next_task
 from tissue_sim.sensing.observation import Observation
 
 HOLD_S = 5.0  # of simulated time: how long a person's instruction stays in force

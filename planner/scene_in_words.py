@@ -6,8 +6,8 @@ from math import degrees
 
 import numpy as np
 
-from planner.duct_side import structure_seen
-from planner.next_task import clips_on, distance_to_line_m, length_m
+from planner.seen.duct_side import structure_seen
+from planner.seen.next_task import clips_on, distance_to_line_m, length_m
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation

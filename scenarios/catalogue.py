@@ -84,10 +84,13 @@ WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
 """The stack that reads the hidden state of the world: it shows what is possible."""
 
 
-def usual_sense(planner: str, controller: str) -> str:
-    """Return the sense where none is named: exact for the witness, which reads the state anyway."""
-    exact = {"planner": planner, "controller": controller} == WITNESS
-    return "exact" if exact else "tracked"
+def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str:
+    """Return the sense where none is named: exact for the witness, which reads the state anyway.
+
+    Scenarios of larger sensing errors are for the sense that has errors.
+    """
+    witness = {"planner": planner, "controller": controller} == WITNESS
+    return "exact" if witness and scenario not in {p.name for p in SENSING} else "tracked"
 
 
 ABLATIONS: dict[str, str] = {

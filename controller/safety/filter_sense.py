@@ -16,9 +16,9 @@ from controller.safety.obstacles import RigidSurroundings, Surroundings, registe
 from controller.safety.proof import safe_share
 from controller.safety.seen_obstacles import SIDES, ObstaclesSeen
 from controller.safety.situation import Situation
-from planner.duct_side import structure_seen
 from planner.instruction import Instruction
-from planner.next_task import clips_on, length_m
+from planner.seen.duct_side import structure_seen
+from planner.seen.next_task import clips_on, length_m
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import clips_needed

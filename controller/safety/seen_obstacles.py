@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from controller.body_place import BodyPlace
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
-from planner.duct_side import structure_seen
+from planner.seen.duct_side import structure_seen
 from planner.task import Tube
 from tissue_sim.frames import Array, transform, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M

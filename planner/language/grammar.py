@@ -10,7 +10,7 @@ from typing import Literal
 
 from planner.command import Command
 from planner.correction import OPPOSITE
-from planner.language.lexicon import Sense
+from planner.language.lexicon import Meaning
 from planner.language.phrases import normalised, senses
 from planner.language.slots import (
     DIRECTIONS,
@@ -63,7 +63,7 @@ def parse(text: str) -> Parse:
     asked_for = _REQUEST.sub("", words)
     found = list(senses(asked_for.split()))
     unknown = tuple(one for one in found if isinstance(one, str))
-    said = _said(one for one in found if isinstance(one, Sense))
+    said = _said(one for one in found if isinstance(one, Meaning))
     asks = words == asked_for and (_QUESTION.match(words) or text.rstrip().endswith("?"))
     refusal = "it is a question" if asks else _refusal(said, unknown)
     if _DENIED not in said["refusal"] and not asks:
@@ -74,7 +74,7 @@ def parse(text: str) -> Parse:
     return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
 
 
-def _said(found: Iterable[Sense]) -> dict[str, set[str]]:
+def _said(found: Iterable[Meaning]) -> dict[str, set[str]]:
     """Collect values by slot; after "too" a direction is reversed."""
     said, too = defaultdict(set), False
     for slot, value in found:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-class Sense(NamedTuple):
+class Meaning(NamedTuple):
     """The meaning of a phrase.
 
     Attributes:
@@ -56,39 +56,39 @@ def _phrases() -> Iterator[tuple[str, str, str]]:
             yield from ((table, value, without_articles(one)) for one in phrases.split(","))
 
 
-def _listed() -> dict[str, Sense]:
+def _listed() -> dict[str, Meaning]:
     found, verbs = {}, {}
     for table, value, phrase in _phrases():
-        found[phrase] = Sense("what" if table == "moves" else table, value)
+        found[phrase] = Meaning("what" if table == "moves" else table, value)
         if table in _VERBS:
             verbs[phrase] = found[phrase]
     return _inflected(verbs) | found
 
 
-def _inflected(verbs: Mapping[str, Sense]) -> dict[str, Sense]:
+def _inflected(verbs: Mapping[str, Meaning]) -> dict[str, Meaning]:
     """Return other verb forms: "clipping" means the same as "clip"; "clipped" is a state."""
-    found: dict[str, Sense] = {}
+    found: dict[str, Meaning] = {}
     for phrase, sense in verbs.items():
         verb, _, rest = phrase.partition(" ")
         stem = verb + verb[-1] if _DOUBLES.fullmatch(verb) else verb.removesuffix("e")
         found[f"{stem}ing {rest}".strip()] = sense
-        found[f"{stem}ed {rest}".strip()] = Sense("state", sense.value)
+        found[f"{stem}ed {rest}".strip()] = Meaning("state", sense.value)
     return found
 
 
-def _sided() -> dict[str, Sense]:
+def _sided() -> dict[str, Meaning]:
     """Return phrases for sides of arms and tubes; "to the left arm" is not a direction."""
     of_noun = {
-        f"{before}{side} {between}{noun}": Sense(slot, side)
+        f"{before}{side} {between}{noun}": Meaning(slot, side)
         for slot, nouns in _NOUNS.items()
         for before, side, between, noun in product(_BEFORE, _SIDES, _BETWEEN, nouns)
     }
-    on = {f"{before} {side}": Sense("which", side) for before in ("on", "at") for side in _SIDES}
-    both = {f"both {noun}": Sense("arm", "both") for noun in _NOUNS["arm"]}
-    heard = {f"write {noun}": Sense("arm", "right") for noun in _NOUNS["arm"]}
-    bare = {side: Sense("side", side) for side in _SIDES}
+    on = {f"{before} {side}": Meaning("which", side) for before in ("on", "at") for side in _SIDES}
+    both = {f"both {noun}": Meaning("arm", "both") for noun in _NOUNS["arm"]}
+    heard = {f"write {noun}": Meaning("arm", "right") for noun in _NOUNS["arm"]}
+    bare = {side: Meaning("side", side) for side in _SIDES}
     return of_noun | on | both | heard | bare
 
 
-LEXICON: dict[str, Sense] = _sided() | _listed()
+LEXICON: dict[str, Meaning] = _sided() | _listed()
 LONGEST = max(len(phrase.split()) for phrase in LEXICON)

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterator
 from functools import cache
 
-from planner.language.lexicon import LEXICON, LONGEST, Sense, without_articles
+from planner.language.lexicon import LEXICON, LONGEST, Meaning, without_articles
 from planner.language.rewrites import AS_SAID, AS_TYPED, rewritten
 
 _HOW = re.compile(r"\w{3,}ly")  # an adverb
@@ -31,7 +31,7 @@ def normalised(text: str) -> str:
     return "stop" if _STOP.search(plain) else plain
 
 
-def senses(words: list[str]) -> Iterator[Sense | str]:
+def senses(words: list[str]) -> Iterator[Meaning | str]:
     """Yield the senses of the longest phrases, from the first word on; unknown words unchanged."""
     k = 0
     while k < len(words):
@@ -40,11 +40,11 @@ def senses(words: list[str]) -> Iterator[Sense | str]:
         k += n
 
 
-def _longest(words: list[str]) -> tuple[int, Sense | str]:
+def _longest(words: list[str]) -> tuple[int, Meaning | str]:
     for n in range(len(words), 0, -1):
         if sense := LEXICON.get(" ".join(words[:n])):
             return n, sense
-    return 1, Sense("filler", "any") if _HOW.fullmatch(words[0]) else words[0]
+    return 1, Meaning("filler", "any") if _HOW.fullmatch(words[0]) else words[0]
 
 
 @cache

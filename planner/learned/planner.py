@@ -20,8 +20,8 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.room_seen import RoomSeen
-from planner.standstill import STANDSTILL, Standstill
+from planner.seen.room import RoomSeen
+from planner.seen.standstill import STANDSTILL, Standstill
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 

@@ -95,6 +95,11 @@ class Evaluate:
                 _path(arm.checkpoint),
                 _path(arm.planner_checkpoint),
             )
+        exact = [arm.name for arm in self.arms if arm.sense != "tracked"]
+        if "sensing" in self.suite and exact:
+            raise BadInputError(
+                f"--suite sensing: {exact[0]} has no sensing errors; add ,sense=tracked to the arm"
+            )
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
         require_writable_folder(self.out, "--out")

@@ -107,7 +107,7 @@ class Run:
 
     @property
     def _sense(self) -> str:
-        return self.sense or usual_sense(self.planner, self.controller)
+        return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _require_possible(self) -> None:
         self._require_magnitude()
@@ -140,9 +140,9 @@ class Run:
 
     def _require_magnitude(self) -> None:
         try:
-            EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude)
+            EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude, sense=self._sense)
         except ValueError as error:
-            raise BadInputError(f"--magnitude: {error}") from None
+            raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
 
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:

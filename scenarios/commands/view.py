@@ -71,7 +71,7 @@ class View:
 
     @property
     def _sense(self) -> str:
-        return self.sense or usual_sense(self.planner, self.controller)
+        return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _config(self) -> EpisodeConfig:
         try:
@@ -87,7 +87,7 @@ class View:
                 safety_filter=self.filter,
             )
         except ValueError as error:
-            raise BadInputError(f"--magnitude: {error}") from None
+            raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
 
 
 def _require_renderer() -> None:

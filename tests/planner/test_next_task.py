@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.next_task import NotNowError, clips_on, next_task
+from planner.seen.next_task import NotNowError, clips_on, next_task
 from tests.planner.seen import clipped
 from tissue_sim.outcome.clip_rule import needed_m
 

@@ -1,12 +1,13 @@
 """Tests of the scenarios: each variant is one, and one seed gives each another patient."""
 
-from scenarios.catalogue import SCENARIOS, WITNESS
+from scenarios.catalogue import SCENARIOS, WITNESS, usual_sense
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import anatomy_of, begin
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.variants import VARIANTS
 
 SEED = 10_003
+STACK = WITNESS["planner"], WITNESS["controller"]
 
 
 def test_every_variant_is_a_scenario_of_its_name() -> None:
@@ -17,7 +18,10 @@ def test_every_variant_is_a_scenario_of_its_name() -> None:
 
 def test_scenarios_of_one_seed_are_different_patients() -> None:
     anatomies = {
-        name: anatomy_of(EpisodeConfig(**WITNESS, scenario=name, seed=SEED)) for name in SCENARIOS
+        name: anatomy_of(
+            EpisodeConfig(**WITNESS, scenario=name, seed=SEED, sense=usual_sense(*STACK, name))
+        )
+        for name in SCENARIOS
     }
     assert anatomies["nominal"] == anatomy_from_seed(SEED)
     patients = {a.hash for name, a in anatomies.items() if SCENARIOS[name].variant}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import planner.language.lexicon as lexicon
-from planner.language.lexicon import LEXICON, Sense, without_articles
+from planner.language.lexicon import LEXICON, Meaning, without_articles
 from planner.language.phrases import normalised
 
 
@@ -21,11 +21,11 @@ def test_no_phrase_is_listed_twice():
 @pytest.mark.parametrize(
     ("form", "sense"),
     [
-        ("clipping", Sense("kind", "clip")),
-        ("clipped", Sense("state", "clip")),
-        ("raising", Sense("what", "higher")),
-        ("raised", Sense("state", "higher")),
-        ("backing off", Sense("kind", "go_back")),
+        ("clipping", Meaning("kind", "clip")),
+        ("clipped", Meaning("state", "clip")),
+        ("raising", Meaning("what", "higher")),
+        ("raised", Meaning("state", "higher")),
+        ("backing off", Meaning("kind", "go_back")),
     ],
 )
 def test_verbs_are_known_in_their_other_forms(form, sense):

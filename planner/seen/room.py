@@ -13,8 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from planner.command import Structure
-from planner.duct_side import structure_seen
-from planner.next_task import length_m
+from planner.seen.duct_side import structure_seen
+from planner.seen.next_task import length_m
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import POINTS, Observation

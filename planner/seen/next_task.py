@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.command import Deed
-from planner.duct_side import structure_seen
+from planner.seen.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
