@@ -9,6 +9,7 @@ world --Observation--> planner (1 Hz) --Instruction--> controller (a chunk at a 
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -34,6 +35,8 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
+
+STAYS_BACK_S = 1.0  # at the end: the robot must be sure that its arm is back
 
 
 @dataclass(kw_only=True)
@@ -70,6 +73,7 @@ class Episode:
             safety_filter=self.config.safety_filter,
         )
         self._begun = False
+        self._back_since_s = math.inf  # all is cut and the arm is back
         self._instruction = Instruction(task=TASKS[0])  # until the planner is asked
         self._chunk: deque[ToolAction] = deque()
         self._guided: GuidedArm | None = None  # a person leads this arm now
@@ -237,14 +241,16 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether a task is out of time, a person is called, or all is seen to be cut.
+        """Return whether a task is out of time, a person is called, or all is seen to be done.
 
         The last task alone is not the end: it is also how the arm backs off from the last cut.
         """
         task, seen = step.instruction.task, step.observation
         if step.instruction.call or self.tasks.results[task.index].time_s > self.config.task_cap_s:
             return True
-        return task == TASKS[-1] and bool(seen.severed.all()) and is_back(seen)
+        ends = task == TASKS[-1] and bool(seen.severed.all()) and is_back(seen)
+        self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
+        return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
 
     @property
     def _time_s(self) -> float:
