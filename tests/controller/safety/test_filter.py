@@ -12,20 +12,21 @@ from scipy.optimize import brentq
 from controller.kinematics import inverse_kinematics
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION, NO_BOUNDS, on_joints
-from controller.safety.exemption import worked_on
+from controller.safety.exemption import HOLDS_N, worked_on
 from controller.safety.filter import FAR, SafetyFilter
+from controller.safety.filter_sense import registration_of
 from controller.safety.geometry.collision import CollisionModel
 from controller.safety.limits import LIMITS
 from controller.safety.limits.joint_speed import JOINT_SPEED, JointSpeed
 from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
 from controller.safety.limits.outer_shafts import OuterShafts
-from controller.safety.obstacles import registered, surroundings_of
+from controller.safety.obstacles import registered
 from controller.safety.proof import DEEPER_M
+from controller.safety.seen_obstacles import ObstaclesSeen
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from tissue_sim.frames import inverse_pose, unit
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
@@ -68,7 +69,7 @@ class Field:
 
     def __init__(self, world):
         self.world, rigid = world, registered(world)
-        self.around = surroundings_of(world)
+        self.around = ObstaclesSeen().follow(world.observe())
         self.model = CollisionModel(rigid, world.arms.T_world_rcm)
 
     def distance_m(self, joints, obstacle):
@@ -80,6 +81,10 @@ class Field:
     def on_the_way_m(self, start, end, obstacle):
         shares = np.linspace(0.0, 1.0, 60)
         return min(self.distance_m(start + s * (end - start), obstacle) for s in shares)
+
+
+def filter_of(world, **rules):
+    return SafetyFilter(registration_of(world), **rules)
 
 
 def right_tool_at(world, tip_m, start=HOME):
@@ -105,24 +110,24 @@ def middle_of(world, tube):
 def test_a_safe_command_passes_unchanged(shared, rng):
     world, state = shared
     world.restore(state)
-    safety, step_s = SafetyFilter(world), world.config.control_step_s
+    safety, step_s = filter_of(world), world.config.control_step_s
     start = HOME
     for _ in range(5):
         asked = start + 0.1 * step_s * JOINT_SPEED * rng.uniform(-1, 1, (2, 7))
-        allowed = safety.allow(start, asked, GRAB, 0.0)
+        allowed = safety.allow(start, asked, GRAB, world.observe())
         assert allowed.entry is None
         np.testing.assert_array_equal(allowed.joints, asked)
         start = asked
 
 
 def test_joints_gain_speed_step_by_step_and_again_after_a_restart(world):
-    safety, joints = SafetyFilter(world), HOME
+    safety, joints = filter_of(world), HOME
     moved = []
     for k in range(6):
         if k == 4:
             safety.restart()
         asked = joints + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-        allowed = safety.allow(joints, asked, GRAB, 0.0).joints
+        allowed = safety.allow(joints, asked, GRAB, world.observe()).joints
         moved.append(allowed[0, 3] - joints[0, 3])
         joints = allowed
     most = JOINT_SPEED[3] * world.config.control_step_s
@@ -144,9 +149,11 @@ class HoldsAtFirst:
 
 def test_speed_that_was_not_allowed_is_not_gained(world):
     """Check that an arm that another limit held starts from rest, at any speed asked for."""
-    safety = SafetyFilter(world, limits=(*LIMITS, HoldsAtFirst()))
+    safety = filter_of(world, limits=(*LIMITS, HoldsAtFirst()))
     asked = HOME + np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    moved = [safety.allow(HOME, asked, GRAB, 0.0).joints[0, 3] - HOME[0, 3] for _ in range(2)]
+    moved = [
+        safety.allow(HOME, asked, GRAB, world.observe()).joints[0, 3] - HOME[0, 3] for _ in range(2)
+    ]
     most = JOINT_SPEED[3] * world.config.control_step_s
     np.testing.assert_allclose(moved, [0.0, 2 / 3 * most], atol=1e-9)
 
@@ -155,7 +162,7 @@ def test_speed_that_was_not_allowed_is_not_gained(world):
 def test_a_number_that_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, number):
     asked = HOME.copy()
     asked[0, 3] = number
-    allowed = SafetyFilter(world).allow(HOME, asked, GRAB, 1.5)
+    allowed = filter_of(world).allow(HOME, asked, GRAB, replace(world.observe(), time_s=1.5))
     np.testing.assert_array_equal(allowed.joints, HOME)
     assert allowed.entry is not None
     assert allowed.entry.held
@@ -166,9 +173,9 @@ def test_a_number_that_is_no_joint_holds_both_arms_and_is_in_the_ledger(world, n
 def test_an_absurd_but_finite_command_becomes_a_small_motion(world):
     step_s = world.config.control_step_s
     for number in (-0.99 * FAR, 0.99 * FAR):
-        safety, joints = SafetyFilter(world), HOME
+        safety, joints = filter_of(world), HOME
         for _ in range(10):
-            allowed = safety.allow(joints, np.full((2, 7), number), GRAB, 0.0)
+            allowed = safety.allow(joints, np.full((2, 7), number), GRAB, world.observe())
             most = step_s * JOINT_SPEED + ROUNDING
             assert (np.abs(allowed.joints - joints) <= most).all()
             joints = allowed.joints
@@ -179,7 +186,7 @@ def test_an_absurd_but_finite_command_becomes_a_small_motion(world):
 @pytest.mark.parametrize("shape", [(14,), (2, 6), (1, 2, 7)])
 def test_another_shape_is_one_error_that_says_so(world, shape):
     with pytest.raises(ValueError, match=r"joints must be \(2, 7\), got"):
-        SafetyFilter(world).allow(HOME, np.zeros(shape), GRAB, 0.0)
+        filter_of(world).allow(HOME, np.zeros(shape), GRAB, world.observe())
 
 
 def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, field):
@@ -190,8 +197,8 @@ def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, fie
     for joints in (start, asked):
         assert field.distance_m(joints, "artery") > 0.001
     assert field.on_the_way_m(start, asked, "artery") < -0.0005
-    safety = SafetyFilter(world, limits=(), interlocks=())
-    allowed = safety.allow(start, asked, GRAB, 0.0)
+    safety = filter_of(world, limits=(), interlocks=())
+    allowed = safety.allow(start, asked, GRAB, world.observe())
     assert allowed.entry is not None
     assert allowed.entry.limits == ("keep-out: on the way",)
     assert field.on_the_way_m(start, allowed.joints, "artery") > 0.0
@@ -201,10 +208,10 @@ def test_a_jump_across_the_artery_stops_before_it_even_without_limits(world, fie
 def test_the_grasper_works_on_tubes_while_it_grabs_or_holds_what_they_hang_on(world):
     tubes, right = frozenset(world.organ.tubes), TASKS[1]
     meant = frozenset({structure_of(right, world)})
-    assert worked_on(TASKS[0], world) == (tubes, frozenset())
-    assert worked_on(right, world) == (frozenset(), meant)
-    world.record = replace(world.record, grasp=Grasp(vertices=(0,)))
-    assert worked_on(right, world) == (tubes, meant)
+    seen = world.observe()
+    assert worked_on(TASKS[0], seen) == (tubes, frozenset())
+    assert worked_on(right, seen) == (frozenset(), meant)
+    assert worked_on(right, replace(seen, pinch_n=2.0 * HOLDS_N)) == (tubes, meant)
 
 
 @pytest.mark.parametrize("distance_m", [0.00012, 0.00005, -0.0003])
@@ -216,19 +223,23 @@ def test_a_finger_beside_a_tube_may_be_drawn_back(world, field, distance_m):
         world, tip_m(world, start) - 0.008 * world.arms.T_world_tool()[RIGHT_ARM, :3, 2], start
     )
     assert field.distance_m(start, "artery") == pytest.approx(distance_m, abs=1e-5)
-    allowed = SafetyFilter(world, limits=(), interlocks=()).allow(start, back, GRAB, 0.0)
+    allowed = filter_of(world, limits=(), interlocks=()).allow(start, back, GRAB, world.observe())
     np.testing.assert_array_equal(allowed.joints, back)
 
 
 @pytest.mark.parametrize("limits", [(JointSpeed(),), (JointSpeed(), OuterShafts())])
 def test_shafts_that_are_brought_together_outside_the_body_stop_before_they_meet(world, limits):
-    safety, joints, gaps_m = SafetyFilter(world, limits=limits, interlocks=()), HOME, []
+    safety, joints, gaps_m = (
+        filter_of(world, limits=limits, interlocks=()),
+        HOME,
+        [],
+    )
     for _ in range(90):
         seen = arm_motion(joints, np.zeros(14), world.arms.mounted, world.arms.T_world_rcm)
         gaps_m.append(seen.outer_gap_m)
         nearer = -np.sign(seen.outer_parting.reshape(2, 7)) * OUTER_JOINTS
         asked = joints + 0.1 * (nearer if nearer.any() else TIPS_APART)
-        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+        joints = safety.allow(joints, asked, GRAB, world.observe()).joints
     if len(limits) == 1:
         assert min(gaps_m) < 0.0
     else:
@@ -240,12 +251,12 @@ def test_shafts_that_are_brought_together_outside_the_body_stop_before_they_meet
 def test_a_tool_that_is_in_a_keep_out_comes_out_the_shortest_way(world, field, obstacle, deeper_m):
     start, into = inside(world, field, obstacle)
     world.arms.set_joints(start)
-    safety, joints = SafetyFilter(world), start
+    safety, joints = filter_of(world), start
     distance_m = [field.distance_m(start, obstacle)]
     tips = [tip_m(world, start)]
     for _ in range(60):
         asked = right_tool_at(world, tip_m(world, joints) + deeper_m * into, joints)
-        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+        joints = safety.allow(joints, asked, GRAB, world.observe()).joints
         distance_m.append(field.distance_m(joints, obstacle))
         tips.append(tip_m(world, joints))
     assert distance_m[0] == pytest.approx(-0.001, abs=1e-5)
@@ -261,12 +272,12 @@ def test_a_tool_in_a_keep_out_goes_no_deeper_even_without_limits(world, field, d
     """Check also that a tool that stopped just outside does not go in."""
     start, into = inside(world, field, "liver", depth_m)
     world.arms.set_joints(start)
-    safety = SafetyFilter(world, limits=(), interlocks=())
+    safety = filter_of(world, limits=(), interlocks=())
     deeper, out = (right_tool_at(world, tip_m(world, start) + d * into) for d in (0.003, -0.003))
-    held = safety.allow(start, deeper, GRAB, 0.0)
+    held = safety.allow(start, deeper, GRAB, world.observe())
     allowed_m = min(field.distance_m(start, "liver"), 0.0) - DEEPER_M
     assert field.on_the_way_m(start, held.joints, "liver") > allowed_m
-    left = safety.allow(start, out, GRAB, 0.0)
+    left = safety.allow(start, out, GRAB, world.observe())
     assert field.distance_m(left.joints, "liver") > field.distance_m(start, "liver") + 0.001
 
 
@@ -312,7 +323,7 @@ def blades_round_the_duct(world):
 
 def test_scissors_do_not_close_on_a_bare_duct(world, blades_round_the_duct):
     start, asked, task = blades_round_the_duct
-    allowed = SafetyFilter(world).allow(start, asked, Instruction(task=task), 0.0)
+    allowed = filter_of(world).allow(start, asked, Instruction(task=task), world.observe())
     assert allowed.entry is not None
     assert "clips before a cut: right jaw on duct" in allowed.entry.limits
     assert allowed.joints[RIGHT_ARM, 6] >= start[RIGHT_ARM, 6] - ROUNDING
@@ -322,7 +333,7 @@ def test_a_person_may_have_the_scissors_close_and_the_ledger_says_so(world, blad
     start, asked, task = blades_round_the_duct
     lock = "clips before a cut"
     person = Instruction(task=task, source="human", overrides=frozenset({lock}))
-    allowed = SafetyFilter(world).allow(start, asked, person, 0.0)
+    allowed = filter_of(world).allow(start, asked, person, world.observe())
     np.testing.assert_array_equal(allowed.joints, asked)
     assert allowed.entry is not None
     assert allowed.entry.overridden == (f"{lock}: right jaw on duct",)
@@ -343,10 +354,10 @@ def test_filters_in_threads_do_not_disturb_each_other():
 
 def wander(world):
     """Return the joints (40, 2, 7) that are allowed when fast motions are asked for."""
-    safety, joints, path = SafetyFilter(world), HOME, []
+    safety, joints, path = filter_of(world), HOME, []
     rng = np.random.default_rng(SEED)
     for _ in range(40):
         asked = joints + 0.1 * JOINT_SPEED * rng.normal(size=(2, 7))
-        joints = safety.allow(joints, asked, GRAB, 0.0).joints
+        joints = safety.allow(joints, asked, GRAB, world.observe()).joints
         path.append(joints)
     return np.stack(path)

@@ -1,0 +1,61 @@
+"""Tests of what is seen between the jaws: what the tissue has there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.safety.jaws_seen import between_jaws_seen
+from tissue_sim.frames import inverse_pose
+from tissue_sim.outcome.jaws import GALLBLADDER, between_jaws
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.verification.bodies import astride
+from tissue_sim.world import World
+
+PLACES = 300
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    world = World()
+    world.reset(textbook_from_seed(10_000))
+    return world
+
+
+def seen_with_tool_at(world: World, T_world_tool: np.ndarray) -> Observation:
+    """Return the observation if the right tool were there."""
+    seen = world.observe()
+    tips = seen.tips_endoscope.copy()
+    tips[RIGHT_ARM] = inverse_pose(world.T_world_endoscope) @ T_world_tool
+    return replace(seen, tips_endoscope=tips)
+
+
+@pytest.mark.parametrize("tube", TUBES)
+def test_jaws_about_the_middle_of_a_tube_have_that_tube_between_them(world, tube):
+    T = astride(world.tubes, tube, 0.5 * world.tubes.length_m[tube], beyond_m=CLIP_LENGTH_M / 2)
+    assert between_jaws_seen(seen_with_tool_at(world, T)) == {tube}
+
+
+def test_jaws_at_home_have_nothing_between_them(world):
+    assert between_jaws_seen(world.observe()) == frozenset()
+
+
+def test_all_about_the_field_what_is_seen_is_what_is_there(world):
+    """Allow disagreement where a structure just touches the edge of the space between the jaws."""
+    rng, agree, there = np.random.default_rng(0), [], []
+    home = world.arms.T_world_tool()[RIGHT_ARM]
+    anywhere = np.concatenate([world.tubes.centres(t) for t in world.organ.hollow])
+    for _ in range(PLACES):
+        T = home.copy()
+        middle = anywhere[rng.integers(len(anywhere))] + 0.003 * rng.standard_normal(3)
+        T[:3, 3] = middle + 0.5 * CLIP_LENGTH_M * T[:3, 2]
+        true = between_jaws(world.tubes, T, "clip_applier")
+        seen = between_jaws_seen(seen_with_tool_at(world, T))
+        agree.append((true ^ seen) - {GALLBLADDER} == set())
+        there.append(true)
+    assert sum(map(bool, there)) > 0.3 * PLACES
+    assert np.mean(agree) > 0.95

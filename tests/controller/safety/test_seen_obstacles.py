@@ -1,0 +1,87 @@
+"""Tests of the obstacles that are seen: those of the world where it is seen exactly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.safety.obstacles import Capsules, surroundings_of
+from controller.safety.seen_obstacles import MOST_M, UNSURE, ObstaclesSeen, lines_seen
+from tissue_sim.patient.at_risk import AT_RISK
+from tissue_sim.patient.organ import TUBES
+from tissue_sim.patient.textbook import textbook_from_seed
+from tissue_sim.sensing.observation import N_POINTS
+from tissue_sim.surgery.parting import part_ring
+from tissue_sim.tools.arms import JointCommand
+from tissue_sim.world import World
+
+WITHIN_M = 0.5e-3  # of centrelines; the margin beside structures at risk is as large
+
+
+@pytest.fixture(params=[10_000, 10_001, 10_002], scope="module")
+def world(request):
+    world = World()
+    world.reset(textbook_from_seed(request.param))
+    return world
+
+
+def ends(capsules: Capsules, name: str) -> tuple[np.ndarray, np.ndarray]:
+    own = capsules.of(name)
+    return capsules.start_m[own], capsules.end_m[own]
+
+
+def farthest_m(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
+    """Return the largest distance of points (n, 3) from capsules' axes (m, 3)."""
+    way = end - start
+    share = np.clip(np.vecdot(points[:, None] - start, way) / np.vecdot(way, way), 0.0, 1.0)
+    off = points[:, None] - start - share[..., None] * way
+    return float(np.linalg.norm(off, axis=-1).min(axis=1).max())
+
+
+@pytest.mark.parametrize("name", [*TUBES, *AT_RISK])
+def test_seen_exactly_lines_are_those_of_the_tissue(world, name):
+    true, seen = surroundings_of(world).capsules, ObstaclesSeen().follow(world.observe()).capsules
+    start, end = ends(true, name)
+    assert farthest_m(np.concatenate([start, end]), *ends(seen, name)) < WITHIN_M
+    assert seen.radius_m[seen.of(name)].max() == pytest.approx(
+        true.radius_m[true.of(name)].max(), rel=1e-6
+    )
+
+
+def test_the_stumps_of_a_severed_tube_part(world):
+    state = world.state()
+    ring = 5
+    sections = world.tubes.below["duct"].shape[1]
+    assert part_ring(world.tubes, "duct", ring, np.ones(sections, bool))
+    above = np.unique(world.tubes.above["duct"][ring:])
+    world.tissue.host("position")[0, above, 2] += 0.010
+    seen = ObstaclesSeen().follow(world.observe()).capsules
+    start, end = ends(seen, "duct")
+    centre = 0.5 * (
+        world.tubes.centres("duct")[ring]
+        + world.tissue.positions()[world.tubes.above["duct"][ring, 0]]
+    )
+    gap_m = min(farthest_m(centre[None], s[None], e[None]) for s, e in zip(start, end, strict=True))
+    assert lines_seen(world.observe())["duct"].severed
+    assert gap_m > 0.001
+    world.restore(state)
+
+
+def test_the_liver_moves_with_the_body(world):
+    state = world.state()
+    obstacles, offset = ObstaclesSeen(), np.array([0.001, -0.002, 0.003])
+    obstacles.follow(world.observe())
+    world.shift_body(offset)
+    for _ in range(90):
+        world.step(JointCommand(joints=world.arms.joints))
+        moved_m = obstacles.follow(world.observe()).moved_m["liver"]
+    np.testing.assert_allclose(moved_m, offset, atol=1e-5)
+    world.restore(state)
+
+
+def test_what_is_uncertain_is_thicker_up_to_a_limit(world):
+    seen = world.observe()
+    for std_m, more_m in ((5e-4, UNSURE * 5e-4), (1.0, MOST_M)):
+        unsure = replace(seen, std_m=np.full(N_POINTS, std_m))
+        thick, thin = (ObstaclesSeen().follow(o).capsules.radius_m for o in (unsure, seen))
+        np.testing.assert_allclose(thick - thin, more_m)
