@@ -48,22 +48,18 @@ def test_seen_exactly_lines_are_those_of_the_tissue(world, name):
     )
 
 
-def test_the_stumps_of_a_severed_tube_part(world):
-    state = world.state()
-    ring = 5
+def test_no_capsule_of_a_severed_tube_spans_its_cut(world):
+    state, ring, gap_m = world.state(), 5, 0.010
+    whole = ObstaclesSeen().follow(world.observe()).capsules
     sections = world.tubes.below["duct"].shape[1]
     assert part_ring(world.tubes, "duct", ring, np.ones(sections, bool))
     above = np.unique(world.tubes.above["duct"][ring:])
-    world.tissue.host("position")[0, above, 2] += 0.010
-    seen = ObstaclesSeen().follow(world.observe()).capsules
-    start, end = ends(seen, "duct")
-    centre = 0.5 * (
-        world.tubes.centres("duct")[ring]
-        + world.tissue.positions()[world.tubes.above["duct"][ring, 0]]
-    )
-    gap_m = min(farthest_m(centre[None], s[None], e[None]) for s, e in zip(start, end, strict=True))
+    world.tissue.host("position")[0, above, 2] += gap_m
+    parted = ObstaclesSeen().follow(world.observe()).capsules
     assert lines_seen(world.observe())["duct"].severed
-    assert gap_m > 0.001
+    start, end = ends(parted, "duct")
+    assert len(start) == len(ends(whole, "duct")[0]) + 1
+    assert np.linalg.norm(end - start, axis=1).max() < 0.6 * gap_m
     world.restore(state)
 
 
