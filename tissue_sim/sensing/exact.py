@@ -84,11 +84,14 @@ def _shaft_offset_m(field: Field) -> Array:
 
 
 def _centreline(field: Field, positions: NDArray[np.floating], tube: str, n_point: int) -> Array:
-    """Return evenly spaced points (n_point, 3) of a centreline, world frame."""
+    """Return evenly spaced points (n_point, 3) of a centreline, world frame.
+
+    No point lies in the gap of a cut, which parts the two copies of a ring.
+    """
     low, high, share = _between(field.organ.neck_ring[tube] + 1, n_point)
-    centres = field.tubes.below[tube][:, 0]
-    start = positions[centres[low]].astype(float)
-    return start + share * (positions[centres[high]].astype(float) - start)
+    below, above = field.tubes.below[tube][:, 0], field.tubes.above[tube][:, 0]
+    start = positions[np.where(share[:, 0] > 0.0, above[low], below[low])].astype(float)
+    return start + share * (positions[below[high]].astype(float) - start)
 
 
 @cache
