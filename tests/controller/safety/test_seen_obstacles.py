@@ -53,8 +53,8 @@ def test_no_capsule_of_a_severed_tube_spans_its_cut(world):
     whole = ObstaclesSeen().follow(world.observe()).capsules
     sections = world.tubes.below["duct"].shape[1]
     assert part_ring(world.tubes, "duct", ring, np.ones(sections, bool))
-    above = np.unique(world.tubes.above["duct"][ring:])
-    world.tissue.host("position")[0, above, 2] += gap_m
+    lower = np.unique(world.tubes.below["duct"][: ring + 1])
+    world.tissue.host("position")[0, lower, 2] -= gap_m
     parted = ObstaclesSeen().follow(world.observe()).capsules
     assert lines_seen(world.observe())["duct"].severed
     start, end = ends(parted, "duct")
