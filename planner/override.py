@@ -1,6 +1,6 @@
 """A person's instruction replaces the planner's, for a while or until the next one.
 
-The planner is asked all the time, so that it resumes from what it sees.
+The planner is asked all the time but in a hold, so that it resumes from what it sees.
 """
 
 from __future__ import annotations
@@ -75,7 +75,13 @@ class PlannerOverridden:
         self._forget()
 
     def plan(self, observation: Observation) -> Instruction:
-        """Ask the other planner, and return the instruction in force."""
+        """Ask the other planner, and return the instruction in force.
+
+        While a person holds the arms it is not asked: its clock stands still.
+        """
+        order = self._order_at(observation.time_s)
+        if order is not None and order.hold and self._planned is not None:
+            return self.in_force(observation.time_s)
         before, self._planned = self._planned, self._planner.plan(observation)
         if self._order_at(observation.time_s) is None and (
             before is None or before.text != self._planned.text

@@ -6,11 +6,13 @@ from collections import deque
 
 import numpy as np
 
+from planner.base import PLANNING_PERIOD_S
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 
 STANDS_M, STANDS_RAD = 0.002, 0.1  # motion that is less than working; assumed
 AFTER_S = 14.0  # SRT-H's slowest task took less; a person is called within 15 s
+GAP_S = 2.0 * PLANNING_PERIOD_S
 STANDSTILL = f"The arms have stood still for {AFTER_S:.0f} s: a person must look."
 
 
@@ -20,12 +22,10 @@ class Standstill:
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Array, Array]] = deque()
 
-    def reset(self) -> None:
-        """Forget: the arms were told to hold, or a tool was exchanged."""
-        self._seen.clear()
-
     def see(self, seen: Observation) -> None:
-        """Take in one observation."""
+        """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
+        if self._seen and seen.time_s - self._seen[-1][0] > GAP_S:
+            self._seen.clear()
         self._seen.append((seen.time_s, seen.tips_endoscope[:, :3, 3], seen.joints[:, 6]))
         while len(self._seen) > 1 and seen.time_s - self._seen[1][0] >= AFTER_S:
             self._seen.popleft()
