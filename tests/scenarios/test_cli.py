@@ -126,7 +126,7 @@ def test_every_scenario_is_reached_from_the_command_line(name):
     command = parse(["run", "--scenario", name])
     assert isinstance(command, Run)
     assert (
-        EpisodeConfig(**WITNESS, scenario=command.scenario).perturbations
+        EpisodeConfig(scenario=command.scenario, sense="tracked").perturbations
         == SCENARIOS[name].perturbations
     )
 
