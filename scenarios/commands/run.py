@@ -34,6 +34,7 @@ from scenarios.recording.result_tables import (
     error_lines,
     injury_table,
     ledger_table,
+    sensing_lines,
     summary_line,
     task_table,
 )
@@ -246,6 +247,7 @@ def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
     for line in (
         *call_lines(episodes),
         *error_lines(episodes),
+        *(sensing_lines(episodes) if len(episodes) == 1 else ()),
         summary_line(summarise(episodes)),
         f"results: {out / 'results.json'}",
     ):

@@ -54,6 +54,21 @@ def ledger_table(episode: EpisodeResult) -> Table:
     return table
 
 
+def sensing_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
+    """Return a line for each episode that was sensed with errors: how large they were."""
+    return [
+        f"sensed ({e.sense}), seed {e.seed}: points near the right tip {_mm(e.sensing.near_m)}"
+        f" (median), {_mm(e.sensing.near_p90_m)} (90 %), clips {_mm(e.sensing.clips_m)};"
+        f" clips counted right {e.sensing.clips_counted:.1%}, cuts {e.sensing.cuts_seen:.1%}"
+        for e in episodes
+        if e.sensing is not None
+    ]
+
+
+def _mm(length_m: float | None) -> str:
+    return "-" if length_m is None else f"{1e3 * length_m:.2f} mm"
+
+
 def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
     """Return a table with one row for each episode."""
     table = Table(title="episodes")
