@@ -13,11 +13,6 @@ import numpy as np
 from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
 
 ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results of before
-    "sense",
-    "sensing",
-    "privileged",
-    "call",
-)  # fields of a result that earlier recordings lack
 BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
 
 
