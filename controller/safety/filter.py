@@ -41,7 +41,7 @@ class Allowed:
         entry: for the ledger; None if nothing was altered or overridden, or only a jaw within the
             dead band.
         clearance_m: smallest distance of pairs that must not touch; infinite if nothing is near.
-        standstill: an arm stood so long in this task, though asked to move, that a person is needed.
+        standstill: an arm stood so long, though asked to move, that a person is needed.
     """
 
     joints: Array

@@ -1,8 +1,8 @@
 """The way out of standing still: an arm that is asked to move and may not backs off once.
 
-Two limits may leave no motion towards where a policy wants to go: an arm would stand there for ever.
-It goes a little back the way it came, along its shaft, and the policy may try again. What keeps it
-standing all the same is a person's to resolve.
+Two limits may leave no motion towards where a policy wants to go: an arm would stand there for
+ever. It goes a little back the way it came, along its shaft, and the policy may try again. What
+keeps it standing all the same is a person's to resolve.
 """
 
 from __future__ import annotations
