@@ -86,7 +86,7 @@ class FilterSense:
             instruction=instruction,
             worked_on=worked_on(instruction.task, seen),
             between_jaws=between,
-            lacking_clips=between & self._clips.lacking(seen),
+            lacking_clips=between & self._clips.lacking(seen) if between else between,
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:
