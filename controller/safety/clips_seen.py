@@ -19,7 +19,8 @@ class ClipsSeen:
     """
 
     def __init__(self) -> None:
-        self._n, self._total_m = 0, dict[Structure, float](duct=0.0, artery=0.0)
+        self._n = 0
+        self._total_m: dict[Structure, float] = {"duct": 0.0, "artery": 0.0}
 
     def follow(self, seen: Observation) -> None:
         """Take in one observation."""
@@ -31,9 +32,12 @@ class ClipsSeen:
 
     def lacking(self, seen: Observation) -> frozenset[str]:
         """Return the structures that lack clips for a cut; those at risk always do."""
-        tubes = {side: structure_seen(side, seen) for side in SIDES}
-        bare = {name for side, name in tubes.items() if clips_on(side, seen) < self._needed(name)}
-        return frozenset(bare | set(AT_RISK))
+        bare = {
+            name
+            for side in SIDES
+            if clips_on(side, seen) < self._needed(name := structure_seen(side, seen))
+        }
+        return frozenset({*bare, *AT_RISK})
 
     def _needed(self, tube: Structure) -> int:
         return clips_needed(tube, self._total_m[tube] / self._n)
