@@ -67,12 +67,12 @@ class SafetyFilter:
         self._nearest = NearestMotion()
         self._limits, self._interlocks = tuple(limits), tuple(interlocks)
         self._control_step_s = registration.step_s
-        self._way_out = WayOut(registration.step_s)
         self.restart()
 
     def restart(self) -> None:
-        """Reset the rate to zero, because the arms stand still: an episode or a tool is new."""
+        """Forget the rate and who stood: the arms are at rest, an episode or a tool is new."""
         self.rate: Array = np.zeros((2, 7))
+        self._way_out = WayOut(self._control_step_s)
 
     def allow(
         self, start: Array, asked: Array, instruction: Instruction, seen: Observation
