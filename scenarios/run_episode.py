@@ -185,7 +185,7 @@ def _peaks(world: World) -> tuple[PeakResult, ...]:
 
 def _safety(episode: Episode) -> SafetyResult:
     guarded = episode.guarded_driver
-    ledger = tuple(guarded.ledger)
+    ledger = tuple(guarded.ledger.entries)
     return SafetyResult(
         filter=guarded.filter is not None,
         interventions=len(ledger),

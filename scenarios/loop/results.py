@@ -85,10 +85,10 @@ class SafetyResult:
 
     Attributes:
         filter: Whether the episode had a filter.
-        interventions: Number of altered commands.
+        interventions: Number of entries of the ledger.
         min_clearance_m: Smallest distance of an instrument to a keep-out; None if nothing was
             near, or the distance was not measured.
-        ledger: Every altered command, and the reason.
+        ledger: Every event in which commands were altered, and the reason.
     """
 
     filter: bool = True
