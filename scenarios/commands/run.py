@@ -91,6 +91,8 @@ class Run:
     """Folder for results.json, which is replaced, and the recorded episodes."""
     video: Annotated[Path | None, arg(metavar="FILE.mp4")] = None
     """File for the endoscope's view; needs a renderer and a single episode."""
+    overlay: bool = False
+    """Draw what the robot sees on the video: points, their 95 % ellipses, hidden ones in orange."""
 
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
@@ -165,7 +167,9 @@ class Run:
             display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
-                observers.append(stack.enter_context(VideoWriter(path=self.video)))
+                observers.append(
+                    stack.enter_context(VideoWriter(path=self.video, overlay=self.overlay))
+                )
             if self.save_interventions is not None:
                 from scenarios.demonstration.interventions import Interventions
 
