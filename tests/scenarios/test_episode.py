@@ -21,7 +21,7 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.policy_setup import PolicySetup
 from planner.scripted import PlannerScripted
 from scenarios.catalogue import CONTROLLERS, WITNESS
-from scenarios.episode import Episode
+from scenarios.episode import STAYS_BACK_S, Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
@@ -40,6 +40,7 @@ from tissue_sim.world import World
 
 ROOT = Path(__file__).parents[2]
 SEED = 10_004
+STAYS_BACK = round(STAYS_BACK_S / CONTROL_PERIOD_S)
 ONE_STEP = 1.01 * CONTROL_PERIOD_S
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 LONG_CHUNK = 45  # longer than the planner's period of 30 steps
@@ -138,7 +139,7 @@ def test_harm_alone_fails_a_procedure(procedure, harm):
 def test_a_done_task_counts_whether_it_was_asked_for_or_not(procedure, finished, said):
     tasks = {task.index: task for task in procedure.result.tasks if said or task.index != 16}
     episode = saying_the_last(finished, tasks)
-    assert len(list(islice(episode.steps(), 10))) == 1
+    assert len(list(islice(episode.steps(), 2 * STAYS_BACK))) == STAYS_BACK + 1
     assert episode.tasks.is_complete
 
 
@@ -147,7 +148,7 @@ def test_an_episode_ends_when_nothing_is_left_to_cut_well_or_badly(procedure, fi
     tasks[6] = replace(tasks[6], success=False)  # one clip of three is gone
     finished.record = replace(finished.record, clips=finished.record.clips[1:])
     episode = saying_the_last(finished, tasks)
-    assert len(list(islice(episode.steps(), 10))) == 1
+    assert len(list(islice(episode.steps(), 2 * STAYS_BACK))) == STAYS_BACK + 1
     assert not episode.tasks.is_complete
 
 
@@ -370,7 +371,7 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     episode.world.record = replace(episode.world.record, clip_loaded=False)  # the clip fell out
     exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     after = list(islice(steps, exchange + 5))
-    assert chunks([*before, *after]) == [(1, 10), (0, exchange), (2, 5)]
+    assert chunks([*before, *after]) == [(1, 11), (0, exchange), (2, 4)]  # seen a step later
     assert controller.resets == 1
     assert after[-1].observation.clip_loaded
 
@@ -385,6 +386,7 @@ def test_an_exchange_with_a_bent_wrist_ends_and_goes_on_in_the_home_pose():
     for _ in range(20):
         world.step(JointCommand(joints=joints), intended=None)
     episode.guarded_driver.driver.attach(rig_in(world), joints)
+    episode.observation = world.observe()
     exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     steps = list(islice(episode.steps(), exchange + 5))
     assert [step.exchange for step in steps] == [True] * exchange + [False] * 5

@@ -16,7 +16,7 @@ from tissue_sim.patient.textbook import textbook_from_seed
 CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
     "document": {"episodes", "summary", "config", "versions"},
     "episode": {
-        *("scenario", "seed", "planner", "controller", "sense", "privileged"),
+        *("scenario", "seed", "planner", "controller", "sense", "privileged", "sensing"),
         *("success", "call", "error", "tasks"),
         *("procedure_time_s", "exchange_time_s", "wall_s", "corrections"),
         *("dropped_clips", "injuries", "peaks", "safety"),

@@ -27,7 +27,8 @@ def test_trained_on_another_world_they_are_refused_in_one_line(words, capsys):
 
 
 def test_without_a_choice_the_witness_acts_and_says_so(capsys):
-    say_who_acts(EpisodeConfig().planner, EpisodeConfig().controller)
+    say_who_acts(EpisodeConfig().planner, EpisodeConfig().controller, EpisodeConfig().sense)
     said = capsys.readouterr().err
     assert "planner: scripted (privileged" in said
     assert "controller: expert (privileged" in said
+    assert "sense: exact: simulator state, which no robot has" in said

@@ -22,7 +22,7 @@ def passes_below(share: float):
 
 
 def test_every_condition_makes_an_episode_and_has_a_folder_of_its_own():
-    everything = plan(*SUITES, arms=(FIRST,), seeds=[7])
+    everything = plan(*SUITES, arms=(replace(FIRST, sense="tracked"),), seeds=[7])
     results = results_of(everything, episode)
     assert len({case.folder for case in results}) == len(results)
     assert all(isinstance(case.config, EpisodeConfig) for case in results)

@@ -71,12 +71,12 @@ def test_it_starts_and_stops_gently(world: World) -> None:
 
 
 def test_the_nurse_is_needed_for_another_tool_or_a_missing_clip_only(world: World) -> None:
-    assert not nurse.is_needed(world, "clip_applier", clip=True)
-    assert nurse.is_needed(world, "scissors", clip=False)
+    assert not nurse.is_needed(world.observe(), "clip_applier", clip=True)
+    assert nurse.is_needed(world.observe(), "scissors", clip=False)
     world.drop_clip()
-    assert nurse.is_needed(world, "clip_applier", clip=True)
-    assert not nurse.is_needed(world, "clip_applier", clip=False)
+    assert nurse.is_needed(world.observe(), "clip_applier", clip=True)
+    assert not nurse.is_needed(world.observe(), "clip_applier", clip=False)
     exchanged(world, "clip_applier", joints_at(0.09))
     assert world.record.clip_loaded
-    assert not nurse.is_needed(world, "clip_applier", clip=True)
+    assert not nurse.is_needed(world.observe(), "clip_applier", clip=True)
     assert world.arms.mounted[LEFT_ARM].name == "grasper"

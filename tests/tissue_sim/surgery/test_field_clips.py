@@ -203,7 +203,7 @@ def test_a_clip_pulled_a_little_beyond_its_hold_slips_and_no_stump_holds(world: 
 def test_a_dropped_clip_falls_into_the_field_and_is_not_a_failure(world: World) -> None:
     world.drop_clip()
     assert not world.record.clip_loaded
-    assert nurse.is_needed(world, "clip_applier", clip=True)
+    assert nurse.is_needed(world.observe(), "clip_applier", clip=True)
     (clip,) = world.record.clips
     start = clip.T_world_clip.copy()
     heights = []
@@ -227,7 +227,7 @@ def test_a_dropped_clip_falls_into_the_field_and_is_not_a_failure(world: World) 
     world.drop_clip()  # the applier holds no clip
     assert len(world.record.clips) == 1
     world.equip("clip_applier")
-    assert not nurse.is_needed(world, "clip_applier", clip=True)
+    assert not nurse.is_needed(world.observe(), "clip_applier", clip=True)
 
 
 def test_a_clip_dropped_over_the_liver_lands_on_its_bed(world: World) -> None:
