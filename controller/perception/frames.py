@@ -62,9 +62,7 @@ def read_frames(files: Sequence[Path], view: str) -> Frames:
                     "flags": np.concatenate([file["severed"], third], axis=1),
                 }
             )
-    return Frames(
-        **{n: torch.from_numpy(np.concatenate([p[n] for p in parts])) for n in parts[0]}
-    )
+    return Frames(**{n: torch.from_numpy(np.concatenate([p[n] for p in parts])) for n in parts[0]})
 
 
 def digest(files: Sequence[Path]) -> str:

@@ -44,7 +44,7 @@ class Lines:
         return np.diag(self._P).reshape(N_LINE, 3).mean(axis=1)
 
     def wait(self, passed_s: float, share: float) -> None:
-        """Let time pass, with this share of the usual motion; never surer, never less than first."""
+        """Let time pass, with this share of the usual motion; never less sure than at first."""
         self._P += passed_s * share * self._prior.drift
         grown = np.diag(self._P) / np.diag(self._prior.spread)
         shrink = np.sqrt(np.minimum(1.0, 1.0 / grown))
@@ -52,13 +52,14 @@ class Lines:
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> None:
         """Take in what the views show."""
-        before, certain = self._x.copy(), np.linalg.inv(self._P)
+        before = self._x.copy()
+        certain: Array = np.linalg.inv(self._P).astype(float)
         for _ in range(ITERATIONS if self._looked else FIRST_ITERATIONS):
             A, b = certain.copy(), -certain @ (self._x - before)
             for name, picture in pictures.items():
                 self._add(A, b, picture, shown[name])
             self._x = self._x + np.linalg.solve(A, b)
-        self._P, self._looked = np.linalg.inv(A), True
+        self._P, self._looked = np.linalg.inv(A).astype(float), True
 
     def hold(self, point_m: Array, at: tuple[int, float], across: Array, std_m: float) -> None:
         """Take in that a line passes through a point (3,), across two directions (2, 3).
@@ -90,7 +91,7 @@ class Lines:
 
 
 def spread_px(picture: Picture, shown: Shown, ahead: Array) -> Array:
-    """Return the standard deviations (`N_LINE`,) of the shown pixels; infinite outside the frame."""
+    """Return standard deviations (`N_LINE`,) of the shown pixels; infinite outside the frame."""
     height, width = picture.rgb.shape[:2]
     size = np.array([width, height])
     within = ((shown.pixels > EDGE_PX) & (shown.pixels < size - EDGE_PX)).all(axis=1)

@@ -54,9 +54,9 @@ class Viewer:
     def __call__(self, view: str, rgb: NDArray[np.uint8]) -> Shown:
         """Return what a view's picture (height, width, 3) shows."""
         feed = np.ascontiguousarray(rgb.transpose(2, 0, 1)[None], np.float32) / np.float32(255.0)
-        outputs = self._sessions[view].run(None, {"pictures": feed})
+        outputs = map(np.asarray, self._sessions[view].run(None, {"pictures": feed}))
         parts = zip(TOLD, outputs, strict=True)
-        return Shown(**{name: np.asarray(part[0], float) for name, part in parts})
+        return Shown(**{name: part[0].astype(float) for name, part in parts})
 
 
 class _Told(nn.Module):

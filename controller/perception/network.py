@@ -66,7 +66,9 @@ class Network(nn.Module):
                 nn.Sequential(_block(d, e, 2), _block(e, e)),
             ]
         )
-        self.rise = nn.ModuleList([nn.Conv2d(e, d, 1), nn.Conv2d(d, c, 1), nn.Conv2d(c, config.maps, 1)])
+        self.rise = nn.ModuleList(
+            [nn.Conv2d(e, d, 1), nn.Conv2d(d, c, 1), nn.Conv2d(c, config.maps, 1)]
+        )
         self.skip = nn.Conv2d(b, config.maps, 1)
         self.mix = nn.ModuleList(
             [

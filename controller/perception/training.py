@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -11,11 +11,15 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
+from controller.perception.checkpoint import PerceptionConfig, PerceptionModel, save_perception
 from controller.perception.frames import Frames, changed, digest, read_frames
 from controller.perception.network import N_LINE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.prior import fit_prior
 from planner.learning.optimise import Schedule, TrainingStep, optimise
 from tissue_sim.sensing.observation import N_POINTS
 
+VIEWS = ("endoscope_left", "wrist_left_tip", "wrist_right_tip")
+WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
 FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
@@ -64,14 +68,26 @@ def train_view(
         network,
         partial(_loss, frames=frames, chance=chance, config=config),
         chance,
-        replace(config),
+        config,
         out,
         f"{view} {digest(files)}",
         save=lambda model: torch.save(model.state_dict(), out / WEIGHTS_FILE),
     )
 
 
-WEIGHTS_FILE = "view.pt"
+def join_views(files: Sequence[Path], config: PerceptionTraining, out: Path) -> Path:
+    """Write the checkpoint of all trained views and of the prior; return its path."""
+    sizes = {view: read_frames(files[:1], view).rgb.shape[2:0:-1] for view in VIEWS}
+    perception = PerceptionConfig(
+        views=VIEWS,
+        sizes=tuple((width, height) for width, height in sizes.values()),
+        network=config.network,
+    )
+    model = PerceptionModel(perception, fit_prior(files))
+    for view, network in model.networks.items():
+        network.load_state_dict(torch.load(out / view / WEIGHTS_FILE, weights_only=True))
+    save_perception(out / CHECKPOINT_FILE, model)
+    return out / CHECKPOINT_FILE
 
 
 def _loss(

@@ -8,7 +8,7 @@ frequent as common ones.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from scenarios.demonstration.mix import (
     NOMINAL,
     RECOVERIES,
     RECOVERY,
+    TRAINING_SEEDS,
     PlannedDemonstration,
 )
 from scenarios.files.atomic_write import write_atomic
@@ -43,6 +44,7 @@ KINDS = (
 )
 NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster
 NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
+CHOICE = 4  # patients to choose among for each that is taken
 STRATA = 4  # of the artery's length
 GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
@@ -50,8 +52,14 @@ MOST_DYED = 0.3
 
 
 def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
-    """Plan the episodes of these seeds, with lengths of the artery that alternate."""
-    seeds = range(first_seed, first_seed + 4 * episodes)
+    """Plan episodes of training seeds from the first on, with lengths that alternate.
+
+    They are chosen among four times as many patients; fewer where the training seeds end.
+    """
+    if not episodes:
+        return []
+    last = min(first_seed + CHOICE * episodes, TRAINING_SEEDS.stop)
+    seeds = range(first_seed, last)
     lengths_m = np.array([anatomy_from_seed(seed).artery_length_m for seed in seeds])
     low, high = np.quantile(lengths_m, [0.02, 0.98]) if len(lengths_m) else (0.0, 1.0)
     stratum = np.clip(STRATA * (lengths_m - low) / (high - low), 0, STRATA - 1).astype(int)
@@ -75,7 +83,8 @@ def picture(demonstration: PlannedDemonstration, out: Path) -> int:
     """Run the episode and write its labelled frames; return their number."""
     frames = list(_frames(demonstration))
     content = io.BytesIO()
-    np.savez_compressed(content, **{name: np.array([f[name] for f in frames]) for name in frames[0]})
+    columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
+    np.savez_compressed(content, **columns)
     write_atomic(frames_path(demonstration, out), content.getvalue())
     return len(frames)
 
@@ -140,6 +149,8 @@ def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
         pixels, ahead = project(spec, T_world_eye, points)
         shown = there & visible(pixels, ahead, depths, taken[POSITION_PICTURE][spec.name])
         frame[f"rgb.{spec.name}"] = taken[COLOR_PICTURE][spec.name]
-        frame[f"pixels.{spec.name}"] = np.where(ahead[:, None] > 0.002, pixels, -1e4).astype(np.float32)
+        frame[f"pixels.{spec.name}"] = np.where(ahead[:, None] > 0.002, pixels, -1e4).astype(
+            np.float32
+        )
         frame[f"visible.{spec.name}"] = shown
     return frame

@@ -1,4 +1,4 @@
-"""The lamps of endoscope and wrists, which move with them, and the light that the cavity reflects."""
+"""The lamps of endoscope and wrists, and the light that the cavity reflects."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from tissue_sim.sensing.cameras import CAMERA_NAMES, T_world_camera, looking
 
 LAMP_W_SR = 0.028 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
-WRIST_LAMP_SHARE = 0.02  # of the endoscope's: assumed, as small borescopes have; close by, it suffices
+WRIST_LAMP_SHARE = (
+    0.02  # of the endoscope's: assumed, as small borescopes have; close by, it suffices
+)
 FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: reflected by tissue
 
 

@@ -35,7 +35,7 @@ def shown_points(field: Field, seen: Observation) -> tuple[Array, NDArray[np.boo
             rings = (field.tubes.below[tube], field.tubes.above[tube])
             points[at] = [x[ring[severed[0], 0]] for ring in rings]
     ends = np.repeat(seen.tube_radius_m + DEPTH_M, 2)
-    return points, there, np.concatenate([depths_m(seen), ends])
+    return points, there, np.concatenate([depths_m(seen), ends]).astype(float)
 
 
 def project(spec: CameraSpec, T_world_eye: Array, points: Array) -> tuple[Array, Array]:
