@@ -82,7 +82,7 @@ class Lines:
         off, J = shown.pixels - pixels, _jacobians(picture, self.points_m)
         spread = spread_px(picture, shown, ahead)
         beyond = np.linalg.norm(off, axis=1) / spread / FAR_OFF
-        weight = np.where(ahead > 0.005, 1.0 / spread**2 / np.sqrt(1.0 + beyond**2), 0.0)
+        weight = np.where(ahead > 0.005, 1.0 / spread**2 / (1.0 + beyond**2), 0.0)
         each = np.einsum("k,kij,kil->kjl", weight, J, J)
         push = np.einsum("k,kij,ki->kj", weight, J, off)
         for k in range(N_LINE):
