@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from controller.action import ToolAction, hold
 from controller.base import Controller
@@ -115,7 +115,8 @@ class Episode:
     def _plan(self) -> Instruction:
         self._planned_s = self._time_s
         with self._clock.stage("planner"):
-            return self._override.plan(self.observation)
+            stands = self.guarded_driver.standstill
+            return self._override.plan(replace(self.observation, stands_still=stands))
 
     def _hear(self) -> None:
         """Take in what people said, and drop what has lapsed of it."""

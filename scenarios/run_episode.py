@@ -27,6 +27,7 @@ from scenarios.loop.results import (
 )
 from scenarios.loop.script import read_script
 from scenarios.loop.senses import make_sense
+from scenarios.loop.sensing_metrics import SensingMetrics
 from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
@@ -66,13 +67,18 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     """Play an episode to its end and judge it; it began at `start_s` of `perf_counter`."""
     for observer in observers:
         observer.on_reset(episode.world)
-    metrics = MotionMetrics(episode.world)
+    metrics, sensing = MotionMetrics(episode.world), SensingMetrics()
     for step in episode.steps():
         metrics.on_step(step)
+        sensing.on_step(step)
         for observer in observers:
             observer.on_step(step)
     result = result_of(episode, start_s)
-    result = replace(result, tasks=metrics.measured(result.tasks))
+    result = replace(
+        result,
+        tasks=metrics.measured(result.tasks),
+        sensing=None if episode.config.sense == "exact" else sensing.result(),
+    )
     for observer in observers:
         observer.on_end(result)
     return result
@@ -179,7 +185,7 @@ def _peaks(world: World) -> tuple[PeakResult, ...]:
 
 def _safety(episode: Episode) -> SafetyResult:
     guarded = episode.guarded_driver
-    ledger = tuple(guarded.ledger)
+    ledger = tuple(guarded.ledger.entries)
     return SafetyResult(
         filter=guarded.filter is not None,
         interventions=len(ledger),

@@ -101,7 +101,10 @@ class AllBounds:
         single = np.maximum(self.least - motion, motion - self.most)
         excess = np.concatenate([single.ravel(), self.others.excess(motion)])
         rows = (excess > TOLERANCE).nonzero()[0].tolist()
-        return dict(zip(self._names(rows), excess[rows].tolist(), strict=True)) if rows else {}
+        found: dict[str, float] = {}
+        for name, by in zip(self._names(rows), excess[rows].tolist(), strict=True):
+            found[name] = max(by, found.get(name, 0.0))
+        return found
 
     def _names(self, rows: Sequence[int]) -> list[str]:
         first, found = 0, []

@@ -13,19 +13,22 @@ from math import sqrt
 
 import numpy as np
 
-from controller.safety.bounds import N_MOTION, AllBounds, Limit
+from controller.safety.bounds import ARMS, N_MOTION, AllBounds, Limit
 from controller.safety.filter_sense import FilterSense, Registration
-from controller.safety.interlocks import INTERLOCKS
+from controller.safety.interlocks import INTERLOCKS, JAW_LOCKS
 from controller.safety.ledger import Entry
 from controller.safety.limits import LIMITS
+from controller.safety.limits.keep_out import KEEP_OUT
 from controller.safety.nearest_motion import NearestMotion
 from controller.safety.situation import Situation
+from controller.safety.way_out import WayOut
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.psm import JOINT_NAMES
 
 TURNING = np.array([name != "insertion" for name in (*JOINT_NAMES, "jaw")] * 2)
+JAW_DEAD_BAND_RAD = 0.02  # a jaw that is held open by less than this is no event; assumed
 FAR = 1e3  # rad or m: larger values are no joints, and would spoil the quadratic program
 
 
@@ -35,21 +38,23 @@ class Allowed:
 
     Attributes:
         joints: (2, 7).
-        entry: for the ledger; None if nothing was altered or overridden.
+        entry: for the ledger; None if nothing was altered or overridden, or only a jaw within the
+            dead band.
         clearance_m: smallest distance of pairs that must not touch; infinite if nothing is near.
+        standstill: an arm stood so long, though asked to move, that a person is needed.
     """
 
     joints: Array
     entry: Entry | None
     clearance_m: float
+    standstill: bool = False
 
 
 class SafetyFilter:
     """The safety filter of one patient and one robot.
 
     Attributes:
-        rate: (2, 7) rate of the joints, rad/s and m/s, in the last allowed command; the filter's
-            only state.
+        rate: (2, 7) rate of the joints, rad/s and m/s, in the last allowed command.
     """
 
     def __init__(
@@ -65,8 +70,9 @@ class SafetyFilter:
         self.restart()
 
     def restart(self) -> None:
-        """Reset the rate to zero, because the arms stand still: an episode or a tool is new."""
+        """Forget the rate and who stood: the arms are at rest, an episode or a tool is new."""
         self.rate: Array = np.zeros((2, 7))
+        self._way_out = WayOut(self._control_step_s)
 
     def allow(
         self, start: Array, asked: Array, instruction: Instruction, seen: Observation
@@ -84,6 +90,8 @@ class SafetyFilter:
                 time_s=seen.time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
             )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
+        asked = self._way_out.lead(start, asked, instruction.task, seen)
+        backing = self._way_out.backing
         situation = self._sense.see(start, self.rate, asked, instruction, seen)
         bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
         aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
@@ -98,10 +106,15 @@ class SafetyFilter:
         moved = np.zeros(N_MOTION) if motion is None else share * motion
         joints = start + moved.reshape(2, 7) if broken else asked
         self.rate = (joints - start) / self._control_step_s
+        tips = situation.arms.tip_jacobian
+        self._way_out.note(_tips_m(tips, situation.motion), _tips_m(tips, moved))
+        if backing is not None:
+            broken = {f"standstill: {ARMS[backing]} arm backs off": 0.0, **broken}
         return Allowed(
             joints=joints,
             entry=_entry(situation, moved, broken, tuple(overridden), seen.time_s),
             clearance_m=_clearance_m(situation),
+            standstill=self._way_out.calls,
         )
 
     def _set_aside(self, instruction: Instruction) -> list[Limit]:
@@ -115,19 +128,33 @@ def _entry(
     overridden: tuple[str, ...],
     time_s: float,
 ) -> Entry | None:
-    if not broken and not overridden:
+    if not overridden and _is_no_event(situation, broken):
         return None
     change = moved - situation.motion
-    tips = situation.arms.tip_jacobian @ change.reshape(2, 7, 1)
+    tips = _tips_m(situation.arms.tip_jacobian, change)
+    kept_off = any(name.startswith(KEEP_OUT) for name in broken)
     return Entry(
         time_s=time_s,
         limits=tuple(broken),
         margin=next(iter(broken.values()), 0.0),
+        nearest_m=_clearance_m(situation) if kept_off else None,
         change_m=sqrt((tips * tips).sum(axis=1).max()),
         change_rad=float((np.abs(change) * TURNING).max()),
         held=not moved.any(),
         overridden=overridden,
     )
+
+
+def _is_no_event(situation: Situation, broken: dict[str, float]) -> bool:
+    """Return whether at most a jaw, which had no task, was kept from closing a little."""
+    jaws = all(name.partition(":")[0] in JAW_LOCKS for name in broken)
+    idle = situation.instruction.task.kind not in ("clip", "cut")
+    return jaws and (not broken or (idle and max(broken.values()) < JAW_DEAD_BAND_RAD))
+
+
+def _tips_m(tip_jacobian: Array, motion: Array) -> Array:
+    """Return how far (2, 3) a motion (14,) moves the tips."""
+    return (tip_jacobian @ motion.reshape(2, 7, 1))[..., 0]
 
 
 def _clearance_m(situation: Situation) -> float:

@@ -9,20 +9,16 @@ import numpy as np
 from controller.links import Rates
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
+from controller.safety.clips_seen import ClipsSeen
 from controller.safety.exemption import worked_on
 from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.jaws_seen import between_jaws_seen
 from controller.safety.obstacles import RigidSurroundings, Surroundings, registered
 from controller.safety.proof import safe_share
-from controller.safety.seen_obstacles import SIDES, ObstaclesSeen
+from controller.safety.seen_obstacles import ObstaclesSeen
 from controller.safety.situation import Situation
 from planner.instruction import Instruction
-from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import clips_on, length_m
-from planner.task import Tube
 from tissue_sim.frames import Array
-from tissue_sim.outcome.clip_rule import clips_needed
-from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -60,6 +56,7 @@ class FilterSense:
 
     def __init__(self, registration: Registration) -> None:
         self._registration, self._obstacles = registration, ObstaclesSeen()
+        self._clips = ClipsSeen()
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
     def see(
@@ -68,6 +65,7 @@ class FilterSense:
         """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
         instruments = INSTRUMENTS[seen.tools[LEFT_ARM]], INSTRUMENTS[seen.tools[RIGHT_ARM]]
         self._surroundings: Surroundings = self._obstacles.follow(seen)
+        self._clips.follow(seen)
         near = self._model.near(start, instruments, self._surroundings)
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
@@ -88,20 +86,12 @@ class FilterSense:
             instruction=instruction,
             worked_on=worked_on(instruction.task, seen),
             between_jaws=between,
-            lacking_clips=between & frozenset(_lacking_clips(seen)),
+            lacking_clips=between & self._clips.lacking(seen) if between else between,
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:
         """Return `proof.safe_share` in the last surroundings."""
         return safe_share(self._model, self._surroundings, situation, motion)
-
-
-def _lacking_clips(seen: Observation) -> list[str]:
-    """Return the structures on which fewer clips are seen than must be there before a cut."""
-    tubes: dict[Tube, str] = {side: structure_seen(side, seen) for side in SIDES}
-    needed = {side: clips_needed(name, length_m(side, seen)) for side, name in tubes.items()}
-    lacking = [name for side, name in tubes.items() if clips_on(side, seen) < needed[side]]
-    return [*lacking, *AT_RISK]
 
 
 def _parting(near: NearPairs, moving: Rates) -> Array:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.safety.bounds import (
     EACH_JOINT,
@@ -14,6 +15,7 @@ from controller.safety.bounds import (
     Limit,
     at_least,
 )
+from controller.safety.geometry.collision import NearPairs
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
 from controller.safety.situation import Situation
 from tissue_sim.patient.at_risk import AT_RISK
@@ -22,6 +24,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 NEAR_AT_RISK_M = 0.008  # assumed
 SLOW_M_S = 0.02  # assumed: a surgeon's speed beside what must not be injured
 _RIGHT_JAW = 13
+_TIP_ROWS = 3  # of each arm in a box
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +64,21 @@ class SlowNearAtRisk:
         if not close.any():
             return NO_BOUNDS
         slow = np.bincount(near.arm[close], minlength=2) > 0
-        return tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
+        box = tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
+        what = [
+            f"{tool.in_words} slowed near the {_nearest(near, close & (near.arm == arm))}"
+            for arm, tool in enumerate(situation.instruments)
+        ]
+        return replace(box, what=tuple(np.repeat(what, _TIP_ROWS).tolist()))
 
 
+def _nearest(near: NearPairs, among: NDArray[np.bool_]) -> str:
+    """Return the name of the nearest obstacle among some pairs; "" if there are none."""
+    rows = np.flatnonzero(among)
+    return near.pair(int(rows[near.distance_m[rows].argmin()]))[2] if len(rows) else ""
+
+
+JAW_LOCKS = (ClipsBeforeCut().name, OnlyWhatIsMeant().name)
 INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearAtRisk())
 
 

@@ -26,13 +26,16 @@ class Standstill:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
         if self._seen and seen.time_s - self._seen[-1][0] > GAP_S:
             self._seen.clear()
+        self._told = seen.stands_still
         self._seen.append((seen.time_s, seen.tips_endoscope[:, :3, 3], seen.joints[:, 6]))
         while len(self._seen) > 1 and seen.time_s - self._seen[1][0] >= AFTER_S:
             self._seen.popleft()
 
     @property
     def lasts(self) -> bool:
-        """Return whether tips and jaws have stood still for `AFTER_S`."""
+        """Return whether tips and jaws have stood still for `AFTER_S`, or the filter says so."""
+        if self._told:
+            return True
         if self._seen[-1][0] - self._seen[0][0] < AFTER_S:
             return False
         tips_m = np.stack([tips for _, tips, _ in self._seen])

@@ -12,6 +12,7 @@ from typing import Annotated
 from rich.console import Console
 from tyro.conf import arg
 
+from scenarios.catalogue import SENSES
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
@@ -68,6 +69,9 @@ class Collect:
     """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True
     """Disturb the expert's motion by bursts of noise, from which it recovers."""
+    sense: Annotated[str, one_of(SENSES)] = "tracked"
+    """What observation.state is told by, and what a learned policy and the filter act on. The exact
+    state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
 
@@ -89,6 +93,7 @@ class Collect:
             noise=self.noise,
             checkpoint=checkpoint,
             planner=str(self.planner_checkpoint or ""),
+            sense=self.sense,
             artery_below_m=math.inf if self.artery_below_mm is None else self.artery_below_mm / 1e3,
         )
         if len(asked) < self.episodes:

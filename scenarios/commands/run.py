@@ -34,6 +34,7 @@ from scenarios.recording.result_tables import (
     error_lines,
     injury_table,
     ledger_table,
+    sensing_lines,
     summary_line,
     task_table,
 )
@@ -90,6 +91,8 @@ class Run:
     """Folder for results.json, which is replaced, and the recorded episodes."""
     video: Annotated[Path | None, arg(metavar="FILE.mp4")] = None
     """File for the endoscope's view; needs a renderer and a single episode."""
+    overlay: bool = False
+    """Draw what the robot sees on the video: points, their 95 % ellipses, hidden ones in orange."""
 
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
@@ -164,7 +167,9 @@ class Run:
             display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
-                observers.append(stack.enter_context(VideoWriter(path=self.video)))
+                observers.append(
+                    stack.enter_context(VideoWriter(path=self.video, overlay=self.overlay))
+                )
             if self.save_interventions is not None:
                 from scenarios.demonstration.interventions import Interventions
 
@@ -246,6 +251,7 @@ def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
     for line in (
         *call_lines(episodes),
         *error_lines(episodes),
+        *(sensing_lines(episodes) if len(episodes) == 1 else ()),
         summary_line(summarise(episodes)),
         f"results: {out / 'results.json'}",
     ):

@@ -134,7 +134,7 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     effects = Effects((*failures(scenario, rng), *noise), seed)
     config = EpisodeConfig(
-        seed=seed, scenario=scenario, sense="tracked", **_policies(demonstration)
+        seed=seed, scenario=scenario, sense=demonstration.sense, **_policies(demonstration)
     )
     world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)

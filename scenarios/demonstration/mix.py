@@ -52,6 +52,7 @@ class PlannedDemonstration:
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
             is the one that comes with Calot.
         planner: checkpoint of the learned planner; "" for the scripted planner.
+        sense: a key of `scenarios.catalogue.SENSES`.
     """
 
     seed: int
@@ -59,6 +60,7 @@ class PlannedDemonstration:
     noise: bool = True
     checkpoint: str = ""
     planner: str = ""
+    sense: str = "tracked"
 
     @property
     def is_rollout(self) -> bool:
@@ -89,6 +91,7 @@ def demonstrations(
     noise: bool = True,
     checkpoint: str = "",
     planner: str = "",
+    sense: str = "tracked",
     artery_below_m: float = math.inf,
 ) -> list[PlannedDemonstration]:
     """Plan one for each training seed with a short enough artery; more episodes only add some.
@@ -105,6 +108,7 @@ def demonstrations(
             noise=noise,
             checkpoint=checkpoint if learned else "",
             planner=planner if learned else "",
+            sense=sense,
         )
 
     every = map(planned, range(first_seed, TRAINING_SEEDS.stop))

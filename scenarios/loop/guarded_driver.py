@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from controller.action import ToolAction
 from controller.driver import Driver, rig_in
 from controller.safety.filter import SafetyFilter
 from controller.safety.filter_sense import registration_of
-from controller.safety.ledger import Entry
+from controller.safety.ledger import Entry, Ledger
 from planner.instruction import Instruction
 from scenarios.loop.stage_clock import StageClock
 from tissue_sim.frames import Array
@@ -22,7 +24,8 @@ class GuardedDriver:
 
     Attributes:
         filter: None where the episode goes without.
-        ledger: each command that was altered so far, with the reason.
+        ledger: each event so far in which commands were altered, with the reason.
+        standstill: an arm stands still though asked to move: a person is needed.
         clearance_m: smallest distance so far of an instrument to what it must not hit.
     """
 
@@ -32,9 +35,9 @@ class GuardedDriver:
         self._world, self._clock = world, clock
         self.driver = Driver(rig_in(world), joints)
         self.filter = SafetyFilter(registration_of(world)) if safety_filter else None
-        self.ledger: list[Entry] = []
+        self.ledger, self.standstill = Ledger(), False
         self.clearance_m = math.inf
-        self._n_told = 0  # entries of the ledger that observers know
+        self._news: list[Entry] = []  # alterations that observers do not know
 
     @property
     def joints(self) -> Array:
@@ -50,14 +53,16 @@ class GuardedDriver:
         with self._clock.stage("driver"):
             asked = self.driver.drive(action)
         if self.driver.refused > refused:
-            self.ledger.append(Entry(time_s=seen.time_s, limits=("reach: an arm holds",)))
+            self._note(Entry(time_s=seen.time_s, limits=("reach: an arm holds",)))
         if self.filter is None:
             return asked
         with self._clock.stage("safety filter"):
             allowed = self.filter.allow(start, asked.joints, instruction, seen)
         self.clearance_m = min(self.clearance_m, allowed.clearance_m)
+        self.standstill = allowed.standstill
         if allowed.entry is not None:
-            self.ledger.append(allowed.entry)
+            self._note(allowed.entry)
+        if not np.array_equal(allowed.joints, asked.joints):
             self.driver.follow(allowed.joints)
         return JointCommand(joints=allowed.joints)
 
@@ -68,7 +73,10 @@ class GuardedDriver:
             self.filter.restart()
 
     def news(self) -> tuple[Entry, ...]:
-        """Return the entries of the ledger since the last call."""
-        altered = tuple(self.ledger[self._n_told :])
-        self._n_told = len(self.ledger)
+        """Return the alterations since the last call, one for each altered command."""
+        altered, self._news = tuple(self._news), []
         return altered
+
+    def _note(self, entry: Entry) -> None:
+        self.ledger.note(entry)
+        self._news.append(entry)

@@ -85,16 +85,39 @@ class SafetyResult:
 
     Attributes:
         filter: Whether the episode had a filter.
-        interventions: Number of altered commands.
+        interventions: Number of entries of the ledger.
         min_clearance_m: Smallest distance of an instrument to a keep-out; None if nothing was
             near, or the distance was not measured.
-        ledger: Every altered command, and the reason.
+        ledger: Every event in which commands were altered, and the reason.
     """
 
     filter: bool = True
     interventions: int = 0
     min_clearance_m: float | None = None
     ledger: tuple[Entry, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensingResult:
+    """How far what was sensed is from the truth, over an episode.
+
+    Attributes:
+        near_m, near_p90_m: Median and 90th percentile of the errors of the tubes' points within
+            15 mm of the right tip; None if it never came so near.
+        clips_m: Median error of the clips; None if there was none.
+        clips_counted: Share of moments in which the number of clips is right.
+        cuts_seen: Share of moments in which it is right which tubes are severed.
+        within_95: Share of these points that lie in their 95 % ellipsoid.
+        hidden: Share of the tubes' points that no camera sees.
+    """
+
+    near_m: float | None
+    near_p90_m: float | None
+    clips_m: float | None
+    clips_counted: float
+    cuts_seen: float
+    within_95: float | None
+    hidden: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +159,7 @@ class EpisodeResult:
             the result.
         anatomy_hash: Identifies the anatomy; None if the episode broke off before it was made.
         sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
+        sensing: How well it was sensed; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
     """
 
@@ -157,6 +181,7 @@ class EpisodeResult:
     safety: SafetyResult = SafetyResult()
     anatomy_hash: str | None = None
     sense: str = "exact"
+    sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()
 
     @property
@@ -247,6 +272,7 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         peaks=tuple(PeakResult(**peak) for peak in entry.get("peaks", ())),
         safety=_safety(entry["safety"]),
         privileged=tuple(entry.get("privileged", ())),
+        sensing=None if entry.get("sensing") is None else SensingResult(**entry["sensing"]),
         call=None if entry.get("call") is None else CallResult(**entry["call"]),
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
 
-ADDED_LATER = ("sense", "privileged", "call")  # fields of a result that earlier recordings lack
+ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results of before
 BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
 
 

@@ -11,6 +11,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from controller.safety.ledger import Ledger
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import dumps, plain
@@ -54,7 +55,7 @@ class Recording:
         instructions: table of instructions: task index, text, source, remark.
         events: injuries, in order, each with its step.
         perturbations: applied perturbations, in order, each with the step of its onset.
-        ledger: the safety filter's changes, in order, each with its step.
+        ledger: the safety filter's changes, in order, each with the step in which it began.
         heard: what people said, in order, each with its step: how and by what it was read, the
             resulting instruction, and the reply; commands and instructions by their texts.
         hands: each `GuidedArm`, with its step.
@@ -95,7 +96,8 @@ class Recorder:
     _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
     _events: list[dict[str, Any]] = field(default_factory=list)
     _perturbations: list[dict[str, Any]] = field(default_factory=list)
-    _ledger: list[dict[str, Any]] = field(default_factory=list)
+    _ledger: Ledger = field(default_factory=Ledger)
+    _ledger_steps: list[int] = field(default_factory=list)  # in which each entry began
     _heard: list[dict[str, Any]] = field(default_factory=list)
     _hands: list[dict[str, Any]] = field(default_factory=list)
     _checkpoints: dict[str, str] = field(default_factory=dict)
@@ -138,7 +140,8 @@ class Recorder:
         for applied in step.applied:
             self._perturbations.append({"step": number, **plain(applied)})
         for entry in step.altered:
-            self._ledger.append({"step": number, **plain(entry)})
+            if self._ledger.note(entry) == len(self._ledger_steps):
+                self._ledger_steps.append(number)
         for heard in step.heard:
             self._heard.append({"step": number, **_in_words(heard)})
         if step.guided is not None:
@@ -166,7 +169,10 @@ class Recorder:
             ],
             "events": self._events,
             "perturbations": self._perturbations,
-            "ledger": self._ledger,
+            "ledger": [
+                {"step": step, **plain(entry)}
+                for step, entry in zip(self._ledger_steps, self._ledger.entries, strict=True)
+            ],
             "heard": self._heard,
             "hands": self._hands,
             "result": self._result,

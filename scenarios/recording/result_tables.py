@@ -43,15 +43,29 @@ def injury_table(episode: EpisodeResult) -> Table:
 
 
 def ledger_table(episode: EpisodeResult) -> Table:
-    """Return a table with one row for each reason why the safety filter changed commands."""
+    """Return a table with one row for each event in which the safety filter changed commands."""
     table = Table(title="safety filter")
-    table.add_column("what the command would have violated")
-    for heading in ("commands", "first (s)", "last (s)"):
+    table.add_column("what it did")
+    for heading in ("commands", "from (s)", "to (s)"):
         table.add_column(heading, justify="right")
-    for reason in dict.fromkeys(limit for e in episode.safety.ledger for limit in e.limits):
-        times_s = [e.time_s for e in episode.safety.ledger if reason in e.limits]
-        table.add_row(escape(reason), str(len(times_s)), f"{times_s[0]:.1f}", f"{times_s[-1]:.1f}")
+    for e in episode.safety.ledger:
+        table.add_row(escape(e.words), str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
     return table
+
+
+def sensing_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
+    """Return a line for each episode that was sensed with errors: how large they were."""
+    return [
+        f"sensed ({e.sense}), seed {e.seed}: points near the right tip {_mm(e.sensing.near_m)}"
+        f" (median), {_mm(e.sensing.near_p90_m)} (90 %), clips {_mm(e.sensing.clips_m)};"
+        f" clips counted right {e.sensing.clips_counted:.1%}, cuts {e.sensing.cuts_seen:.1%}"
+        for e in episodes
+        if e.sensing is not None
+    ]
+
+
+def _mm(length_m: float | None) -> str:
+    return "-" if length_m is None else f"{1e3 * length_m:.2f} mm"
 
 
 def episode_table(episodes: Sequence[EpisodeResult]) -> Table:

@@ -14,10 +14,15 @@ class VideoWriter:
     """Observes an episode in a `with` block; the file is complete when the block is left.
 
     Asks the world for `endoscope_rgb()`, an image (H, W, 3) of uint8, once a control step.
+
+    Attributes:
+        path: of the file.
+        overlay: whether what the robot sees is drawn on it.
     """
 
     needs_images: ClassVar[bool] = True
     path: Path
+    overlay: bool = False
     _world: Any = None
     _frames: Any = None
 
@@ -47,7 +52,12 @@ class VideoWriter:
 
     def on_step(self, step: Any) -> None:
         """Add a frame after one control step."""
-        self._frames.append_data(self._world.endoscope_rgb())
+        picture = self._world.endoscope_rgb()
+        if self.overlay:
+            from scenarios.recording.overlay import overlaid
+
+            picture = overlaid(picture, step.observation)
+        self._frames.append_data(picture)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Do nothing."""

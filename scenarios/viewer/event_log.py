@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from controller.safety.ledger import Entry
+from controller.safety.ledger import Entry, Ledger
 from planner.instruction import TASKS, Instruction
 from scenarios.loop.results import EpisodeResult
 from tissue_sim.tools.arms import LEFT_ARM
@@ -18,7 +18,6 @@ if TYPE_CHECKING:  # heavy to import
 
 Kind = Literal["planner", "human", "said", "asked back", "injury", "filter", "disturbance", "end"]
 KEPT = 200  # newest lines; the recording keeps all of them
-APART_S = 0.5  # the filter's changes within this time of each other make one line
 SMOOTHING = 0.05  # weight of a new step in the smoothed stage times
 
 
@@ -77,7 +76,7 @@ class EventLog:
         self._lines: deque[LogLine] = deque(maxlen=KEPT)
         self._tasks: dict[int, Progress] = {}
         self._spent_s: dict[str, float] = {}
-        self._altered_s: dict[tuple[str, ...], float] = {}
+        self._ledger = Ledger()
 
     def note(self, step: Step) -> None:
         """Add the events of one step."""
@@ -131,11 +130,9 @@ class EventLog:
             self._add(heard.time_s, _kind(heard), f"“{heard.text}”", heard.reply)
 
     def _altered(self, entry: Entry) -> None:
-        last_s = self._altered_s.get(entry.limits)
-        self._altered_s[entry.limits] = entry.time_s
-        if last_s is None or entry.time_s - last_s > APART_S:
-            detail = "holds" if entry.held else f"{1e3 * entry.change_m:.1f} mm"
-            self._add(entry.time_s, "filter", ", ".join(entry.limits), detail)
+        n_before = len(self._ledger.entries)
+        if self._ledger.note(entry) == n_before:
+            self._add(entry.time_s, "filter", entry.words, "holds" if entry.held else "")
 
     def _advance(self, step: Step) -> None:
         task, before = step.instruction.task, self._status

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controller.action import ToolAction
 from controller.safety.obstacles import RigidSurroundings, registered
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, transform
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
@@ -20,6 +20,7 @@ from tissue_sim.rendering.drawn_clips import T_world_legs
 from tissue_sim.rendering.drawn_leaks import leak_surfaces
 from tissue_sim.rendering.drawn_strands import holding
 from tissue_sim.rendering.drawn_tissue import alive_tets
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
 from tissue_sim.world import World
 
 _NUMBERS = count()
@@ -62,6 +63,9 @@ class Frame:
         leaks: surfaces of leaking liquid, by structure.
         forces_n: (2, 3) force of the tissue on each instrument.
         ahead_m: (2, n, 3) path of each tip through the rest of the action chunk, current tip first.
+        seen_m: (n, 3) points as the robot senses them; none where nobody senses, as in a replay.
+        seen_std_m: (n,) how uncertain they are.
+        seen_hidden: (n,) which of them no camera sees.
         body_m: (3,) displacement of the body from its initial place.
         T_world_endoscope: (4, 4).
     """
@@ -81,6 +85,9 @@ class Frame:
     leaks: dict[str, Surface] = field(default_factory=dict)
     forces_n: Array
     ahead_m: Array
+    seen_m: Array
+    seen_std_m: Array
+    seen_hidden: NDArray[np.bool_]
     body_m: Array
     T_world_endoscope: Array
 
@@ -101,6 +108,7 @@ def frame_of(
     patient: Patient,
     ahead: Sequence[ToolAction] = (),
     before: Frame | None = None,
+    seen: Observation | None = None,
 ) -> Frame:
     """Return a frame of the world's current state and the controller's planned motions.
 
@@ -109,6 +117,7 @@ def frame_of(
         patient: the world's patient.
         ahead: the next actions of the current chunk.
         before: an earlier frame; its `tets` are shared unless tetrahedra were cut since.
+        seen: what the robot senses.
     """
     T_world_tool = world.arms.T_world_tool()
     alive = alive_tets(world)
@@ -120,6 +129,8 @@ def frame_of(
     ):
         tets, alive = before.tets, before.alive
     left, right = world.arms.mounted
+    there = slice(0 if seen is None else N_POINTS - MAX_CLIPS + min(seen.n_clips, MAX_CLIPS))
+    points = np.zeros((0, 3)) if seen is None else seen.points_m()[there]
     return Frame(
         patient=patient.number,
         time_s=world.record.time_s,
@@ -136,6 +147,9 @@ def frame_of(
         leaks=leak_surfaces(world),
         forces_n=world.tool_forces_n(),
         ahead_m=_path(T_world_tool, world.T_world_endoscope, ahead),
+        seen_m=transform(world.T_world_endoscope, points),
+        seen_std_m=np.zeros(0) if seen is None else seen.std_m[there],
+        seen_hidden=np.zeros(0, bool) if seen is None else seen.hidden[there],
         body_m=world.body.offset_m.copy(),
         T_world_endoscope=world.T_world_endoscope.copy(),
     )

@@ -16,6 +16,7 @@ from scenarios.viewer.layers.lamp import LampLayer
 from scenarios.viewer.layers.layer import Layer
 from scenarios.viewer.layers.leaks import LeakLayer
 from scenarios.viewer.layers.plan import PlanLayer
+from scenarios.viewer.layers.seen import SeenLayer
 from scenarios.viewer.layers.strands import StrandLayer
 from scenarios.viewer.layers.surroundings import CavityLayer, SurroundingsLayer
 from scenarios.viewer.layers.tissue import TissueLayer
@@ -36,10 +37,11 @@ LAYERS: tuple[MakeLayer, ...] = (
 OPTIONAL: dict[str, MakeLayer] = {
     "forces": ForceLayer,
     "next motions": PlanLayer,
+    "what it sees": SeenLayer,
     "keep-outs": KeepOutLayer,
     "abdominal wall": CavityLayer,
 }
-SHOWN_FIRST = frozenset(OPTIONAL) - {"keep-outs"}
+SHOWN_FIRST = frozenset(OPTIONAL) - {"keep-outs", "what it sees"}
 NEAR_M, FAR_M = 0.002, 2.0
 
 

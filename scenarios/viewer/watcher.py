@@ -90,5 +90,7 @@ class Watcher:
     def _copy(self) -> None:
         if self._world is None or self.patient is None:  # the episode could not begin
             return
-        ahead = () if self._step is None else self._step.ahead
-        self.frame = frame_of(self._world, self.patient, ahead, self.frame)
+        ahead, seen = (
+            ((), None) if self._step is None else (self._step.ahead, self._step.observation)
+        )
+        self.frame = frame_of(self._world, self.patient, ahead, self.frame, seen)

@@ -49,3 +49,8 @@ def test_flicker_and_breathing_are_no_motion_and_no_call_is_made_while_arms_were
 def test_after_a_gap_it_begins_anew():
     seen = [at(float(s)) for s in range(int(AFTER_S))]
     assert not lasts(*seen, at(40.0), at(41.0))
+
+
+def test_a_filter_that_lets_an_arm_stand_is_believed():
+    assert lasts(replace(SEEN, stands_still=True))
+    assert not lasts(replace(SEEN, stands_still=True), replace(SEEN, time_s=1.0))

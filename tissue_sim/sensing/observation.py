@@ -61,6 +61,7 @@ class Observation:
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.
         T_world_endoscope: (4, 4) the endoscope's pose, from its holder's encoders.
         shaft_offset_m: (2,) how far each shaft passes from its remote centre, by the arm's sensors.
+        stands_still: the safety filter has let an arm stand for so long that a person should look.
         images: camera name -> (height, width, 3) uint8, where they were drawn.
     """
 
@@ -87,6 +88,7 @@ class Observation:
     std_m: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     age_s: Array = field(default_factory=lambda: np.zeros(N_POINTS))
     hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(N_POINTS, bool))
+    stands_still: bool = False
     images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
 
     def points_m(self) -> Array:

@@ -38,6 +38,11 @@ class Instrument:
     finger_start_m: float
     jaw_torque_nm: float  # limits the pinch: force at distance r from the yaw axis <= torque / r
 
+    @property
+    def in_words(self) -> str:
+        """Return the name as people say it."""
+        return self.name.replace("_", " ")
+
 
 INSTRUMENTS = {
     "grasper": Instrument(  # ProGrasp

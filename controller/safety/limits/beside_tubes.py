@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,9 @@ class SlowBesideTubes:
         slow = np.repeat(touches, 7)
         slow[6::7] &= [not tubes for tubes in situation.worked_on]
         speed = OF_BOTH_ARMS * np.where(slow, SHARE, np.inf)
-        return on_joints(-situation.step_s * speed, situation.step_s * speed)
+        what = [f"{tool.in_words} slowed beside a tube" for tool in situation.instruments]
+        names = tuple(np.repeat(what, 7).tolist())
+        return replace(on_joints(-situation.step_s * speed, situation.step_s * speed), what=names)
 
 
 def _is_tube_beside(situation: Situation) -> bool:

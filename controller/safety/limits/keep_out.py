@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.safety.bounds import ARMS, Bounds, approach_share
+from controller.safety.bounds import Bounds, approach_share
 from controller.safety.exemption import FIRM
 from controller.safety.geometry.collision import NearPairs
+from controller.safety.geometry.link_cores import FINGERS, SHAFT
 from controller.safety.situation import Situation
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.tools.instruments import PATCH_LINKS
+from tissue_sim.tools.instruments import Instrument
 
+KEEP_OUT = "keep-out"
 MARGIN_M = 0.0005  # assumed: more than the arms give way and lag
 TUBE_MARGIN_M = 0.001  # assumed: of a cystic tube, which moves by itself
 STEADY = FIRM | frozenset(AT_RISK)  # the ligament holds what is at risk
@@ -31,7 +33,7 @@ class KeepOut:
     margin an instrument leaves by the shortest way, or, if it cannot, goes no deeper.
     """
 
-    name: str = "keep-out"
+    name: str = KEEP_OUT
 
     def bounds(self, situation: Situation) -> Bounds:
         near, pairs = situation.near, np.flatnonzero(situation.kept_out)
@@ -45,20 +47,26 @@ class KeepOut:
             rows=situation.parting[pairs],
             lower=lower,
             upper=np.full(len(lower), np.inf),
-            what=PairNames(near, pairs),
+            what=PairNames(near, pairs, situation.instruments),
             gives=np.arange(len(lower)) >= len(out),
         )
 
 
 class PairNames(Sequence[str]):
-    """Names of near pairs, made on demand."""
+    """Tells of near pairs what was kept off what, on demand."""
 
-    def __init__(self, near: NearPairs, pairs: NDArray[np.integer]) -> None:
-        self._near, self._pairs = near, pairs
+    def __init__(
+        self,
+        near: NearPairs,
+        pairs: NDArray[np.integer],
+        instruments: tuple[Instrument, Instrument],
+    ) -> None:
+        self._near, self._pairs, self._instruments = near, pairs, instruments
 
     def __len__(self) -> int:
         return len(self._pairs)
 
     def __getitem__(self, row: Any) -> Any:
         arm, link, obstacle, _ = self._near.pair(int(self._pairs[row]))
-        return f"{ARMS[arm]} {PATCH_LINKS[link]} to {obstacle}"
+        part = "" if link in FINGERS else "shaft of the " if link == SHAFT else "wrist of the "
+        return f"{part}{self._instruments[arm].in_words} kept off the {obstacle}"

@@ -32,7 +32,7 @@ def pass_rates(report: Report) -> str:
         "Bars are 95 % Wilson intervals. Episodes that broke off with an error are nobody's"
         " failures and are left out; so are those in which the planner called for a person before"
         " anything irreversible was done. Below: means over the episodes that passed; path and jerk"
-        " are the right tip's, altered are commands that the safety filter changed.",
+        " are the right tip's, altered are events in which the safety filter changed commands.",
         (forest(marks) if marks else "") + table(head, 2, _figures(report)),
     )
 

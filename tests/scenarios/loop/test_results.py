@@ -88,6 +88,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "safety",
         "anatomy_hash",
         "sense",
+        "sensing",
         "privileged",
     ]
     assert list(document["summary"]) == [

@@ -5,11 +5,11 @@ from itertools import islice
 
 import pytest
 
-from controller.safety.ledger import Entry
+from controller.safety.ledger import APART_S, Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
-from scenarios.viewer.event_log import APART_S, EventLog
+from scenarios.viewer.event_log import EventLog
 
 STEP_S = 1 / 30
 

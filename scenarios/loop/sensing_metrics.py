@@ -1,0 +1,68 @@
+"""Measure how far what was sensed is from the truth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenarios.loop.results import SensingResult
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS
+
+if TYPE_CHECKING:  # heavy to import
+    from scenarios.loop.step import Step
+
+NEAR_M = 0.015  # of the right tip
+EVERY = 3  # control steps
+CHI2_95 = 7.815  # three degrees of freedom
+_TUBES = slice(0, 2 * TUBE_POINTS)
+
+
+class SensingMetrics:
+    """Compares the tubes' points near the right tip, the clips and the cuts with the truth."""
+
+    def __init__(self) -> None:
+        self._near_m: list[Array] = []
+        self._inside: list[Array] = []
+        self._clips_m: list[Array] = []
+        self._right: list[tuple[bool, bool]] = []  # clips counted, cuts seen
+        self._hidden: list[float] = []
+        self._n = 0
+
+    def on_step(self, step: Step) -> None:
+        """Compare, a few times a second."""
+        self._n += 1
+        if self._n % EVERY:
+            return
+        seen, exact = step.observation, step.exact
+        off_m = seen.points_m() - exact.points_m()
+        error_m = np.linalg.norm(off_m, axis=1)
+        tubes_m = exact.points_m()[_TUBES]
+        near = np.linalg.norm(tubes_m - exact.tips_endoscope[1, :3, 3], axis=1) < NEAR_M
+        self._near_m.append(error_m[_TUBES][near])
+        sizes = (error_m[_TUBES][near] / np.maximum(seen.std_m[_TUBES][near], 1e-9)) ** 2
+        self._inside.append(sizes < CHI2_95)
+        first = N_POINTS - MAX_CLIPS
+        self._clips_m.append(error_m[first : first + min(exact.n_clips, MAX_CLIPS)])
+        counted = seen.n_clips == exact.n_clips
+        self._right.append((counted, bool((seen.severed == exact.severed).all())))
+        self._hidden.append(float(seen.hidden[_TUBES].mean()))
+
+    def result(self) -> SensingResult:
+        """Return the errors so far."""
+        near_m, clips_m = np.concatenate(self._near_m), np.concatenate(self._clips_m)
+        counted, cuts = np.mean(self._right, axis=0)
+        return SensingResult(
+            near_m=_quantile(near_m, 0.5),
+            near_p90_m=_quantile(near_m, 0.9),
+            clips_m=_quantile(clips_m, 0.5),
+            clips_counted=float(counted),
+            cuts_seen=float(cuts),
+            within_95=float(np.concatenate(self._inside).mean()) if len(near_m) else None,
+            hidden=float(np.mean(self._hidden)),
+        )
+
+
+def _quantile(values: Array, share: float) -> float | None:
+    return float(np.quantile(values, share)) if len(values) else None

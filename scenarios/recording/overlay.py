@@ -1,0 +1,47 @@
+"""What the robot sees, drawn on the endoscope's picture: points, their ellipses, hidden ones."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from tissue_sim.frames import Array
+from tissue_sim.sensing.cameras import CAMERAS
+from tissue_sim.sensing.observation import MAX_CLIPS, POINTS, Observation
+
+SEEN, HIDDEN, CLIP = (70, 210, 255), (255, 150, 40), (255, 255, 90)
+ELLIPSE_95 = 2.448  # standard deviations within which 95 % lie in a picture
+LEAST_PX = 2.0
+
+
+def overlaid(picture: NDArray[np.uint8], seen: Observation) -> NDArray[np.uint8]:
+    """Return the picture (height, width, 3) of the left eye with what is sensed drawn on it."""
+    image = Image.fromarray(picture)
+    draw = ImageDraw.Draw(image)
+    pixels, radii = projected(seen, *picture.shape[:2])
+    start = 0
+    for name, n in POINTS.items():
+        rows = slice(start, start + (min(seen.n_clips, MAX_CLIPS) if name == "clips_m" else n))
+        start += n
+        if name != "clips_m":
+            draw.line([tuple(p) for p in pixels[rows].tolist()], fill=SEEN, width=1)
+        colour = CLIP if name == "clips_m" else SEEN
+        for (u, v), r, hidden in zip(
+            pixels[rows].tolist(), radii[rows].tolist(), seen.hidden[rows].tolist(), strict=True
+        ):
+            draw.ellipse((u - r, v - r, u + r, v + r), outline=HIDDEN if hidden else colour)
+    return np.asarray(image)
+
+
+def projected(seen: Observation, height: int, width: int) -> tuple[Array, Array]:
+    """Return the points' places (n, 2), right and down, and radii (n,), in pixels.
+
+    A pinhole camera (Hartley and Zisserman, Multiple View Geometry, 2004, chapter 6).
+    """
+    points, focal = seen.points_m(), 0.5 * height / np.tan(0.5 * CAMERAS[0].fov_rad)
+    depth_m = np.maximum(points[:, 2], 1e-3)
+    across = focal * points[:, :2] / depth_m[:, None]
+    pixels = np.array([0.5 * width, 0.5 * height]) - across
+    radii = np.maximum(ELLIPSE_95 * seen.std_m * focal / depth_m, LEAST_PX)
+    return pixels, radii

@@ -1,0 +1,64 @@
+"""Tests of the measured errors of what was sensed."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenarios.loop.sensing_metrics import EVERY, SensingMetrics
+from tests.planner.seen import clipped
+from tissue_sim.sensing.observation import N_POINTS, Observation
+
+EXACT = clipped(left=2)
+TIP = EXACT.tips_endoscope.copy()
+TIP[1, :3, 3] = EXACT.left_tube_m[3]
+EXACT = replace(EXACT, tips_endoscope=TIP)
+
+
+def measured(*seen: Observation):
+    metrics = SensingMetrics()
+    for one in seen:
+        for _ in range(EVERY):
+            metrics.on_step(SimpleNamespace(observation=one, exact=EXACT))
+    return metrics.result()
+
+
+def off(by_m: float, std_m: float) -> Observation:
+    away = by_m * np.array([1.0, 0.0, 0.0])
+    return replace(
+        EXACT,
+        left_tube_m=EXACT.left_tube_m + away,
+        right_tube_m=EXACT.right_tube_m + 9 * away,
+        clips_m=EXACT.clips_m + 0.5 * away,
+        std_m=np.full(N_POINTS, std_m),
+    )
+
+
+def test_errors_are_those_of_points_near_the_right_tip_and_of_the_clips():
+    """The right tube is farther than 15 mm from the tip."""
+    found = measured(off(0.001, 0.001))
+    assert found.near_m == pytest.approx(0.001)
+    assert found.near_p90_m == pytest.approx(0.001)
+    assert found.clips_m == pytest.approx(0.0005)
+
+
+def test_ellipsoids_hold_what_is_within_their_size():
+    assert measured(off(0.001, 0.001)).within_95 == 1.0
+    assert measured(off(0.001, 0.0002)).within_95 == 0.0
+
+
+def test_moments_are_counted_in_which_clips_and_cuts_are_right():
+    cut = replace(EXACT, severed=np.array([True, False]))
+    fewer = replace(EXACT, n_clips=1)
+    found = measured(EXACT, cut, fewer, fewer)
+    assert (found.clips_counted, found.cuts_seen) == (0.5, 0.75)
+
+
+def test_far_from_both_tubes_there_is_no_error_to_tell():
+    far = replace(EXACT, tips_endoscope=np.tile(np.eye(4), (2, 1, 1)))
+    metrics = SensingMetrics()
+    for _ in range(EVERY):
+        metrics.on_step(SimpleNamespace(observation=far, exact=far))
+    assert metrics.result().near_m is None
+    assert metrics.result().within_95 is None
