@@ -32,7 +32,7 @@ class Shown:
     flags: Array
 
 
-class Viewer:
+class ViewReader:
     """Runs the networks of all views on one thread."""
 
     def __init__(self, model: PerceptionModel, threads: int = 1) -> None:
@@ -47,7 +47,7 @@ class Viewer:
             for name, size in zip(model.config.views, model.config.sizes, strict=True)
         }
 
-    def __deepcopy__(self, memo: object) -> Viewer:
+    def __deepcopy__(self, memo: object) -> ViewReader:
         """Return itself: it has no state, so copies of a perception may share it."""
         return self
 

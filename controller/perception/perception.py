@@ -9,7 +9,7 @@ from controller.perception.checkpoint import PerceptionModel
 from controller.perception.clips import Clips
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
-from controller.perception.graph import Shown, Viewer
+from controller.perception.graph import Shown, ViewReader
 from controller.perception.network import FLAGS, N_LINE
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
@@ -25,8 +25,8 @@ _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 class Perception:
     """Perceives one patient: call `see` once in each control step."""
 
-    def __init__(self, model: PerceptionModel, viewer: Viewer | None = None) -> None:
-        self._viewer = viewer or Viewer(model)
+    def __init__(self, model: PerceptionModel, viewer: ViewReader | None = None) -> None:
+        self._viewer = viewer or ViewReader(model)
         self._prior = model.prior()
         self._lines, self._clips, self._cuts = Lines(self._prior), Clips(), Cuts()
         self._tips_m: Array | None = None

@@ -1,15 +1,16 @@
 """Frames with labels, from which perception learns: pictures, and where they show what.
 
 The expert shows whole procedures, with noise, failures and corrections. Patients for whom a person
-must be called are grabbed only. Lengths of the artery alternate, so that short and long ones are as
-frequent as common ones.
+must be called are grabbed only. Short and long tubes are nearly as frequent as common ones.
 """
 
 from __future__ import annotations
 
 import io
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,7 @@ from scenarios.demonstration.mix import (
 )
 from scenarios.files.atomic_write import write_atomic
 from tissue_sim.outcome.room import why_call
-from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 
 if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
@@ -44,28 +45,35 @@ KINDS = (
 )
 NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster
 NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
-CHOICE = 4  # patients to choose among for each that is taken
-STRATA = 4  # of the artery's length
+ARTERY_M, DUCT_M = (0.016, 0.026, 0.036), (0.020,)  # between the strata of their lengths
+STRATA = tuple(product(range(len(ARTERY_M) + 1), range(len(DUCT_M) + 1)))
+AHEAD = 2  # how many more patients than the rarest a stratum may have
 GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
 
 
 def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
-    """Plan episodes of training seeds from the first on, with lengths that alternate.
+    """Plan episodes of training seeds from the first on, fewer where those end.
 
-    They are chosen among four times as many patients; fewer where the training seeds end.
+    A seed is passed over whose lengths are frequent already; more episodes only add some.
     """
-    if not episodes:
-        return []
-    last = min(first_seed + CHOICE * episodes, TRAINING_SEEDS.stop)
-    seeds = range(first_seed, last)
-    lengths_m = np.array([anatomy_from_seed(seed).artery_length_m for seed in seeds])
-    low, high = np.quantile(lengths_m, [0.02, 0.98]) if len(lengths_m) else (0.0, 1.0)
-    stratum = np.clip(STRATA * (lengths_m - low) / (high - low), 0, STRATA - 1).astype(int)
-    waiting = [[s for s, k in zip(seeds, stratum, strict=True) if k == n] for n in range(STRATA)]
-    order = [w[k] for k in range(len(seeds)) for w in waiting if k < len(w)]
-    return [_planned(seed, k) for k, seed in enumerate(order[:episodes])]
+    taken: list[PlannedDemonstration] = []
+    counts: Counter[tuple[int, int]] = Counter({stratum: 0 for stratum in STRATA})
+    for seed in range(first_seed, TRAINING_SEEDS.stop):
+        if len(taken) == episodes:
+            break
+        stratum = stratum_of(anatomy_from_seed(seed))
+        if counts[stratum] <= min(counts.values()) + AHEAD:
+            counts[stratum] += 1
+            taken.append(_planned(seed, len(taken)))
+    return taken
+
+
+def stratum_of(anatomy: Anatomy) -> tuple[int, int]:
+    """Return the strata of the lengths of artery and duct."""
+    artery = np.searchsorted(ARTERY_M, anatomy.artery_length_m)
+    return int(artery), int(np.searchsorted(DUCT_M, anatomy.duct_length_m))
 
 
 def _planned(seed: int, k: int) -> PlannedDemonstration:
