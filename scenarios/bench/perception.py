@@ -34,6 +34,7 @@ class Moment:
         error_m: (`N_POINTS`, 3) seen less true place, of the points that are there.
         there: (`N_POINTS`,) whether a point is there, in truth and as seen.
         near: (`N_POINTS`,) within `NEAR_M` of the right tip.
+        tip_error_m: (3,) of the right tip, believed less true: the hand-eye error.
         off_line_m: (2, 8) distance of seen points of the tubes from the true tubes' lines.
         std_m, hidden: as told.
         counted, cut_seen: the clips' number is right; both tubes' states are.
@@ -43,6 +44,7 @@ class Moment:
     error_m: Array
     there: NDArray[np.bool_]
     near: NDArray[np.bool_]
+    tip_error_m: Array
     off_line_m: Array
     std_m: Array
     hidden: NDArray[np.bool_]
@@ -68,11 +70,12 @@ def moment(seen: Observation, exact: Observation, cpu_s: float) -> Moment:
     """Compare what is seen with the truth."""
     there, truth = np.ones(N_POINTS, bool), exact.points_m()
     there[N_LINE:] = np.arange(MAX_CLIPS) < min(seen.n_clips, exact.n_clips)
-    tip = exact.tips_endoscope[1, :3, 3]
+    tips = [told.tips_endoscope[1, :3, 3] for told in (exact, seen)]
     return Moment(
         error_m=seen.points_m() - truth,
         there=there,
-        near=np.linalg.norm(truth - tip, axis=1) < NEAR_M,
+        near=np.linalg.norm(truth - tips[0], axis=1) < NEAR_M,
+        tip_error_m=tips[1] - tips[0],
         off_line_m=np.stack(
             [
                 _off_line_m(seen.left_tube_m, exact.left_tube_m),
@@ -107,6 +110,9 @@ def figures(looks: Sequence[Moment]) -> dict[str, float]:
         chosen = error_mm[group]
         said[f"{name}, median"], said[f"{name}, p90"] = _quantiles(chosen)
         said[f"{name}, in the 95 % ellipse"] = float(held[group].mean()) if group.any() else np.nan
+    from_tip_mm = 1e3 * np.stack([np.linalg.norm(m.error_m - m.tip_error_m, axis=1) for m in looks])
+    name = "tubes near the tip, from where it is believed"
+    said[f"{name}, median"], said[f"{name}, p90"] = _quantiles(from_tip_mm[near & tubes])
     beside = off_mm[near[:, : 2 * TUBE_POINTS]]
     said["off the line near the tip, median"], said["off the line, p90"] = _quantiles(beside)
     said["clips counted right"] = float(np.mean([m.counted for m in looks]))
