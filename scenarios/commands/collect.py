@@ -17,6 +17,7 @@ from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.picture_collection import collect_pictures
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -74,8 +75,15 @@ class Collect:
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
 
+    pictures: bool = False
+    """Take labelled pictures for `calot train perception` instead of demonstrations; of the other
+    options only --out, --seed and --episodes matter."""
+
     def execute(self) -> int:
         """Collect missing episodes, build the dataset, and report; return the exit code."""
+        if self.pictures:
+            require_writable_folder(self.out, "--out")
+            return collect_pictures(self.seed, self.episodes, self.out)
         self._require_possible()
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(
