@@ -12,7 +12,7 @@ from typing import Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import SENSES
+from scenarios.catalogue import PERCEIVING, SENSES
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
@@ -69,7 +69,7 @@ class Collect:
     """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True
     """Disturb the expert's motion by bursts of noise, from which it recovers."""
-    sense: Annotated[str, one_of(SENSES)] = "tracked"
+    sense: Annotated[str, one_of(set(SENSES) - set(PERCEIVING))] = "tracked"
     """What observation.state is told by, and what a learned policy and the filter act on. The exact
     state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
