@@ -39,6 +39,8 @@ from scenarios.workers.pool import run_side_by_side
 
 ERROR = 3
 
+WITHOUT_PICTURES = tuple(name for name in SENSES if name not in PERCEIVING)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Collect:
@@ -69,7 +71,7 @@ class Collect:
     """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True
     """Disturb the expert's motion by bursts of noise, from which it recovers."""
-    sense: Annotated[str, one_of(set(SENSES) - set(PERCEIVING))] = "tracked"
+    sense: Annotated[str, one_of(WITHOUT_PICTURES)] = "tracked"
     """What observation.state is told by, and what a learned policy and the filter act on. The exact
     state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None

@@ -8,8 +8,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 
 def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
-    """Return the SHA-256 of each checkpoint that is used, by `controller`, `planner`
-    and `perception`.
+    """Return the SHA-256 of each checkpoint used, by `controller`, `planner` and `perception`.
 
     Raises:
         OSError: a checkpoint cannot be read.
