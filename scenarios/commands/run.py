@@ -116,9 +116,9 @@ class Run:
         return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _require_possible(self) -> None:
-        self._require_magnitude()
         require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
         require_perception(self._sense, self.perception_checkpoint)
+        self._require_magnitude()
         if self.view:
             self._require_alone("--view")
         if self.instruct is not None:
@@ -147,7 +147,12 @@ class Run:
 
     def _require_magnitude(self) -> None:
         try:
-            EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude, sense=self._sense)
+            EpisodeConfig(
+                scenario=self.scenario,
+                magnitude=self.magnitude,
+                sense=self._sense,
+                perception_checkpoint=text_of(self.perception_checkpoint),
+            )
         except ValueError as error:
             raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
 
