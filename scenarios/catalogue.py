@@ -75,10 +75,14 @@ LEARNED_CONTROLLERS = ("diffusion",)
 """Calot's controllers that are made from a checkpoint and a seed."""
 
 SENSES: dict[str, str] = {
+    "cameras": "perception from pictures of the endoscope and both wrist cameras",
     "tracked": "a model of what cameras and encoders tell, with errors and hidden points",
     "exact": "simulator state, which no robot has",
 }
 """How everybody who acts observes the world."""
+
+PERCEIVING = ("cameras",)
+"""Senses that are made from a checkpoint, and need a renderer."""
 
 WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
 """The stack that reads the hidden state of the world: it shows what is possible."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import is_privileged
-from scenarios.catalogue import SCENARIOS
+from scenarios.catalogue import PERCEIVING, SCENARIOS
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
@@ -98,7 +98,7 @@ def begin(
     effects = effects or Effects(config.perturbations, config.seed)
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
-    world = patient_on_table(config, effects, render=render)
+    world = patient_on_table(config, effects, render=render or config.sense in PERCEIVING)
     sense = make_sense(config, effects)
     return Episode(
         world=world,

@@ -17,12 +17,18 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenarios", "controller", "planner", "tissue_sim")
 MAX_FILES = 20  # in a folder
-TOLD_OBSERVATIONS = ("planner.learned", "planner.llm", "controller.diffusion")
+TOLD_OBSERVATIONS = (
+    "planner.learned",
+    "planner.llm",
+    "controller.diffusion",
+    "controller.perception",
+)
 OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and constants
     "tissue_sim.frames",
     "tissue_sim.outcome.clip_rule",
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
+    "tissue_sim.sensing.glance",
     "tissue_sim.sensing.observation",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.sensor_model",

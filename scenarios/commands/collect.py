@@ -12,11 +12,12 @@ from typing import Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import SENSES
+from scenarios.catalogue import PERCEIVING, SENSES
 from scenarios.commands.arguments import at_least, one_of
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.picture_collection import collect_pictures
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -37,6 +38,8 @@ from scenarios.loop.progress import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
 
 ERROR = 3
+
+WITHOUT_PICTURES = tuple(name for name in SENSES if name not in PERCEIVING)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,14 +71,21 @@ class Collect:
     """Checkpoint of the learned planner in rollouts; the default is the scripted planner."""
     noise: bool = True
     """Disturb the expert's motion by bursts of noise, from which it recovers."""
-    sense: Annotated[str, one_of(SENSES)] = "tracked"
+    sense: Annotated[str, one_of(WITHOUT_PICTURES)] = "tracked"
     """What observation.state is told by, and what a learned policy and the filter act on. The exact
     state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
 
+    pictures: bool = False
+    """Take labelled pictures for `calot train perception` instead of demonstrations; of the other
+    options only --out, --seed and --episodes matter."""
+
     def execute(self) -> int:
         """Collect missing episodes, build the dataset, and report; return the exit code."""
+        if self.pictures:
+            require_writable_folder(self.out, "--out")
+            return collect_pictures(self.seed, self.episodes, self.out)
         self._require_possible()
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from scenarios.catalogue import ENDPOINT_PLANNERS, SENSES, WITNESS
+from scenarios.catalogue import ENDPOINT_PLANNERS, PERCEIVING, SENSES, WITNESS
 from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
 from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.files.errors import BadInputError
@@ -26,6 +26,36 @@ def require_policies(
     require_planner_checkpoint(planner, planner_checkpoint)
     if planner in ENDPOINT_PLANNERS:
         require_endpoint(planner)
+
+
+def require_perception(sense: str, checkpoint: Path | None) -> None:
+    """Check that a sense that perceives pictures has a fitting checkpoint and a renderer.
+
+    Raises:
+        BadInputError: the checkpoint is missing, does not fit, or is not wanted; or no renderer.
+    """
+    option = "--perception-checkpoint"
+    if sense not in PERCEIVING:
+        if checkpoint is not None:
+            raise BadInputError(f"{option}: sense {sense!r} takes none; {PERCEIVING[0]} does")
+        return
+    if checkpoint is None:
+        raise BadInputError(
+            f"--sense {sense} needs {option} FILE; none comes with Calot yet: `calot train"
+            " perception` makes one"
+        )
+    from controller.perception.checkpoint import load_perception
+    from planner.learning.checkpoint import CheckpointError
+    from tissue_sim.rendering.renderer_probe import renderer_available
+
+    try:
+        load_perception(checkpoint)
+    except CheckpointError as error:
+        raise BadInputError(f"{option}: {error}") from None
+    if not renderer_available():
+        raise BadInputError(
+            f"--sense {sense} needs a renderer and there is none; see `calot doctor`"
+        )
 
 
 def say_who_acts(planner: str, controller: str, sense: str) -> None:

@@ -18,7 +18,7 @@ from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
-from scenarios.commands.policy_option import require_policies, say_who_acts
+from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import plain
@@ -66,7 +66,10 @@ class Run:
     """Checkpoint of a learned planner; the default is the one that comes with Calot."""
     sense: Annotated[str | None, one_of(SENSES)] = None
     """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
-    model of cameras and encoders. The default is tracked, for the witness exact."""
+    model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
+    tracked, for the witness exact."""
+    perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint of the perception, for --sense cameras."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -113,8 +116,9 @@ class Run:
         return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _require_possible(self) -> None:
-        self._require_magnitude()
         require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
+        require_perception(self._sense, self.perception_checkpoint)
+        self._require_magnitude()
         if self.view:
             self._require_alone("--view")
         if self.instruct is not None:
@@ -143,7 +147,12 @@ class Run:
 
     def _require_magnitude(self) -> None:
         try:
-            EpisodeConfig(scenario=self.scenario, magnitude=self.magnitude, sense=self._sense)
+            EpisodeConfig(
+                scenario=self.scenario,
+                magnitude=self.magnitude,
+                sense=self._sense,
+                perception_checkpoint=text_of(self.perception_checkpoint),
+            )
         except ValueError as error:
             raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
 
@@ -195,6 +204,7 @@ class Run:
                 checkpoint=text_of(self.checkpoint),
                 planner_checkpoint=text_of(self.planner_checkpoint),
                 sense=self._sense,
+                perception_checkpoint=text_of(self.perception_checkpoint),
                 safety_filter=self.filter,
                 instruct=text_of(self.instruct),
             )

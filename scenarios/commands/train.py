@@ -21,7 +21,7 @@ from scenarios.files.errors import BadInputError
 if TYPE_CHECKING:  # heavy to import
     from planner.learning.optimise import ScheduleT, TrainingStep
 
-LEARNERS = ("controller", "planner")
+LEARNERS = ("controller", "planner", "perception")
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
 
@@ -31,9 +31,10 @@ class Train:
     """Train on demonstrations; the same call again continues where training was stopped."""
 
     learner: Positional[Annotated[str, one_of(LEARNERS)]]
-    """What to train: the diffusion controller, or the learned planner."""
+    """What to train: the diffusion controller, the learned planner, or perception."""
     data: tuple[Path, ...] = (Path("runs/demonstrations"),)
-    """Folders of demonstrations, as `calot collect` writes them."""
+    """Folders of demonstrations, as `calot collect` writes them; for the perception,
+    of `calot collect --pictures`."""
     leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
     """Kinds of demonstrations to leave out, separated by commas, for ablations."""
     wordless: bool = False
@@ -55,7 +56,7 @@ class Train:
     """Where to train."""
     out: Path | None = None
     """Folder for the checkpoint, TensorBoard's curves, and the state to continue from; the default
-    is runs/controller or runs/planner."""
+    is runs/controller, runs/planner or runs/perception."""
 
     def execute(self) -> int:
         """Train and report; return 0."""
@@ -72,7 +73,7 @@ class Train:
             )
         torch.set_num_threads(self.threads)
         try:
-            checkpoint = (self._controller if self.learner == "controller" else self._planner)(out)
+            checkpoint = getattr(self, f"_{self.learner}")(out)
         except ValueError as error:
             raise BadInputError(str(error)) from None
         Console().print(f"checkpoint: {checkpoint}", soft_wrap=True)
@@ -103,6 +104,25 @@ class Train:
             dataset = rollouts(self.data, self.leave_out)
         _show(training.train(dataset, config, out, base), config.steps)
         return out / training.CHECKPOINT_FILE
+
+    def _perception(self, out: Path) -> Path:
+        from controller.perception import training
+
+        if self.base or self.leave_out:
+            raise BadInputError("--base and --leave-out are not for `calot train perception`")
+        config = self._scheduled(training.PRESETS[self.preset])
+        files = sorted(path for folder in self.data for path in folder.glob("*.npz"))
+        if not files:
+            raise BadInputError(
+                f"--data {' '.join(map(str, self.data))}: no pictures; `calot collect --pictures`"
+                " takes some"
+            )
+        for view in training.VIEWS:
+            console = Console(stderr=True)
+            console.print(f"view {view}")
+            steps = training.train_view(files, view, config, out / view, self.device)
+            _show(steps, config.steps)
+        return training.join_views(files, config, out)
 
     def _scheduled(self, preset: ScheduleT) -> ScheduleT:
         return replace(

@@ -13,7 +13,7 @@ from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.output_path import require_writable_folder
-from scenarios.commands.policy_option import require_policies, say_who_acts
+from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
@@ -32,7 +32,10 @@ class View:
     """Checkpoint of the learned planner; the default is the one that comes with Calot."""
     sense: Annotated[str | None, one_of(SENSES)] = None
     """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
-    model of cameras and encoders. The default is tracked, for the witness exact."""
+    model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
+    tracked, for the witness exact."""
+    perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Checkpoint of the perception, for --sense cameras."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None
@@ -56,6 +59,7 @@ class View:
         """Serve the page until Ctrl-C; return 0."""
         config = self._config()
         require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
+        require_perception(self._sense, self.perception_checkpoint)
         require_writable_folder(self.out, "--out")
         if self.camera:
             _require_renderer()
@@ -84,6 +88,7 @@ class View:
                 checkpoint=text_of(self.checkpoint),
                 planner_checkpoint=text_of(self.planner_checkpoint),
                 sense=self._sense,
+                perception_checkpoint=text_of(self.perception_checkpoint),
                 safety_filter=self.filter,
             )
         except ValueError as error:

@@ -117,7 +117,7 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
     return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
 
 
-def begun(demonstration: PlannedDemonstration) -> Running:
+def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Running:
     """Return the episode of a demonstration, with what goes wrong in it arranged."""
     import numpy as np
 
@@ -136,7 +136,8 @@ def begun(demonstration: PlannedDemonstration) -> Running:
     config = EpisodeConfig(
         seed=seed, scenario=scenario, sense=demonstration.sense, **_policies(demonstration)
     )
-    world, sense = patient_on_table(config, effects), make_sense(config, effects)
+    world = patient_on_table(config, effects, render=render)
+    sense = make_sense(config, effects)
     return Episode(
         config=config,
         world=world,

@@ -1,7 +1,7 @@
 """An arm of an evaluation: a planner, a controller, and options.
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
-[,sense=NAME]
+[,sense=NAME][,perception-checkpoint=FILE]
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
 FORM = "NAME=PLANNER+CONTROLLER[,OPTION=VALUE...]"
-OPTIONS = ("filter", "checkpoint", "planner-checkpoint", "ablation", "sense")
+OPTIONS = (
+    "filter",
+    "checkpoint",
+    "planner-checkpoint",
+    "ablation",
+    "sense",
+    "perception-checkpoint",
+)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
 
@@ -26,7 +33,8 @@ class StudyArm:
 
     Attributes:
         name: unique in an evaluation; also the folder's name.
-        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense: as in
+        planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense,
+            perception_checkpoint: as in
             `EpisodeConfig`.
     """
 
@@ -38,6 +46,7 @@ class StudyArm:
     safety_filter: bool = True
     ablation: str | None = None
     sense: str = EpisodeConfig.sense
+    perception_checkpoint: str | None = None
 
     @property
     def choices(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from scenarios.catalogue import (
     CONTROLLERS,
     LEARNED_CONTROLLERS,
     LEARNED_PLANNERS,
+    PERCEIVING,
     PLANNERS,
     SCENARIOS,
     SENSES,
@@ -31,6 +32,7 @@ class EpisodeConfig:
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
         sense: A key of `scenarios.catalogue.SENSES`: how everybody who acts observes the world.
+        perception_checkpoint: File of the perception; only for the sense "cameras", which needs it.
         task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
             is that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
@@ -51,6 +53,7 @@ class EpisodeConfig:
     planner: str = "scripted"
     controller: str = "expert"
     sense: str = "exact"
+    perception_checkpoint: str | None = None
     checkpoint: str | None = None
     planner_checkpoint: str | None = None
     task_cap_s: float = 90.0
@@ -63,6 +66,12 @@ class EpisodeConfig:
         _require_policy("planner", self.planner, PLANNERS)
         _require_policy("controller", self.controller, CONTROLLERS)
         _require_known("sense", self.sense, SENSES)
+        _require_learned("sense", self.sense, self.perception_checkpoint, PERCEIVING)
+        if self.sense in PERCEIVING and self.perception_checkpoint is None:
+            raise ValueError(
+                f"sense {self.sense!r} needs a perception checkpoint; none comes with Calot yet:"
+                " `calot train perception` makes one"
+            )
         if self.sense != "tracked" and {p.name for p in self.perturbations} & SENSING_NAMES:
             raise ValueError(f"scenario {self.scenario!r} needs the sense 'tracked'")
         if self.ablation is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from tissue_sim.sensing.exact import SenseExact
@@ -11,7 +13,16 @@ from tissue_sim.sensing.tracked import SenseTracked
 
 
 def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
-    """Return the sense that a configuration names, for one episode."""
+    """Return the sense that a configuration names, for one episode.
+
+    Raises:
+        CheckpointError: there is no perception in its file, or it does not fit.
+    """
     if config.sense == "exact":
         return SenseExact()
+    if config.perception_checkpoint is not None:
+        from controller.perception.checkpoint import load_perception
+        from scenarios.loop.camera_sense import SenseCameras
+
+        return SenseCameras(config.seed, load_perception(Path(config.perception_checkpoint)))
     return SenseTracked(config.seed, effects.on_senses(SensorModel()))

@@ -1,4 +1,4 @@
-"""Which checkpoints an episode's planner and controller were made from, to the bit."""
+"""Which checkpoints an episode's policies and perception were made from, to the bit."""
 
 from hashlib import sha256
 from pathlib import Path
@@ -8,12 +8,16 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 
 def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
-    """Return the SHA-256 of each checkpoint that is used, by `controller` and `planner`.
+    """Return the SHA-256 of each checkpoint used, by `controller`, `planner` and `perception`.
 
     Raises:
         OSError: a checkpoint cannot be read.
     """
-    files = {"controller": config.checkpoint, "planner": config.planner_checkpoint}
+    files = {
+        "controller": config.checkpoint,
+        "planner": config.planner_checkpoint,
+        "perception": config.perception_checkpoint,
+    }
     if config.controller in LEARNED_CONTROLLERS:
         from controller.diffusion.checkpoint import SHIPPED as CONTROLLER
 

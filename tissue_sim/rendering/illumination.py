@@ -1,4 +1,4 @@
-"""The endoscope's light, which moves with it, and the light that the cavity reflects."""
+"""The lamps of endoscope and wrists, and the light that the cavity reflects."""
 
 from __future__ import annotations
 
@@ -7,27 +7,42 @@ import sapien
 
 from tissue_sim.field import Field
 from tissue_sim.frames import pose
-from tissue_sim.sensing.cameras import looking
+from tissue_sim.sensing.cameras import CAMERA_NAMES, T_world_camera, looking
 
 LAMP_W_SR = 0.028 * np.array([1.0, 0.97, 0.92])  # xenon through a fibre bundle
 LAMP_BESIDE_M = np.array([-0.00225, 0.006, -0.001])  # above the eyes, between them
+WRIST_LAMP_SHARE = (
+    0.02  # of the endoscope's: assumed, as small borescopes have; close by, it suffices
+)
 FILL = np.array([0.085, 0.062, 0.055])  # soft and reddish: reflected by tissue
 
 
 class Illumination:
-    """One lamp at the endoscope's tip and a soft fill."""
+    """One lamp at the endoscope's tip, a small one at each wrist's camera, and a soft fill.
+
+    The endoscope's comes first: the film of liquid mirrors the first lamp alone (`shader_pack`).
+    """
 
     def __init__(self, scene: sapien.Scene) -> None:
-        self._lamp = sapien.render.RenderPointLightComponent()
-        self._lamp.shadow = False
-        self._lamp.color = LAMP_W_SR.tolist()
-        self._mount = sapien.Entity()
-        self._mount.name = "lamp"
-        self._mount.add_component(self._lamp)
-        scene.add_entity(self._mount)
+        self._endoscope = _lamp(scene, "lamp", 1.0)
+        self._wrists = {n: _lamp(scene, f"lamp:{n}", WRIST_LAMP_SHARE) for n in CAMERA_NAMES[2:]}
         scene.render_system.ambient_light = FILL  # pyright: ignore[reportAttributeAccessIssue]
 
     def update(self, field: Field) -> None:
-        """Move the lamp with the endoscope."""
+        """Move the lamps with endoscope and wrists."""
         T_world_lamp = field.T_world_endoscope @ pose(np.eye(3), LAMP_BESIDE_M)
-        self._mount.set_pose(sapien.Pose(looking(T_world_lamp)))
+        self._endoscope.set_pose(sapien.Pose(looking(T_world_lamp)))
+        for name, lamp in self._wrists.items():
+            lamp.set_pose(sapien.Pose(T_world_camera(field, name)))
+
+
+def _lamp(scene: sapien.Scene, name: str, share: float) -> sapien.Entity:
+    """Add a lamp with this share of the endoscope's brightness."""
+    light = sapien.render.RenderPointLightComponent()
+    light.shadow = False
+    light.color = (share * LAMP_W_SR).tolist()
+    mount = sapien.Entity()
+    mount.name = name
+    mount.add_component(light)
+    scene.add_entity(mount)
+    return mount

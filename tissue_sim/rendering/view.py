@@ -22,6 +22,7 @@ from tissue_sim.rendering.illumination import Illumination
 from tissue_sim.rendering.renderer import render_system
 from tissue_sim.rendering.shader_pack import (
     COLOR_PICTURE,
+    POSITION_PICTURE,
     set_picture_formats,
     shader_pack,
 )
@@ -51,7 +52,7 @@ class FieldCameras:
     def __init__(self, scene: sapien.Scene, cameras: Sequence[CameraSpec] = CAMERAS) -> None:
         self._scene = scene
         self._specs = {spec.name: spec for spec in cameras}
-        self._cameras: dict[str, sapien.render.RenderCameraComponent] = {}
+        self._cameras: dict[CameraSpec, sapien.render.RenderCameraComponent] = {}
         self._visuals: list[Visual] = [visual(scene) for visual in VISUALS]
 
     def update(self, field: Field) -> None:
@@ -65,24 +66,37 @@ class FieldCameras:
         Raises:
             ValueError: there is no such camera.
         """
-        names = list(names)
-        cameras = [self._camera(name) for name in names]
+        return self.pictures(field, [self._spec(name) for name in names])[COLOR_PICTURE]
+
+    def pictures(
+        self, field: Field, specs: Sequence[CameraSpec], kinds: Sequence[str] = (COLOR_PICTURE,)
+    ) -> dict[str, dict[str, NDArray]]:
+        """Take pictures of any cameras now: kind -> camera name -> picture (height, width, ...).
+
+        Kinds are `COLOR_PICTURE`, here without its fourth channel, and `POSITION_PICTURE`.
+        """
+        cameras = {spec.name: self._camera(spec) for spec in specs}
         self.update(field)
-        for name, camera in zip(names, cameras, strict=True):
+        for name, camera in cameras.items():
             camera.entity.set_pose(sapien.Pose(T_world_camera(field, name)))
         self._scene.update_render()
-        for camera in cameras:
+        for camera in cameras.values():
             camera.take_picture()
+        channels = {COLOR_PICTURE: 3, POSITION_PICTURE: 4}
         return {
-            n: c.get_picture(COLOR_PICTURE)[..., :3] for n, c in zip(names, cameras, strict=True)
+            kind: {n: c.get_picture(kind)[..., : channels[kind]] for n, c in cameras.items()}
+            for kind in kinds
         }
 
-    def _camera(self, name: str) -> sapien.render.RenderCameraComponent:
+    def _spec(self, name: str) -> CameraSpec:
         if name not in self._specs:
             raise ValueError(f"no camera {name!r}: choose from {sorted(self._specs)}")
-        if name not in self._cameras:
-            self._cameras[name] = _add_camera(self._scene, self._specs[name])
-        return self._cameras[name]
+        return self._specs[name]
+
+    def _camera(self, spec: CameraSpec) -> sapien.render.RenderCameraComponent:
+        if spec not in self._cameras:
+            self._cameras[spec] = _add_camera(self._scene, spec)
+        return self._cameras[spec]
 
 
 def _add_camera(scene: sapien.Scene, spec: CameraSpec) -> sapien.render.RenderCameraComponent:

@@ -1,4 +1,7 @@
-"""The cameras: a stereo endoscope, and one on each instrument's wrist."""
+"""The cameras: a stereo endoscope, and one on each instrument's wrist.
+
+A wrist's camera can also be read out as a narrow crop, turned to the right instrument's tip.
+"""
 
 from __future__ import annotations
 
@@ -29,18 +32,28 @@ class CameraSpec:
     fov_rad: float = float(np.deg2rad(65.0))
 
     def __post_init__(self) -> None:
-        if self.name not in CAMERA_NAMES:
-            raise ValueError(f"camera {self.name!r} is unknown: choose from {list(CAMERA_NAMES)}")
+        known = [*CAMERA_NAMES, *CROPS]
+        if self.name not in known:
+            raise ValueError(f"camera {self.name!r} is unknown: choose from {known}")
         if min(self.width, self.height) < 1 or not 0.0 < self.fov_rad < np.pi:
             raise ValueError(f"camera {self.name}: impossible size or field of view: {self}")
 
+    @property
+    def focal_px(self) -> float:
+        """Return the focal length."""
+        return 0.5 * self.height / float(np.tan(0.5 * self.fov_rad))
+
 
 CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right")
+CROPS = {"wrist_left_tip": "wrist_left", "wrist_right_tip": "wrist_right"}
 CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
 
 
 def T_world_camera(field: Field, name: str) -> Array:
     """Return a camera's pose now (4, 4): x ahead, y left, z up."""
+    if name in CROPS:
+        tip = field.arms.T_world_tool()[RIGHT_ARM, :3, 3]
+        return _turned(T_world_camera(field, CROPS[name]), tip)
     if name == "endoscope_left":
         return looking(field.T_world_endoscope)
     if name == "endoscope_right":
@@ -53,6 +66,14 @@ def T_world_camera(field: Field, name: str) -> Array:
 def looking(T_world_eye: Array) -> Array:
     """Return the renderer's pose (x ahead) of an eye with +x left, +y up, +z away."""
     return pose(T_world_eye[:3, :3] @ _OPTICAL, T_world_eye[:3, 3])
+
+
+def _turned(T_world_eye: Array, target: Array) -> Array:
+    """Return the pose of the same eye, turned to look at a point (3,)."""
+    ahead = unit(target - T_world_eye[:3, 3])
+    left = unit(np.cross(T_world_eye[:3, 2], ahead))
+    axes = np.stack([ahead, left, np.cross(ahead, left)], axis=1)
+    return pose(axes, T_world_eye[:3, 3])
 
 
 def _T_wrist_camera(field: Field, arm: int) -> Array:

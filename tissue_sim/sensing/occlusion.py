@@ -55,7 +55,7 @@ class Occlusion:
         return blocked(
             T_world_eye[:, :3, 3],
             points,
-            _depths_m(seen),
+            depths_m(seen),
             self._tissue_mesh(field),
             links,
             inverse_pose(field.arms.contact_shapes().T_world_link),
@@ -87,7 +87,7 @@ def _joined(meshes: list[trimesh.Trimesh]) -> RayMesh:
     return RayMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
-def _depths_m(seen: Observation) -> NDArray[np.float32]:
+def depths_m(seen: Observation) -> NDArray[np.float32]:
     """Return how deep (`N_POINTS`,) each point lies below the wall of what it belongs to."""
     deep = dict(zip(POINTS, (*seen.tube_radius_m, SAC_DEPTH_M), strict=False))
     deep |= {"clips_m": CLIP_LENGTH_M}

@@ -50,7 +50,7 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,speed=2", "unknown option 'speed=2'; allowed: filter"),
         ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),
         ("a=scripted+expert,ablation=zoo", "unknown ablation 'zoo'; allowed: no-corrections"),
-        ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: tracked, exact"),
+        ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: cameras, tracked, exact"),
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
     ],
 )

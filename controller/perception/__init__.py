@@ -1,0 +1,1 @@
+"""Perception: from pictures, encoders and motor currents to an observation. It knows no world."""

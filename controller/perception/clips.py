@@ -1,0 +1,147 @@
+"""Memory of the clips: how many, in order of closing, and where on which tube.
+
+The applier's own closing counts a clip and places it, by the arm's encoders. From then on its
+station is stiff: pictures move it by little.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.perception.fusion import Lines
+from controller.perception.graph import Shown
+from controller.perception.lines import between_jaws, place_on
+from controller.perception.network import DENSE, STRIDE
+from tissue_sim.frames import Array
+from tissue_sim.sensing.glance import Glance, Picture
+from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+
+CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
+IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
+PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
+CREEP_M = 5e-5  # assumed growth of it, in a second's square root
+EVIDENCE, EVIDENCE_PX = 0.6, 2.0  # assumed: least probability of a cell; error of a found clip
+WINDOW_PX = 12.0  # how far from where a clip is believed it is looked for
+
+
+@dataclass(kw_only=True)
+class SeatedClip:
+    """One clip: on a tube at a station, or lying loose.
+
+    Attributes:
+        tube: 0 left, 1 right; None if it caught neither.
+        at: station, counted in the tube's points.
+        variance_m2: of the station.
+        place_m: (3,) where it closed.
+    """
+
+    tube: int | None
+    at: float
+    variance_m2: float
+    place_m: Array
+
+
+class Clips:
+    """All clips so far."""
+
+    def __init__(self) -> None:
+        self._clips: list[SeatedClip] = []
+        self._loaded = False
+
+    def __len__(self) -> int:
+        return len(self._clips)
+
+    def step(self, glance: Glance, lines: Lines, passed_s: float) -> None:
+        """Take in one control step: has the applier closed on something?"""
+        if self._loaded and not glance.clip_loaded and glance.tools[1] == CLIP_APPLIER:
+            self._close(glance.tips_endoscope[RIGHT_ARM], lines)
+        self._loaded = glance.clip_loaded
+        for clip in self._clips:
+            clip.variance_m2 += CREEP_M**2 * passed_s
+
+    def look(
+        self, pictures: dict[str, Picture], shown: dict[str, Shown], lines: Lines
+    ) -> dict[int, bool]:
+        """Take in what the views show; return which of the clips are seen."""
+        seen = dict.fromkeys(range(len(self._clips)), False)
+        for k, clip in enumerate(self._clips):
+            for name, picture in pictures.items():
+                place = self._place(clip, lines)
+                found = _find(shown[name], *picture.project(place[None]))
+                if found is not None:
+                    seen[k] = True
+                    self._correct(clip, picture, found, lines)
+        return seen
+
+    def places(self, lines: Lines) -> tuple[Array, Array]:
+        """Return places (`MAX_CLIPS`, 3) of the last clips, zeros beyond, and variances."""
+        places_m, variance_m2 = np.zeros((MAX_CLIPS, 3)), np.zeros(MAX_CLIPS)
+        for k, clip in enumerate(self._clips[-MAX_CLIPS:]):
+            places_m[k] = self._place(clip, lines)
+            nearby = 0.0 if clip.tube is None else lines.variance_m2[_point(clip)]
+            variance_m2[k] = nearby + clip.variance_m2 / 3.0
+        return places_m, variance_m2
+
+    def _close(self, T_endoscope_tool: Array, lines: Lines) -> None:
+        tubes = [tube_m(lines, k) for k in (0, 1)]
+        places = [between_jaws(tube, T_endoscope_tool, CLIP_LENGTH_M) for tube in tubes]
+        tube = int(np.argmin([away for _, _, away in places]))
+        k, share, away = places[tube]
+        middle = T_endoscope_tool[:3, 3] - 0.5 * CLIP_LENGTH_M * T_endoscope_tool[:3, 2]
+        if away > CAUGHT_M:
+            clip = SeatedClip(tube=None, at=0.0, variance_m2=CAUGHT_M**2, place_m=middle)
+        else:
+            clip = SeatedClip(tube=tube, at=k + share, variance_m2=PLACED_M**2, place_m=middle)
+            at, across = (TUBE_POINTS * tube + k, share), T_endoscope_tool[:3, :2].T
+            lines.hold(T_endoscope_tool[:3, 3], at, across, IN_JAWS_M)
+        self._clips.append(clip)
+
+    def _place(self, clip: SeatedClip, lines: Lines) -> Array:
+        return clip.place_m if clip.tube is None else place_on(tube_m(lines, clip.tube), clip.at)
+
+    def _correct(self, clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
+        """Move a clip along its tube towards where a picture shows it."""
+        if clip.tube is None:
+            return
+        tube, step = tube_m(lines, clip.tube), 0.01
+        ends = np.stack([place_on(tube, clip.at), place_on(tube, clip.at + step)])
+        way_m = float(np.linalg.norm(ends[1] - ends[0])) / step
+        (pixel, beside), _ = picture.project(ends)
+        along = (beside - pixel) / (step * way_m)  # pixels a metre
+        noise = (EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
+            float(along @ along), 1.0
+        )
+        gain = clip.variance_m2 / (clip.variance_m2 + noise)
+        moved_m = gain * float(along @ (found - pixel)) / max(float(along @ along), 1.0)
+        clip.at = float(np.clip(clip.at + moved_m / max(way_m, 1e-6), 0.0, TUBE_POINTS - 1.0))
+        clip.variance_m2 *= 1.0 - gain
+
+
+def tube_m(lines: Lines, tube: int) -> Array:
+    """Return the points (8, 3) of the left (0) or the right (1) tube."""
+    return lines.points_m[TUBE_POINTS * tube : TUBE_POINTS * (tube + 1)]
+
+
+def _point(clip: SeatedClip) -> int:
+    """Return the number of the point of the lines that is nearest to a seated clip."""
+    return TUBE_POINTS * (clip.tube or 0) + round(clip.at)
+
+
+def _find(shown: Shown, pixels: Array, ahead: Array) -> Array | None:
+    """Return the pixel (2,) of the clip that a picture shows near one, if there is one."""
+    if ahead[0] < 0.005:
+        return None
+    chance = 1.0 / (1.0 + np.exp(-shown.dense[DENSE.index("clip")]))
+    h, w = chance.shape
+    column, row = np.meshgrid(STRIDE * (np.arange(w) + 0.5), STRIDE * (np.arange(h) + 0.5))
+    away = np.hypot(column - pixels[0, 0], row - pixels[0, 1])
+    best = np.where(away < WINDOW_PX, chance * np.exp(-((away / WINDOW_PX) ** 2)), 0.0).argmax()
+    centre = np.array([column.flat[best], row.flat[best]])
+    if chance.flat[best] < EVIDENCE or away.flat[best] >= WINDOW_PX:
+        return None
+    near = np.where(np.hypot(column - centre[0], row - centre[1]) < 1.5 * STRIDE, chance, 0.0)
+    return np.array([(near * column).sum(), (near * row).sum()]) / near.sum()

@@ -1,0 +1,103 @@
+"""Labelled frames of one view for training, and random changes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional as F
+
+TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
+LIGHT, TINT, OFFSET, NOISE = 0.3, 0.12, 0.04, 0.01  # standard deviations; assumed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frames:
+    """Frames of one view.
+
+    Attributes:
+        rgb: (n, height, width, 3) uint8.
+        pixels: (n, n_shown, 2) where the labelled points are.
+        there: (n, n_shown) whether they exist.
+        visible: (n, n_shown) whether the picture shows them.
+        flags: (n, 3) of `network.FLAGS`.
+    """
+
+    rgb: Tensor
+    pixels: Tensor
+    there: Tensor
+    visible: Tensor
+    flags: Tensor
+
+    def __len__(self) -> int:
+        return len(self.rgb)
+
+    def some(self, which: Tensor) -> Frames:
+        """Return the frames of these indices."""
+        return Frames(**{name: part[which] for name, part in vars(self).items()})
+
+    def to(self, device: str) -> Frames:
+        """Return the frames on a device."""
+        return Frames(**{name: part.to(device) for name, part in vars(self).items()})
+
+
+def read_frames(files: Sequence[Path], view: str) -> Frames:
+    """Read a view's frames of many episodes."""
+    parts: list[dict[str, NDArray]] = []
+    for path in files:
+        with np.load(path) as file:
+            third = np.broadcast_to(file["third_tube"][:, None] > 0.5, (len(file["there"]), 1))
+            parts.append(
+                {
+                    "rgb": file[f"rgb.{view}"],
+                    "pixels": file[f"pixels.{view}"],
+                    "there": file["there"],
+                    "visible": file[f"visible.{view}"],
+                    "flags": np.concatenate([file["severed"], third], axis=1),
+                }
+            )
+    return Frames(**{n: torch.from_numpy(np.concatenate([p[n] for p in parts])) for n in parts[0]})
+
+
+def digest(files: Sequence[Path]) -> str:
+    """Return a digest of the files' names and sizes."""
+    said = "".join(f"{path.name} {path.stat().st_size}\n" for path in files)
+    return sha256(said.encode()).hexdigest()
+
+
+def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Return pictures (b, 3, height, width), 0 to 1, and pixels, moved and with other light."""
+    pictures = frames.rgb.permute(0, 3, 1, 2).float() / 255.0
+    pictures, pixels = _moved(pictures, frames.pixels, chance)
+    n, device = len(pictures), pictures.device
+
+    def draw(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=chance, device=device)
+
+    light = torch.exp(LIGHT * draw(n, 1, 1, 1) + TINT * draw(n, 3, 1, 1))
+    pictures = pictures * light + OFFSET * draw(n, 3, 1, 1) + NOISE * draw(*pictures.shape)
+    return pictures, pixels
+
+
+def _moved(pictures: Tensor, pixels: Tensor, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Turn, scale and shift pictures and pixels alike."""
+    n, _, height, width = pictures.shape
+    device = pictures.device
+    drawn = 2.0 * torch.rand(n, 4, generator=chance, device=device) - 1.0
+    turn, grow = TURN_RAD * drawn[:, 0], torch.exp(GROW * drawn[:, 1])
+    size = torch.tensor([width, height], device=device, dtype=torch.float32)
+    shift = SHIFT * drawn[:, 2:] * size
+    cos, sin = torch.cos(turn) / grow, torch.sin(turn) / grow
+    back = torch.stack([torch.stack([cos, -sin], -1), torch.stack([sin, cos], -1)], -2)
+    scaled = back * size[None, None] / size[None, :, None]
+    offset = -(back @ shift[..., None]) * 2.0 / size[:, None]
+    grid = F.affine_grid(torch.cat([scaled, offset], -1), list(pictures.shape), align_corners=False)
+    moved = F.grid_sample(pictures, grid, align_corners=False)
+    ahead = torch.linalg.inv(back)
+    return moved, (pixels - 0.5 * size) @ ahead.transpose(1, 2) + 0.5 * size + shift[:, None]

@@ -1,0 +1,113 @@
+"""Joins what all views show into the places of the lines' points, over time.
+
+An information filter: what is believed is a normal distribution of all points together. Motion
+widens it as lines move, smoothly; what a view shows narrows it, by where the camera is believed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.perception.graph import Shown
+from controller.perception.network import N_LINE
+from controller.perception.prior import Prior
+from tissue_sim.frames import Array
+from tissue_sim.sensing.glance import Picture
+from tissue_sim.sensing.sensor_model import SensorModel
+
+ITERATIONS = 3
+FIRST_ITERATIONS = 8  # from the prior's mean the way is long
+PER_AXIS = 0.8  # standard deviation along an axis over the mean distance, of a normal distribution
+FLOOR_PX = 0.3  # a network is never surer
+SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one counts as less
+FAR_OFF = 3.0  # standard deviations from which on a measurement counts less
+EDGE_PX = 1.0
+HAND_EYE_M = SensorModel().hand_eye_m
+
+
+class Lines:
+    """What is believed of the points of the lines: mean (`N_LINE`, 3) and covariance, metres."""
+
+    def __init__(self, prior: Prior) -> None:
+        self._prior = prior
+        self._x, self._P = prior.mean.copy(), prior.spread.copy()
+        self._looked = False
+
+    @property
+    def points_m(self) -> Array:
+        """The points (`N_LINE`, 3)."""
+        return self._x.reshape(N_LINE, 3)
+
+    @property
+    def variance_m2(self) -> Array:
+        """The variances (`N_LINE`,) along an axis, on average."""
+        return np.diag(self._P).reshape(N_LINE, 3).mean(axis=1)
+
+    def wait(self, passed_s: float, share: float) -> None:
+        """Let time pass, with this share of the usual motion; never less sure than at first."""
+        self._P += passed_s * share * self._prior.drift
+        grown = np.diag(self._P) / np.diag(self._prior.spread)
+        shrink = np.sqrt(np.minimum(1.0, 1.0 / grown))
+        self._P *= shrink[:, None] * shrink
+
+    def look(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> None:
+        """Take in what the views show."""
+        before = self._x.copy()
+        certain: Array = np.linalg.inv(self._P).astype(float)
+        for _ in range(ITERATIONS if self._looked else FIRST_ITERATIONS):
+            A, b = certain.copy(), -certain @ (self._x - before)
+            for name, picture in pictures.items():
+                self._add(A, b, picture, shown[name])
+            self._x = self._x + np.linalg.solve(A, b)
+        self._P, self._looked = np.linalg.inv(A).astype(float), True
+
+    def hold(self, point_m: Array, at: tuple[int, float], across: Array, std_m: float) -> None:
+        """Take in that a line passes through a point (3,), across two directions (2, 3).
+
+        `at` is the point's place on the line: the lower neighbour's number, and the share of the
+        way to the next.
+        """
+        k, share = at
+        H = np.zeros((2, 3 * N_LINE))
+        H[:, 3 * k : 3 * k + 3] = (1.0 - share) * across
+        H[:, 3 * k + 3 : 3 * k + 6] = share * across
+        off = across @ point_m - H @ self._x
+        gain = self._P @ H.T @ np.linalg.inv(H @ self._P @ H.T + std_m**2 * np.eye(2))
+        self._x = self._x + gain @ off
+        self._P = self._P - gain @ H @ self._P
+
+    def _add(self, A: Array, b: Array, picture: Picture, shown: Shown) -> None:
+        """Add one view's information to the normal equations."""
+        pixels, ahead = picture.project(self.points_m)
+        off, J = shown.pixels - pixels, _jacobians(picture, self.points_m)
+        spread = spread_px(picture, shown, ahead)
+        beyond = np.linalg.norm(off, axis=1) / spread / FAR_OFF
+        weight = np.where(ahead > 0.005, 1.0 / spread**2 / (1.0 + beyond**2), 0.0)
+        each = np.einsum("k,kij,kil->kjl", weight, J, J)
+        push = np.einsum("k,kij,ki->kj", weight, J, off)
+        for k in range(N_LINE):
+            A[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += each[k]
+        b += push.ravel()
+
+
+def spread_px(picture: Picture, shown: Shown, ahead: Array) -> Array:
+    """Return standard deviations (`N_LINE`,) of the shown pixels; infinite outside the frame."""
+    height, width = picture.rgb.shape[:2]
+    size = np.array([width, height])
+    within = ((shown.pixels > EDGE_PX) & (shown.pixels < size - EDGE_PX)).all(axis=1)
+    known = within & (shown.inside > 0.0)
+    network = PER_AXIS * np.exp(shown.log_sigma)
+    registration = HAND_EYE_M * picture.focal_px / np.maximum(ahead, 0.005)
+    spread = SAME_LOOKS * np.sqrt(network**2 + FLOOR_PX**2 + registration**2)
+    return np.where(known, spread, np.inf)
+
+
+def _jacobians(picture: Picture, points: Array) -> Array:
+    """Return the derivatives (n, 2, 3) of pixels by points."""
+    R, t = picture.T_endoscope_camera[:3, :3], picture.T_endoscope_camera[:3, 3]
+    ahead, left, up = ((points - t) @ R).T
+    ahead = np.maximum(ahead, 0.005)
+    J = np.zeros((len(points), 2, 3))
+    J[:, 0, 0], J[:, 0, 1] = left / ahead**2, -1.0 / ahead
+    J[:, 1, 0], J[:, 1, 2] = up / ahead**2, -1.0 / ahead
+    return picture.focal_px * J @ R.T

@@ -1,0 +1,129 @@
+"""What a picture shows: a small U-Net, one for each view.
+
+Points of the lines (tubes with both ends, gallbladder, structures at risk) have a heatmap each.
+Clips and ends of cuts, which come in any number, share a map of evidence each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS
+
+N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines
+DENSE = ("clip", "cut end")
+FLAGS = ("left tube severed", "right tube severed", "third tube")
+STRIDE = 4  # pixels of a map's cell
+LOG_SIGMA = (-2.0, 4.0)  # limits, of pixels
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkConfig:
+    """Widths of the features at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's size."""
+
+    widths: tuple[int, int, int, int, int] = (16, 32, 64, 96, 96)
+    maps: int = 48
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a network says of pictures (b, 3, height, width).
+
+    Attributes:
+        heat: (b, `N_LINE`, h, w) logarithm of where each point may be, not normalised.
+        pixels: (b, `N_LINE`, 2) mean column and row of the heatmaps.
+        log_sigma: (b, `N_LINE`) logarithm of the expected distance from the true pixel, pixels.
+        inside: (b, `N_LINE`) logit that the picture's frame holds the point.
+        visible: (b, `N_LINE`) logit that nothing hides it.
+        dense: (b, 2, h, w) logits of `DENSE`.
+        flags: (b, 3) logits of `FLAGS`.
+    """
+
+    heat: Tensor
+    pixels: Tensor
+    log_sigma: Tensor
+    inside: Tensor
+    visible: Tensor
+    dense: Tensor
+    flags: Tensor
+
+
+class Network(nn.Module):
+    """The U-Net of one view."""
+
+    def __init__(self, config: NetworkConfig) -> None:
+        super().__init__()
+        a, b, c, d, e = config.widths
+        self.down = nn.ModuleList(
+            [
+                nn.Sequential(_block(3, a, 2), _block(a, b, 2), _block(b, b)),
+                nn.Sequential(_block(b, c, 2), _block(c, c)),
+                nn.Sequential(_block(c, d, 2), _block(d, d), _block(d, d)),
+                nn.Sequential(_block(d, e, 2), _block(e, e)),
+            ]
+        )
+        self.rise = nn.ModuleList(
+            [nn.Conv2d(e, d, 1), nn.Conv2d(d, c, 1), nn.Conv2d(c, config.maps, 1)]
+        )
+        self.skip = nn.Conv2d(b, config.maps, 1)
+        self.mix = nn.ModuleList(
+            [
+                _block(d, d),
+                _block(c, c),
+                nn.Sequential(_block(config.maps, config.maps), _block(config.maps, config.maps)),
+            ]
+        )
+        self.head = nn.Conv2d(config.maps, N_LINE + len(DENSE), 1)
+        self.who = nn.Parameter(0.1 * torch.randn(N_LINE, 32))
+        self.about = nn.Sequential(nn.Linear(config.maps + e + 32, 64), nn.ReLU(), nn.Linear(64, 3))
+        self.flags = nn.Sequential(nn.Linear(e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
+
+    def forward(self, pictures: Tensor) -> Seen:
+        """Return what pictures (b, 3, height, width), 0 to 1, show."""
+        levels = [(pictures - 0.4) / 0.25]
+        for down in self.down:
+            levels.append(down(levels[-1]))
+        _, fine, *middle, last = levels
+        x = last
+        for rise, mix, beside in zip(
+            self.rise, self.mix, (middle[1], middle[0], self.skip(fine)), strict=True
+        ):
+            x = mix(beside + F.interpolate(rise(x), beside.shape[-2:], mode="nearest"))
+        maps, whole = self.head(x).float(), last.mean((2, 3)).float()
+        heat, dense = maps[:, :N_LINE], maps[:, N_LINE:]
+        share = heat.flatten(2).softmax(-1)
+        about = self._about(share, x.float(), whole)
+        return Seen(
+            heat=heat,
+            pixels=_mean_pixels(share, heat),
+            log_sigma=about[..., 0].clamp(*LOG_SIGMA),
+            inside=about[..., 1],
+            visible=about[..., 2],
+            dense=dense,
+            flags=self.flags(whole),
+        )
+
+    def _about(self, share: Tensor, features: Tensor, whole: Tensor) -> Tensor:
+        """Return three numbers (b, `N_LINE`, 3) a point, from the features where it is."""
+        there = share @ features.flatten(2).transpose(1, 2)
+        n = len(there)
+        parts = (there, whole[:, None].expand(n, N_LINE, -1), self.who.expand(n, -1, -1))
+        return self.about(torch.cat(parts, dim=-1).float())
+
+
+def _block(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
+    conv = nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False)
+    return nn.Sequential(conv, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
+
+
+def _mean_pixels(share: Tensor, heat: Tensor) -> Tensor:
+    """Return the mean column and row (b, n, 2) of heatmaps with these shares (b, n, h * w)."""
+    h, w = heat.shape[-2:]
+    column = STRIDE * (torch.arange(w, device=heat.device) + 0.5)
+    row = STRIDE * (torch.arange(h, device=heat.device) + 0.5)
+    places = torch.stack([column.repeat(h), row.repeat_interleave(w)], dim=1)
+    return share @ places

@@ -1,0 +1,115 @@
+"""From what a robot with cameras has in each control step to what everybody who acts is told."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.perception.checkpoint import PerceptionModel
+from controller.perception.clips import Clips
+from controller.perception.cuts import Cuts
+from controller.perception.fusion import Lines, spread_px
+from controller.perception.graph import Shown, ViewReader
+from controller.perception.network import FLAGS, N_LINE
+from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.sensing.glance import Glance, Picture
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, POINTS, Observation
+
+STILL = 0.03  # share of the usual motion while both tips rest
+RESTING_M_S, MOVING_M_S = 0.001, 0.010  # tips' speeds; between them the share rises
+BIAS_M = 3e-4  # assumed: what all looks have in common, which no number of them takes away
+_ENDS = np.cumsum(list(POINTS.values()))[:-1]
+
+
+class Perception:
+    """Perceives one patient: call `see` once in each control step."""
+
+    def __init__(self, model: PerceptionModel, viewer: ViewReader | None = None) -> None:
+        self._viewer = viewer or ViewReader(model)
+        self._prior = model.prior()
+        self._lines, self._clips, self._cuts = Lines(self._prior), Clips(), Cuts()
+        self._tips_m: Array | None = None
+        self._age_s, self._hidden = np.zeros(N_POINTS), np.ones(N_POINTS, bool)
+        self._third, self._looks = 0.0, 0
+
+    def see(self, glance: Glance) -> Observation:
+        """Return what is perceived now."""
+        tips_m = glance.tips_endoscope[:, :3, 3]
+        self._lines.wait(CONTROL_PERIOD_S, _share(tips_m, self._tips_m))
+        self._tips_m = tips_m.copy()
+        self._clips.step(glance, self._lines, CONTROL_PERIOD_S)
+        self._cuts.step(glance, self._lines)
+        self._age_s += CONTROL_PERIOD_S
+        if glance.pictures:
+            self._look(glance.pictures)
+        return self._observation(glance)
+
+    def _look(self, pictures: dict[str, Picture]) -> None:
+        shown = {name: self._viewer(name, picture.rgb) for name, picture in pictures.items()}
+        self._lines.look(pictures, shown)
+        self._cuts.look(shown)
+        self._hidden[:N_LINE] = ~_in_sight(pictures, shown, self._lines.points_m)
+        self._hidden[N_LINE:] = True
+        oldest = max(len(self._clips) - MAX_CLIPS, 0)
+        for k, seen in self._clips.look(pictures, shown, self._lines).items():
+            if k >= oldest:
+                self._hidden[N_LINE + k - oldest] = not seen
+        self._age_s[~self._hidden] = 0.0
+        said = np.mean([view.flags[FLAGS.index("third tube")] for view in shown.values()])
+        self._third += (1.0 / (1.0 + np.exp(-said)) - self._third) / (self._looks + 1)
+        self._looks += 1
+
+    def _observation(self, glance: Glance) -> Observation:
+        clips_m, clips_m2 = self._clips.places(self._lines)
+        points = np.concatenate([self._lines.points_m, clips_m])
+        left_m, right_m, sac_m, bile_duct_m, hepatic_m, clips_m = np.split(points, _ENDS)
+        n_clips, none = len(self._clips), np.arange(N_POINTS) >= N_LINE + len(self._clips)
+        std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2)
+        return Observation(
+            time_s=glance.time_s,
+            joints=glance.joints,
+            tips_endoscope=glance.tips_endoscope,
+            forces_n=glance.forces_n,
+            pinch_n=glance.pinch_n,
+            tools=glance.tools,
+            clip_loaded=glance.clip_loaded,
+            left_tube_m=left_m,
+            right_tube_m=right_m,
+            sac_m=sac_m,
+            common_bile_duct_m=bile_duct_m,
+            hepatic_artery_m=hepatic_m,
+            clips_m=clips_m,
+            n_clips=n_clips,
+            severed=self._cuts.severed,
+            tube_radius_m=self._prior.radius_m.copy(),
+            third_tube=float(self._third),
+            sac_radius_m=self._prior.sac_radius_m.copy(),
+            T_world_endoscope=glance.T_world_endoscope,
+            shaft_offset_m=glance.shaft_offset_m,
+            std_m=np.where(none, 0.0, std_m),
+            age_s=np.where(none, 0.0, self._age_s),
+            hidden=self._hidden & ~none,
+            images={name: picture.rgb for name, picture in glance.pictures.items()},
+        )
+
+
+def _share(tips_m: Array, before_m: Array | None) -> float:
+    """Return the share of the usual motion of tissue at these tips (2, 3), and those before."""
+    if before_m is None:
+        return 1.0
+    speed = float(np.linalg.norm(tips_m - before_m, axis=1).max()) / CONTROL_PERIOD_S
+    rising = (speed - RESTING_M_S) / (MOVING_M_S - RESTING_M_S)
+    return STILL + (1.0 - STILL) * float(np.clip(rising, 0.0, 1.0))
+
+
+def _in_sight(
+    pictures: dict[str, Picture], shown: dict[str, Shown], points: Array
+) -> NDArray[np.bool_]:
+    """Return which points (`N_LINE`,) at least one view shows."""
+    sight = np.zeros(len(points), bool)
+    for name, picture in pictures.items():
+        _, ahead = picture.project(points)
+        known = np.isfinite(spread_px(picture, shown[name], ahead))
+        sight |= known & (shown[name].visible > 0.0)
+    return sight

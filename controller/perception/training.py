@@ -1,0 +1,151 @@
+"""Training of a view's network; it resumes exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from controller.perception.checkpoint import PerceptionConfig, PerceptionModel, save_perception
+from controller.perception.frames import Frames, changed, digest, read_frames
+from controller.perception.network import N_LINE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.prior import fit_prior
+from planner.learning.optimise import Schedule, TrainingStep, optimise
+from tissue_sim.sensing.observation import N_POINTS
+
+VIEWS = ("endoscope_left", "wrist_left_tip", "wrist_right_tip")
+WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
+HEAT_PX = 4.0  # standard deviation of a heatmap's target
+DENSE_PX = 3.0  # of the evidence's targets
+FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
+
+
+@dataclass(frozen=True, kw_only=True)
+class PerceptionTraining(Schedule):
+    """How a view's network is trained."""
+
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    steps: int = 12_000
+    batch: int = 16
+    learning_rate: float = 2e-3
+    weight_decay: float = 1e-3
+    warm_up: int = 50
+    average: float = 0.99
+    save_every: int = 200
+
+
+PRESETS = {
+    "full": PerceptionTraining(),
+    "smoke": PerceptionTraining(
+        network=NetworkConfig(widths=(8, 8, 8, 8, 8), maps=8),
+        steps=4,
+        batch=2,
+        warm_up=1,
+        average=0.5,
+        save_every=2,
+    ),
+}
+
+
+def train_view(
+    files: Sequence[Path], view: str, config: PerceptionTraining, out: Path, device: str = "cpu"
+) -> Iterator[TrainingStep]:
+    """Train a view's network on labelled frames, or resume the training in `out`.
+
+    Raises:
+        ValueError: `out` holds another training; nothing is changed.
+    """
+    torch.manual_seed(config.seed)
+    chance = torch.Generator(device).manual_seed(config.seed)
+    frames = read_frames(files, view).to(device)
+    network = Network(config.network).to(device, memory_format=torch.channels_last)  # pyright: ignore
+    yield from optimise(
+        network,
+        partial(_loss, frames=frames, chance=chance, config=config),
+        chance,
+        config,
+        out,
+        f"{view} {digest(files)}",
+        save=lambda model: torch.save(model.state_dict(), out / WEIGHTS_FILE),
+    )
+
+
+def join_views(files: Sequence[Path], config: PerceptionTraining, out: Path) -> Path:
+    """Write the checkpoint of all trained views and of the prior; return its path."""
+    sizes = {view: read_frames(files[:1], view).rgb.shape[2:0:-1] for view in VIEWS}
+    perception = PerceptionConfig(
+        views=VIEWS,
+        sizes=tuple((width, height) for width, height in sizes.values()),
+        network=config.network,
+    )
+    model = PerceptionModel(perception, fit_prior(files))
+    for view, network in model.networks.items():
+        network.load_state_dict(torch.load(out / view / WEIGHTS_FILE, weights_only=True))
+    save_perception(out / CHECKPOINT_FILE, model)
+    return out / CHECKPOINT_FILE
+
+
+def _loss(
+    network: Network, frames: Frames, chance: torch.Generator, config: PerceptionTraining
+) -> Tensor:
+    which = torch.randint(len(frames), (config.batch,), generator=chance, device=chance.device)
+    some = frames.some(which)
+    pictures, pixels = changed(some, chance)
+    pictures = pictures.contiguous(memory_format=torch.channels_last)
+    with torch.autocast(chance.device.type, torch.bfloat16, enabled=config.bfloat16):
+        seen = network(pictures)
+    return loss(seen, some, pixels)
+
+
+def loss(seen: Seen, frames: Frames, pixels: Tensor) -> Tensor:
+    """Return the loss of what is seen where labels are at these pixels."""
+    height, width = frames.rgb.shape[1:3]
+    size = torch.tensor([width, height], device=pixels.device)
+    framed = frames.there & ((pixels > 0) & (pixels < size)).all(-1)
+    lines, shown = framed[:, :N_LINE], frames.visible & framed
+    weight = lines.float()
+    share = 1.0 / weight.sum().clamp(min=1.0)
+    off = (seen.pixels - pixels[:, :N_LINE]).norm(dim=-1)
+    huber = F.smooth_l1_loss(seen.pixels, pixels[:, :N_LINE], reduction="none").sum(-1)
+    heat = -(_target(seen.heat, pixels[:, :N_LINE]) * seen.heat.flatten(2).log_softmax(-1)).sum(-1)
+    doubt = seen.log_sigma + off.detach() * torch.exp(-seen.log_sigma)
+    known = F.binary_cross_entropy_with_logits
+    return (
+        share * (weight * (0.5 * huber + 0.5 * heat + 0.3 * doubt)).sum()
+        + 0.5 * known(seen.inside, weight)
+        + 0.5 * known(seen.visible, shown[:, :N_LINE].float())
+        + _dense_loss(seen.dense, pixels, shown)
+        + 0.1 * known(seen.flags, frames.flags.float())
+    )
+
+
+def _target(maps: Tensor, pixels: Tensor) -> Tensor:
+    """Return a normal distribution (b, n, h * w) about each pixel."""
+    spread = _bump(maps, pixels, HEAT_PX).flatten(2)
+    return spread / (spread.sum(-1, keepdim=True) + 1e-6)
+
+
+def _bump(maps: Tensor, pixels: Tensor, spread_px: float) -> Tensor:
+    """Return bells (b, n, h, w), 1 at each pixel (b, n, 2)."""
+    h, w = maps.shape[-2:]
+    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
+    row = STRIDE * (torch.arange(h, device=maps.device) + 0.5)
+    across = torch.exp(-(column - pixels[..., :1]).square() / (2.0 * spread_px**2))
+    down = torch.exp(-(row - pixels[..., 1:]).square() / (2.0 * spread_px**2))
+    return across[:, :, None, :] * down[..., None]
+
+
+def _dense_loss(dense: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
+    """Return the loss of the evidence of clips and cut ends that the picture shows."""
+    groups = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))
+    targets = [
+        (_bump(dense, pixels[:, g], DENSE_PX) * shown[:, g, None, None]).amax(1) for g in groups
+    ]
+    target = torch.stack(targets, dim=1)
+    each = F.binary_cross_entropy_with_logits(dense, target, reduction="none")
+    return 20.0 * (each * (1.0 + FOUND * target)).mean()

@@ -1,0 +1,164 @@
+"""Frames with labels, from which perception learns: pictures, and where they show what.
+
+The expert shows whole procedures, with noise, failures and corrections. Patients for whom a person
+must be called are grabbed only. Short and long tubes are nearly as frequent as common ones.
+"""
+
+from __future__ import annotations
+
+import io
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenarios.demonstration.mix import (
+    CORRECTION,
+    FAILING,
+    NOMINAL,
+    RECOVERIES,
+    RECOVERY,
+    TRAINING_SEEDS,
+    PlannedDemonstration,
+)
+from scenarios.files.atomic_write import write_atomic
+from tissue_sim.outcome.room import why_call
+from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+
+if TYPE_CHECKING:  # heavy to import
+    from tissue_sim.sensing.observation import Observation
+    from tissue_sim.world import World
+
+KINDS = (
+    NOMINAL,
+    RECOVERY + FAILING,
+    NOMINAL,
+    CORRECTION,
+    NOMINAL,
+    NOMINAL + FAILING + "artery-in-front",
+    NOMINAL,
+    NOMINAL + FAILING + "fat",
+)
+NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster
+NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
+ARTERY_M, DUCT_M = (0.016, 0.026, 0.036), (0.020,)  # between the strata of their lengths
+STRATA = tuple(product(range(len(ARTERY_M) + 1), range(len(DUCT_M) + 1)))
+AHEAD = 2  # how many more patients than the rarest a stratum may have
+GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
+DYED = 0.25  # share of patients with red liquid on the tissue
+MOST_DYED = 0.3
+
+
+def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
+    """Plan episodes of training seeds from the first on, fewer where those end.
+
+    A seed is passed over whose lengths are frequent already; more episodes only add some.
+    """
+    taken: list[PlannedDemonstration] = []
+    counts: Counter[tuple[int, int]] = Counter({stratum: 0 for stratum in STRATA})
+    for seed in range(first_seed, TRAINING_SEEDS.stop):
+        if len(taken) == episodes:
+            break
+        stratum = stratum_of(anatomy_from_seed(seed))
+        if counts[stratum] <= min(counts.values()) + AHEAD:
+            counts[stratum] += 1
+            taken.append(_planned(seed, len(taken)))
+    return taken
+
+
+def stratum_of(anatomy: Anatomy) -> tuple[int, int]:
+    """Return the strata of the lengths of artery and duct."""
+    artery = np.searchsorted(ARTERY_M, anatomy.artery_length_m)
+    return int(artery), int(np.searchsorted(DUCT_M, anatomy.duct_length_m))
+
+
+def _planned(seed: int, k: int) -> PlannedDemonstration:
+    kind = KINDS[k % len(KINDS)]
+    failure = RECOVERIES[k // len(KINDS) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
+    return PlannedDemonstration(seed=seed, kind=kind + failure)
+
+
+def frames_path(demonstration: PlannedDemonstration, out: Path) -> Path:
+    """Return the path of the episode's labelled frames."""
+    return out / f"{demonstration.name}.npz"
+
+
+def picture(demonstration: PlannedDemonstration, out: Path) -> int:
+    """Run the episode and write its labelled frames; return their number."""
+    frames = list(_frames(demonstration))
+    content = io.BytesIO()
+    columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
+    np.savez_compressed(content, **columns)
+    write_atomic(frames_path(demonstration, out), content.getvalue())
+    return len(frames)
+
+
+def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
+    from scenarios.demonstration.demonstrate import begun
+    from tissue_sim.sensing.observation import tip_to_tubes_m
+
+    episode = begun(demonstration, render=True)
+    world, rng = episode.world, np.random.default_rng([0x1CE, demonstration.seed])
+    if rng.random() < DYED:
+        world.conditions = replace(world.conditions, dyed=rng.uniform(0.0, MOST_DYED))
+    grabs_only = why_call(world.anatomy) is not None
+    if grabs_only:
+        episode.planner = PlannerGrabbing()
+    wait = 0
+    for step in episode.steps():
+        wait -= 1
+        if wait <= 0:
+            yield labelled_frame(world, step.exact)
+            wait = NEAR_STEPS if tip_to_tubes_m(step.exact) < NEAR_M else FAR_STEPS
+        if grabs_only and step.time_s > GRAB_S:
+            return
+
+
+class PlannerGrabbing:
+    """Asks for the grab, whatever happens."""
+
+    hears_of_success = False
+
+    def plan(self, observation: Observation) -> Any:
+        """Return the first task."""
+        from planner.instruction import TASKS, Instruction
+
+        return Instruction(task=TASKS[0], time_s=observation.time_s)
+
+    def reset(self) -> None:
+        """Do nothing: it remembers nothing."""
+
+
+def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
+    """Return pictures of all views and what they show, by name."""
+    from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
+    from tissue_sim.sensing.cameras import T_world_camera
+    from tissue_sim.sensing.eyes import VIEWS
+    from tissue_sim.sensing.shown import project, shown_points, visible
+
+    assert world.view is not None, "a labelled frame needs a world with cameras"
+    taken = world.view.pictures(world, VIEWS, (COLOR_PICTURE, POSITION_PICTURE))
+    points, there, depths = shown_points(world, exact)
+    frame: dict[str, Any] = {
+        "points_m": exact.points_m().astype(np.float32),
+        "there": there,
+        "severed": exact.severed,
+        "tips": exact.tips_endoscope.astype(np.float32),
+        "radius_m": exact.tube_radius_m.astype(np.float32),
+        "sac_radius_m": exact.sac_radius_m.astype(np.float32),
+        "third_tube": exact.third_tube,
+    }
+    for spec in VIEWS:
+        T_world_eye = T_world_camera(world, spec.name)
+        pixels, ahead = project(spec, T_world_eye, points)
+        shown = there & visible(pixels, ahead, depths, taken[POSITION_PICTURE][spec.name])
+        frame[f"rgb.{spec.name}"] = taken[COLOR_PICTURE][spec.name]
+        frame[f"pixels.{spec.name}"] = np.where(ahead[:, None] > 0.002, pixels, -1e4).astype(
+            np.float32
+        )
+        frame[f"visible.{spec.name}"] = shown
+    return frame

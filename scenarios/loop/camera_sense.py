@@ -1,0 +1,30 @@
+"""The sense `cameras`: pictures, encoders and motor currents, and what is made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.perception.checkpoint import PerceptionModel
+from controller.perception.perception import Perception
+from tissue_sim.sensing.eyes import USUAL, Eyes
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.sensor_model import SensorModel
+from tissue_sim.world import World
+
+
+class SenseCameras:
+    """Perceives one patient; the world must have been made with `render`."""
+
+    def __init__(self, seed: int, perception: PerceptionModel, model: SensorModel = USUAL) -> None:
+        self._eyes = Eyes(np.random.default_rng([0x5EE, seed]), model)
+        self._perception = Perception(perception)
+
+    def observe(self, world: World) -> Observation:
+        """Return what is perceived now.
+
+        Raises:
+            ValueError: the world has no cameras.
+        """
+        if world.view is None:
+            raise ValueError("sense cameras: the world has none: make it with render=True")
+        return self._perception.see(self._eyes.glance(world, world.view))

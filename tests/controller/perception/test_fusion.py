@@ -1,0 +1,118 @@
+"""Laws of fusion: places follow from pixels of several views, with honest deviations."""
+
+import numpy as np
+import pytest
+
+from controller.perception.fusion import Lines
+from controller.perception.graph import Shown
+from controller.perception.network import N_LINE
+from controller.perception.prior import Prior
+from tissue_sim.frames import Array, pose, unit
+from tissue_sim.sensing.glance import Picture
+
+SIGMA_PX = 0.5
+
+
+def prior(spread_m: float = 0.01) -> Prior:
+    """Return a prior about a grid of points 100 mm ahead of the endoscope."""
+    points = np.zeros((N_LINE, 3))
+    points[:, 0] = np.linspace(-0.02, 0.02, N_LINE)
+    points[:, 2] = 0.1
+    n = 3 * N_LINE
+    return Prior(
+        mean=points.ravel(),
+        spread=spread_m**2 * np.eye(n),
+        drift=0.001**2 * np.eye(n),
+        radius_m=np.full(2, 0.002),
+        sac_radius_m=np.full(5, 0.01),
+    )
+
+
+def picture(eye: Array, focal_px: float) -> Picture:
+    """Return a view from a place (3,) towards the middle of the points."""
+    ahead = unit(np.array([0.0, 0.0, 0.1]) - eye)
+    left = unit(np.cross([0.0, 1.0, 0.0], ahead))
+    axes = np.stack([ahead, left, np.cross(ahead, left)], axis=1)
+    rgb = np.zeros((400, 400, 3), np.uint8)
+    return Picture(rgb=rgb, T_endoscope_camera=pose(axes, eye), focal_px=focal_px)
+
+
+def shown(view: Picture, points: Array, rng: np.random.Generator) -> Shown:
+    """Return what an ideal network says of points (n, 3), with some noise."""
+    pixels, _ = view.project(points)
+    return Shown(
+        pixels=pixels + SIGMA_PX * rng.standard_normal(pixels.shape),
+        log_sigma=np.full(N_LINE, np.log(SIGMA_PX / 0.8)),
+        inside=np.full(N_LINE, 5.0),
+        visible=np.full(N_LINE, 5.0),
+        dense=np.zeros((2, 100, 100)),
+        flags=np.zeros(3),
+    )
+
+
+EYES = {
+    "ahead": picture(np.zeros(3), 300.0),
+    "beside": picture(np.array([0.06, 0.01, 0.08]), 300.0),
+}
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+def truth(rng: np.random.Generator) -> Array:
+    return prior().mean.reshape(N_LINE, 3) + 0.004 * rng.standard_normal((N_LINE, 3))
+
+
+def test_a_projected_point_is_where_a_pinhole_camera_shows_it():
+    view = picture(np.zeros(3), 100.0)
+    pixels, ahead = view.project(np.array([[0.0, 0.0, 0.1], [0.01, 0.0, 0.1], [0.0, 0.01, 0.1]]))
+    assert ahead == pytest.approx(0.1)
+    assert pixels == pytest.approx(np.array([[200, 200], [190, 200], [200, 190]]))
+
+
+def test_two_views_tell_the_places(rng: np.random.Generator):
+    points, lines = truth(rng), Lines(prior())
+    lines.look(EYES, {name: shown(view, points, rng) for name, view in EYES.items()})
+    error_m = np.linalg.norm(lines.points_m - points, axis=1)
+    assert np.median(error_m) < 0.0006
+    assert np.mean(error_m**2 / lines.variance_m2 < 7.815) > 0.95
+
+
+def test_what_no_view_shows_stays_as_uncertain_as_before(rng: np.random.Generator):
+    points, lines = truth(rng), Lines(prior())
+    said = {name: shown(view, points, rng) for name, view in EYES.items()}
+    for view in said.values():
+        view.inside[3] = -5.0
+    lines.look(EYES, said)
+    assert lines.variance_m2[3] == pytest.approx(0.01**2)
+    assert (np.delete(lines.variance_m2, 3) < 0.003**2).all()
+
+
+def test_a_gross_error_in_one_view_moves_a_point_by_little(rng: np.random.Generator):
+    points, lines = truth(rng), Lines(prior())
+    said = {name: shown(view, points, rng) for name, view in EYES.items()}
+    lines.look(EYES, said)
+    before = lines.points_m.copy()
+    said["beside"].pixels[5] += 60.0
+    lines.look(EYES, said)
+    assert np.linalg.norm(lines.points_m[5] - before[5]) < 0.0015
+
+
+def test_doubt_grows_with_time_up_to_that_of_the_prior(rng: np.random.Generator):
+    points, lines = truth(rng), Lines(prior())
+    lines.look(EYES, {name: shown(view, points, rng) for name, view in EYES.items()})
+    seen = lines.variance_m2.copy()
+    lines.wait(1.0, 1.0)
+    assert (lines.variance_m2 > seen).all()
+    lines.wait(1e6, 1.0)
+    assert lines.variance_m2 == pytest.approx(np.full(N_LINE, 0.01**2))
+
+
+def test_a_line_held_by_jaws_passes_through_them(rng: np.random.Generator):
+    lines = Lines(prior())
+    middle = 0.5 * (lines.points_m[2] + lines.points_m[3]) + np.array([0.0, 0.003, 0.002])
+    lines.hold(middle, (2, 0.5), np.eye(3)[1:], 1e-4)
+    held = 0.5 * (lines.points_m[2] + lines.points_m[3])
+    assert held[1:] == pytest.approx(middle[1:], abs=1e-5)

@@ -1,0 +1,149 @@
+"""Laws of the memory of clips and cuts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.perception.clips import Clips, tube_m
+from controller.perception.cuts import Cuts
+from controller.perception.fusion import Lines
+from controller.perception.graph import Shown
+from controller.perception.lines import nearest_on, place_on
+from controller.perception.network import N_LINE
+from controller.perception.prior import Prior
+from tissue_sim.frames import Array, pose
+from tissue_sim.sensing.glance import Glance
+from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, SCISSORS
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+
+
+@pytest.fixture
+def lines() -> Lines:
+    """Return two straight upright tubes 10 mm apart, seen well."""
+    points = np.zeros((N_LINE, 3))
+    points[:8, 1] = points[8:16, 1] = np.linspace(0.0, 0.021, 8)
+    points[8:, 0], points[16:, 1] = -0.01, 0.05
+    n = 3 * N_LINE
+    return Lines(
+        Prior(
+            mean=points.ravel(),
+            spread=0.0005**2 * np.eye(n),
+            drift=1e-8 * np.eye(n),
+            radius_m=np.full(2, 0.002),
+            sac_radius_m=np.full(5, 0.01),
+        )
+    )
+
+
+def glance(tool: str, at: Array, *, jaw_rad: float = 0.0, loaded: bool = False) -> Glance:
+    """Return a step in which the right jaws, square to the tubes, have their middle at a point."""
+    joints, tips = np.zeros((2, 7)), np.tile(np.eye(4), (2, 1, 1))
+    joints[1, 6] = jaw_rad
+    tips[1] = pose(np.eye(3), at + np.array([0.0, 0.0, 0.5 * CLIP_LENGTH_M]))
+    return Glance(
+        time_s=0.0,
+        joints=joints,
+        tips_endoscope=tips,
+        forces_n=np.zeros((2, 3)),
+        pinch_n=0.0,
+        tools=(GRASPER, tool),
+        clip_loaded=loaded,
+        T_world_endoscope=np.eye(4),
+        shaft_offset_m=np.zeros(2),
+    )
+
+
+def says(severed: tuple[float, float]) -> dict[str, Shown]:
+    """Return what a view says whose evidence of severed tubes is this (logits)."""
+    none = np.zeros(N_LINE)
+    view = Shown(
+        pixels=np.zeros((N_LINE, 2)),
+        log_sigma=none,
+        inside=none,
+        visible=none,
+        dense=np.zeros((2, 8, 8)),
+        flags=np.array([*severed, 0.0]),
+    )
+    return {"view": view}
+
+
+def closed(lines: Lines, at: Array) -> Clips:
+    clips = Clips()
+    for loaded in (True, False):
+        clips.step(glance(CLIP_APPLIER, at, loaded=loaded), lines, 1 / 30)
+    return clips
+
+
+def test_a_closing_of_the_applier_is_a_clip_where_its_jaws_are(lines: Lines):
+    at = np.array([-0.01, 0.0075, 0.0])
+    clips = closed(lines, at)
+    places_m, variance_m2 = clips.places(lines)
+    assert len(clips) == 1
+    assert places_m[0] == pytest.approx(at, abs=2e-4)
+    assert variance_m2[0] > 0.0
+    assert not places_m[1:].any()
+
+
+def test_a_clip_moves_with_its_tube(lines: Lines):
+    clips = closed(lines, np.array([0.0, 0.0105, 0.0]))
+    before = clips.places(lines)[0][0]
+    lines.hold(tube_m(lines, 0)[3] + np.array([0.004, 0.0, 0.0]), (3, 0.5), np.eye(3)[:2], 1e-5)
+    assert clips.places(lines)[0][0, 0] - before[0] > 0.001
+
+
+def test_changing_the_tool_is_no_clip(lines: Lines):
+    clips = Clips()
+    clips.step(glance(CLIP_APPLIER, np.zeros(3), loaded=True), lines, 1 / 30)
+    clips.step(glance(SCISSORS, np.zeros(3), loaded=False), lines, 1 / 30)
+    assert len(clips) == 0
+
+
+def test_a_clip_that_closes_on_nothing_is_counted_and_lies_there(lines: Lines):
+    at = np.array([0.03, 0.0, 0.02])
+    clips = closed(lines, at)
+    assert len(clips) == 1
+    assert clips.places(lines)[0][0] == pytest.approx(at)
+
+
+def test_scissors_that_close_on_a_tube_sever_it(lines: Lines):
+    cuts, at = Cuts(), np.array([-0.01, 0.01, 0.0])
+    for jaw_rad in (0.5, 0.0):
+        cuts.step(glance(SCISSORS, at, jaw_rad=jaw_rad), lines)
+    assert cuts.severed.tolist() == [False, True]
+
+
+def test_scissors_that_close_elsewhere_or_were_never_open_sever_nothing(lines: Lines):
+    cuts = Cuts()
+    for jaw_rad in (0.5, 0.0):
+        cuts.step(glance(SCISSORS, np.array([0.03, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
+    cuts.step(glance(SCISSORS, np.array([0.0, 0.01, 0.0])), lines)
+    assert not cuts.severed.any()
+
+
+def test_pictures_refute_a_cut_that_failed_and_confirm_one_that_did_not(lines: Lines):
+    for evidence, severed in ((-2.0, False), (2.0, True)):
+        cuts = Cuts()
+        for jaw_rad in (0.5, 0.0):
+            cuts.step(glance(SCISSORS, np.array([0.0, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
+        for _ in range(10):
+            cuts.look(says((evidence, evidence)))
+        assert cuts.severed.tolist() == [severed, False]
+
+
+def test_pictures_alone_sever_nothing(lines: Lines):
+    cuts = Cuts()
+    for _ in range(100):
+        cuts.look(says((4.0, 4.0)))
+    assert not cuts.severed.any()
+
+
+def test_a_place_on_a_line_is_found_again(lines: Lines):
+    line = tube_m(lines, 0)
+    k, share, away = nearest_on(line, place_on(line, 4.25) + np.array([0.001, 0.0, 0.0]))
+    assert (k + share, away) == (pytest.approx(4.25), pytest.approx(0.001))
+
+
+def test_a_glance_holds_nothing_of_the_tissue():
+    assert not any("tube" in name or "clips" in name for name in vars(glance(GRASPER, np.zeros(3))))
+    assert replace(glance(GRASPER, np.zeros(3)), time_s=1.0).pictures == {}

@@ -1,0 +1,80 @@
+"""Laws of labelled pictures: which patients, resumption, and from pictures to a sense."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from safetensors.torch import load_file
+
+from scenarios.cli import main
+from scenarios.demonstration.mix import TRAINING_SEEDS
+from scenarios.demonstration.pictures import (
+    AHEAD,
+    STRATA,
+    frames_path,
+    picture,
+    pictured,
+    stratum_of,
+)
+from tests.scenarios.test_cli import complaint
+from tissue_sim.outcome.room import why_call
+from tissue_sim.patient.anatomy import anatomy_from_seed
+from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.sensing.eyes import VIEWS
+from tissue_sim.sensing.shown import N_SHOWN
+
+
+def test_more_episodes_only_add_some():
+    assert pictured(0, 40)[:12] == pictured(0, 12)
+
+
+def test_lengths_are_nearly_equally_frequent():
+    counts = Counter(stratum_of(anatomy_from_seed(d.seed)) for d in pictured(0, 120))
+    assert set(counts) == set(STRATA)
+    assert max(counts.values()) <= min(counts.values()) + AHEAD + 1
+
+
+def test_only_training_seeds_are_pictured():
+    assert pictured(TRAINING_SEEDS.stop - 2, 50)[-1].seed < TRAINING_SEEDS.stop
+    assert pictured(TRAINING_SEEDS.stop, 5) == []
+
+
+def test_too_many_pictures_are_refused_in_one_line(tmp_path, capfd):
+    if not renderer_available():
+        pytest.skip("SAPIEN finds no Vulkan renderer here")
+    words = ["collect", "--pictures", "--seed", "9999", "--episodes", "5", "--out", str(tmp_path)]
+    assert "training seeds, 0 to 9999" in complaint(capfd, *words)
+
+
+def test_without_pictures_no_perception_is_trained(tmp_path, capfd):
+    words = ["train", "perception", "--data", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert "collect --pictures" in complaint(capfd, *words)
+
+
+@pytest.mark.render
+@pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
+def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
+    from controller.perception.checkpoint import load_perception
+    from scenarios.loop.camera_sense import SenseCameras
+    from tissue_sim.sensing.observation import N_POINTS, observation_of
+    from tissue_sim.world import World
+
+    called = next(d for d in pictured(0, 40) if why_call(anatomy_from_seed(d.seed)))
+    frames = picture(called, tmp_path)
+    with np.load(frames_path(called, tmp_path)) as file:
+        assert file["there"].shape == (frames, N_SHOWN)
+        for spec in VIEWS:
+            assert file[f"rgb.{spec.name}"].shape == (frames, spec.height, spec.width, 3)
+    out = tmp_path / "trained"
+    words = ["train", "perception", "--preset", "smoke", "--data", str(tmp_path), "--out", str(out)]
+    assert main(words) == 0
+    before = load_file(out / "perception.safetensors")
+    assert main(words) == 0  # nothing is left to do
+    after = load_file(out / "perception.safetensors")
+    assert all(after[name].equal(part) for name, part in before.items())
+    world, model = World(render=True), load_perception(out / "perception.safetensors")
+    world.reset(anatomy_from_seed(called.seed))
+    told = [SenseCameras(3, model).observe(world) for _ in range(2)]
+    assert (told[0].vector() == told[1].vector()).all()  # the same seed sees the same
+    assert (told[0].std_m[: N_POINTS - 8] > 0.0).all()
+    assert observation_of(told[0].vector(), 0.0).n_clips == 0

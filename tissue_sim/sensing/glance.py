@@ -1,0 +1,63 @@
+"""What a robot with cameras has in one control step: pictures, encoders, motor currents.
+
+It holds nothing of the tissue but what the pictures show. `eyes.py` takes it from the world;
+perception makes an `Observation` of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """What one camera shows.
+
+    Attributes:
+        rgb: (height, width, 3) uint8.
+        T_endoscope_camera: (4, 4) where the encoders believe the camera is: x ahead, y left, z up.
+        focal_px: focal length; the optical axis passes through the middle of the picture.
+    """
+
+    rgb: NDArray[np.uint8]
+    T_endoscope_camera: Array
+    focal_px: float
+
+    def project(self, points: Array) -> tuple[Array, Array]:
+        """Return pixels (n, 2), column and row, and distances ahead (n,) of points (n, 3).
+
+        Points are in the endoscope's frame. Those beside or behind the camera, with a distance
+        ahead below a millimetre, have no meaningful pixel.
+        """
+        R, t = self.T_endoscope_camera[:3, :3], self.T_endoscope_camera[:3, 3]
+        ahead, left, up = ((points - t) @ R).T
+        scale = self.focal_px / np.maximum(ahead, 1e-3)
+        height, width = self.rgb.shape[:2]
+        return np.stack([0.5 * width - scale * left, 0.5 * height - scale * up], axis=1), ahead
+
+
+@dataclass(frozen=True, kw_only=True)
+class Glance:
+    """One control step. Rows: left, right arm. Frame: endoscope, as in `Observation`.
+
+    Attributes:
+        time_s, joints, tips_endoscope, forces_n, pinch_n, tools, clip_loaded, T_world_endoscope,
+            shaft_offset_m: as in `Observation`, from encoders and motor currents.
+        pictures: by view; none in most steps.
+    """
+
+    time_s: float
+    joints: Array
+    tips_endoscope: Array
+    forces_n: Array
+    pinch_n: float
+    tools: tuple[str, str]
+    clip_loaded: bool
+    T_world_endoscope: Array
+    shaft_offset_m: Array
+    pictures: dict[str, Picture] = field(default_factory=dict)
