@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.perception.evidence import find
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
 from controller.perception.lines import between_jaws, place_on
-from controller.perception.network import DENSE, STRIDE
 from tissue_sim.frames import Array
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
@@ -24,8 +24,7 @@ CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the c
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
 CREEP_M = 5e-5  # assumed growth of it, in a second's square root
-EVIDENCE, EVIDENCE_PX = 0.6, 2.0  # assumed: least probability of a cell; error of a found clip
-WINDOW_PX = 12.0  # how far from where a clip is believed it is looked for
+EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 
 @dataclass(kw_only=True)
@@ -70,8 +69,7 @@ class Clips:
         seen = dict.fromkeys(range(len(self._clips)), False)
         for k, clip in enumerate(self._clips):
             for name, picture in pictures.items():
-                place = self._place(clip, lines)
-                found = _find(shown[name], *picture.project(place[None]))
+                found = find("clip", shown[name], picture, self._place(clip, lines))
                 if found is not None:
                     seen[k] = True
                     self._correct(clip, picture, found, lines)
@@ -129,19 +127,3 @@ def tube_m(lines: Lines, tube: int) -> Array:
 def _point(clip: SeatedClip) -> int:
     """Return the number of the point of the lines that is nearest to a seated clip."""
     return TUBE_POINTS * (clip.tube or 0) + round(clip.at)
-
-
-def _find(shown: Shown, pixels: Array, ahead: Array) -> Array | None:
-    """Return the pixel (2,) of the clip that a picture shows near one, if there is one."""
-    if ahead[0] < 0.005:
-        return None
-    chance = 1.0 / (1.0 + np.exp(-shown.dense[DENSE.index("clip")]))
-    h, w = chance.shape
-    column, row = np.meshgrid(STRIDE * (np.arange(w) + 0.5), STRIDE * (np.arange(h) + 0.5))
-    away = np.hypot(column - pixels[0, 0], row - pixels[0, 1])
-    best = np.where(away < WINDOW_PX, chance * np.exp(-((away / WINDOW_PX) ** 2)), 0.0).argmax()
-    centre = np.array([column.flat[best], row.flat[best]])
-    if chance.flat[best] < EVIDENCE or away.flat[best] >= WINDOW_PX:
-        return None
-    near = np.where(np.hypot(column - centre[0], row - centre[1]) < 1.5 * STRIDE, chance, 0.0)
-    return np.array([(near * column).sum(), (near * row).sum()]) / near.sum()

@@ -48,7 +48,7 @@ class Perception:
     def _look(self, pictures: dict[str, Picture]) -> None:
         shown = {name: self._viewer(name, picture.rgb) for name, picture in pictures.items()}
         self._lines.look(pictures, shown)
-        self._cuts.look(shown)
+        self._cuts.look(pictures, shown, self._lines)
         self._hidden[:N_LINE] = ~_in_sight(pictures, shown, self._lines.points_m)
         self._hidden[N_LINE:] = True
         oldest = max(len(self._clips) - MAX_CLIPS, 0)
