@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.perception.evidence import find
-from controller.perception.fusion import Lines
+from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
 from controller.perception.lines import between_jaws, place_on
 from tissue_sim.frames import Array
@@ -23,7 +23,7 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
-CREEP_M = 5e-5  # assumed growth of it, in a second's square root
+CREEP_M = 2e-5  # assumed growth of it, in a second's square root
 EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 
@@ -67,9 +67,11 @@ class Clips:
     ) -> dict[int, bool]:
         """Take in what the views show; return which of the clips are seen."""
         seen = dict.fromkeys(range(len(self._clips)), False)
+        places = [self._place(clip, lines) for clip in self._clips]
         for k, clip in enumerate(self._clips):
+            others = places[:k] + places[k + 1 :]
             for name, picture in pictures.items():
-                found = find("clip", shown[name], picture, self._place(clip, lines))
+                found = find("clip", shown[name], picture, places[k], others)
                 if found is not None:
                     seen[k] = True
                     self._correct(clip, picture, found, lines)
@@ -99,24 +101,29 @@ class Clips:
         self._clips.append(clip)
 
     def _place(self, clip: SeatedClip, lines: Lines) -> Array:
-        return clip.place_m if clip.tube is None else place_on(tube_m(lines, clip.tube), clip.at)
+        return clip.place_m if clip.tube is None else _on(lines, clip.tube, clip.at)
 
     def _correct(self, clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
         """Move a clip along its tube towards where a picture shows it."""
         if clip.tube is None:
             return
-        tube, step = tube_m(lines, clip.tube), 0.01
-        ends = np.stack([place_on(tube, clip.at), place_on(tube, clip.at + step)])
+        step = 0.01
+        ends = np.stack([_on(lines, clip.tube, clip.at + s) for s in (0.0, step)])
         way_m = float(np.linalg.norm(ends[1] - ends[0])) / step
         (pixel, beside), _ = picture.project(ends)
         along = (beside - pixel) / (step * way_m)  # pixels a metre
-        noise = (EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
+        noise = (SAME_LOOKS * EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
             float(along @ along), 1.0
         )
         gain = clip.variance_m2 / (clip.variance_m2 + noise)
         moved_m = gain * float(along @ (found - pixel)) / max(float(along @ along), 1.0)
         clip.at = float(np.clip(clip.at + moved_m / max(way_m, 1e-6), 0.0, TUBE_POINTS - 1.0))
         clip.variance_m2 *= 1.0 - gain
+
+
+def _on(lines: Lines, tube: int, at: float) -> Array:
+    """Return the point (3,) at a station of a tube, on the stump to which it belongs."""
+    return place_on(tube_m(lines, tube), at, lines.cuts.get(tube))
 
 
 def tube_m(lines: Lines, tube: int) -> Array:

@@ -18,7 +18,7 @@ from tissue_sim.tools.instruments import INSTRUMENTS
 OPENED_RAD, CLOSED_RAD = 0.25, 0.12  # scissors act when they close after having opened; assumed
 BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
 BEGIN, CLOSING, SURE = -3.0, 5.0, 5.0  # logits: at first, told by a closing, not doubted any more
-CONFIRMS, REFUTES = 0.4, 0.05  # of one look; assumed: looks err alike, and much hides an end
+CONFIRMS, REFUTES = 0.4, 0.02  # of one look; assumed: looks err alike, and much hides an end
 BLADE_M = INSTRUMENTS[SCISSORS].yaw_to_tip_m - INSTRUMENTS[SCISSORS].finger_start_m
 
 
@@ -34,6 +34,10 @@ class Cuts:
     def severed(self) -> NDArray[np.bool_]:
         """Whether each tube (2,) is severed."""
         return self._logit > 0.0
+
+    def stations(self) -> dict[int, float]:
+        """Return where the severed tubes are cut, by tube."""
+        return {k: at for k, at in enumerate(self._at) if at is not None and self.severed[k]}
 
     def step(self, glance: Glance, lines: Lines) -> None:
         """Take in one control step: have scissors closed on a tube?"""

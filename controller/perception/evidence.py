@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from controller.perception.graph import Shown
@@ -14,10 +16,12 @@ WINDOW_PX = 12.0  # how far from where something is believed it is looked for
 BEHIND_M = 0.005  # nearer to the eye, or behind it, nothing is found
 
 
-def find(what: str, shown: Shown, picture: Picture, place: Array) -> Array | None:
+def find(
+    what: str, shown: Shown, picture: Picture, place: Array, others: Sequence[Array] = ()
+) -> Array | None:
     """Return the pixel (2,) of what a picture shows near a place (3,), if it shows one.
 
-    `what` is one of `network.DENSE`.
+    `what` is one of `network.DENSE`. What is nearer to the others of its kind is theirs.
     """
     (pixel,), (ahead,) = picture.project(place[None])
     if ahead < BEHIND_M:
@@ -26,6 +30,10 @@ def find(what: str, shown: Shown, picture: Picture, place: Array) -> Array | Non
     h, w = chance.shape
     column, row = np.meshgrid(STRIDE * (np.arange(w) + 0.5), STRIDE * (np.arange(h) + 0.5))
     away = np.hypot(column - pixel[0], row - pixel[1]) / WINDOW_PX
+    for other in others:
+        (at,), _ = picture.project(other[None])
+        theirs = np.hypot(column - at[0], row - at[1]) / WINDOW_PX < away
+        away = np.where(theirs, 2.0, away)
     best = np.where(away < 1.0, chance * np.exp(-(away**2)), 0.0).argmax()
     if chance.flat[best] < LEAST or away.flat[best] >= 1.0:
         return None

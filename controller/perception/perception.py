@@ -40,6 +40,7 @@ class Perception:
         self._tips_m = tips_m.copy()
         self._clips.step(glance, self._lines, CONTROL_PERIOD_S)
         self._cuts.step(glance, self._lines)
+        self._lines.cuts = self._cuts.stations()
         self._age_s += CONTROL_PERIOD_S
         if glance.pictures:
             self._look(glance.pictures)

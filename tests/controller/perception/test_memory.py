@@ -135,7 +135,7 @@ def test_pictures_refute_a_cut_that_failed_and_confirm_one_that_did_not(
     for jaw_rad in (0.5, 0.0):
         cuts.step(glance(SCISSORS, np.array([-0.01 * tube, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
     assert cuts.severed[tube]
-    for _ in range(50):
+    for _ in range(110):  # 11 s
         cuts.look(*says(lines, tube, ends=ends), lines)
     assert cuts.severed[tube] == ends
     assert not cuts.severed[1 - tube]
@@ -161,6 +161,14 @@ def test_a_place_on_a_line_is_found_again(lines: Lines):
     line = tube_m(lines, 0)
     k, share, away = nearest_on(line, place_on(line, 4.25) + np.array([0.001, 0.0, 0.0]))
     assert (k + share, away) == (pytest.approx(4.25), pytest.approx(0.001))
+
+
+def test_beside_a_cut_a_line_goes_on_from_its_own_side(lines: Lines):
+    line = tube_m(lines, 0).copy()
+    line[4:] += np.array([0.02, 0.0, 0.0])  # the upper stump has moved away
+    assert place_on(line, 3.4, cut=3.5) == pytest.approx(np.array([0.0, 0.0102, 0.0]))
+    assert place_on(line, 3.6, cut=3.5) == pytest.approx(np.array([0.02, 0.0108, 0.0]))
+    assert place_on(line, 1.5, cut=3.5) == pytest.approx(place_on(line, 1.5))
 
 
 def test_a_glance_holds_nothing_of_the_tissue():
