@@ -26,7 +26,8 @@ class SensorModel:
         delay_s: age of what a look shows.
         dropout: share of looks in which a point that is in sight is not found.
         dropout_s: how long a dropout lasts on average.
-        creep_m_s: growth of a hidden point's standard deviation.
+        creep_m_s, creep_most_m: growth of a hidden point's standard deviation, and its end: it
+            moves with its neighbours.
         severed_s: how long after a cut the tube counts as severed.
         third_tube: error of the chance of a third tube.
         hand_eye_m, hand_eye_rad: of each arm's pose relative to the endoscope, constant.
@@ -48,6 +49,7 @@ class SensorModel:
     dropout: float = 0.03
     dropout_s: float = 0.3
     creep_m_s: float = 1e-3
+    creep_most_m: float = 3e-3
     severed_s: float = 0.3
     third_tube: float = 0.15
     hand_eye_m: float = 3e-4

@@ -71,12 +71,16 @@ class Tracker:
         n_clips = int(parts["n_clips"][0])
         seen[POINTS_BEGIN:POINTS_END] = self._at_m.ravel()
         parts["clips_m"][n_clips:] = 0.0
-        std_m = np.hypot(self._error_m, self.model.creep_m_s * self._age_s)
+        std_m = np.hypot(self._error_m, self._creep_m())
         std_m[N_LINE + n_clips :] = 0.0
         parts["std_m"][:], parts["age_s"][:], parts["hidden"][:] = std_m, self._age_s, self._unseen
         parts["severed"][:] = self._severed_now
         parts["tube_radius_m"][:] *= self._radius
         parts["third_tube"][0] = abs(parts["third_tube"][0] - self._third)
+
+    def _creep_m(self) -> Array:
+        """Return by how much a point's place is more uncertain since it was seen."""
+        return np.minimum(self.model.creep_m_s * self._age_s, self.model.creep_most_m)
 
     def _tell_tools(self, seen: Floats) -> None:
         model, chance, parts = self.model, self._rng.standard_normal, fields(seen)
