@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.perception.fusion import Lines
+from controller.perception.evidence import find
+from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
 from controller.perception.lines import between_jaws, place_on
-from controller.perception.network import DENSE, STRIDE
 from tissue_sim.frames import Array
 from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
@@ -23,9 +23,8 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
-CREEP_M = 5e-5  # assumed growth of it, in a second's square root
-EVIDENCE, EVIDENCE_PX = 0.6, 2.0  # assumed: least probability of a cell; error of a found clip
-WINDOW_PX = 12.0  # how far from where a clip is believed it is looked for
+CREEP_M = 2e-5  # assumed growth of it, in a second's square root
+EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 
 @dataclass(kw_only=True)
@@ -68,10 +67,11 @@ class Clips:
     ) -> dict[int, bool]:
         """Take in what the views show; return which of the clips are seen."""
         seen = dict.fromkeys(range(len(self._clips)), False)
+        places = [self._place(clip, lines) for clip in self._clips]
         for k, clip in enumerate(self._clips):
+            others = places[:k] + places[k + 1 :]
             for name, picture in pictures.items():
-                place = self._place(clip, lines)
-                found = _find(shown[name], *picture.project(place[None]))
+                found = find("clip", shown[name], picture, places[k], others)
                 if found is not None:
                     seen[k] = True
                     self._correct(clip, picture, found, lines)
@@ -101,24 +101,29 @@ class Clips:
         self._clips.append(clip)
 
     def _place(self, clip: SeatedClip, lines: Lines) -> Array:
-        return clip.place_m if clip.tube is None else place_on(tube_m(lines, clip.tube), clip.at)
+        return clip.place_m if clip.tube is None else _on(lines, clip.tube, clip.at)
 
     def _correct(self, clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
         """Move a clip along its tube towards where a picture shows it."""
         if clip.tube is None:
             return
-        tube, step = tube_m(lines, clip.tube), 0.01
-        ends = np.stack([place_on(tube, clip.at), place_on(tube, clip.at + step)])
+        step = 0.01
+        ends = np.stack([_on(lines, clip.tube, clip.at + s) for s in (0.0, step)])
         way_m = float(np.linalg.norm(ends[1] - ends[0])) / step
         (pixel, beside), _ = picture.project(ends)
         along = (beside - pixel) / (step * way_m)  # pixels a metre
-        noise = (EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
+        noise = (SAME_LOOKS * EVIDENCE_PX**2 + float(along @ along) * PLACED_M**2) / max(
             float(along @ along), 1.0
         )
         gain = clip.variance_m2 / (clip.variance_m2 + noise)
         moved_m = gain * float(along @ (found - pixel)) / max(float(along @ along), 1.0)
         clip.at = float(np.clip(clip.at + moved_m / max(way_m, 1e-6), 0.0, TUBE_POINTS - 1.0))
         clip.variance_m2 *= 1.0 - gain
+
+
+def _on(lines: Lines, tube: int, at: float) -> Array:
+    """Return the point (3,) at a station of a tube, on the stump to which it belongs."""
+    return place_on(tube_m(lines, tube), at, lines.cuts.get(tube))
 
 
 def tube_m(lines: Lines, tube: int) -> Array:
@@ -129,19 +134,3 @@ def tube_m(lines: Lines, tube: int) -> Array:
 def _point(clip: SeatedClip) -> int:
     """Return the number of the point of the lines that is nearest to a seated clip."""
     return TUBE_POINTS * (clip.tube or 0) + round(clip.at)
-
-
-def _find(shown: Shown, pixels: Array, ahead: Array) -> Array | None:
-    """Return the pixel (2,) of the clip that a picture shows near one, if there is one."""
-    if ahead[0] < 0.005:
-        return None
-    chance = 1.0 / (1.0 + np.exp(-shown.dense[DENSE.index("clip")]))
-    h, w = chance.shape
-    column, row = np.meshgrid(STRIDE * (np.arange(w) + 0.5), STRIDE * (np.arange(h) + 0.5))
-    away = np.hypot(column - pixels[0, 0], row - pixels[0, 1])
-    best = np.where(away < WINDOW_PX, chance * np.exp(-((away / WINDOW_PX) ** 2)), 0.0).argmax()
-    centre = np.array([column.flat[best], row.flat[best]])
-    if chance.flat[best] < EVIDENCE or away.flat[best] >= WINDOW_PX:
-        return None
-    near = np.where(np.hypot(column - centre[0], row - centre[1]) < 1.5 * STRIDE, chance, 0.0)
-    return np.array([(near * column).sum(), (near * row).sum()]) / near.sum()

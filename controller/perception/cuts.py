@@ -6,18 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.perception.clips import tube_m
+from controller.perception.evidence import find, in_frame
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
-from controller.perception.lines import between_jaws
-from tissue_sim.sensing.glance import Glance
-from tissue_sim.sensing.observation import SCISSORS
+from controller.perception.lines import between_jaws, place_on
+from tissue_sim.sensing.glance import Glance, Picture
+from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 OPENED_RAD, CLOSED_RAD = 0.25, 0.12  # scissors act when they close after having opened; assumed
 BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
 BEGIN, CLOSING, SURE = -3.0, 5.0, 5.0  # logits: at first, told by a closing, not doubted any more
-MOST_EVIDENCE = 0.4  # of one look; assumed, as looks err alike
+CONFIRMS, REFUTES = 0.4, 0.02  # of one look; assumed: looks err alike, and much hides an end
 BLADE_M = INSTRUMENTS[SCISSORS].yaw_to_tip_m - INSTRUMENTS[SCISSORS].finger_start_m
 
 
@@ -26,12 +27,17 @@ class Cuts:
 
     def __init__(self) -> None:
         self._logit = np.full(2, BEGIN)
+        self._at: list[float | None] = [None, None]  # stations of the last closings
         self._opened = False
 
     @property
     def severed(self) -> NDArray[np.bool_]:
         """Whether each tube (2,) is severed."""
         return self._logit > 0.0
+
+    def stations(self) -> dict[int, float]:
+        """Return where the severed tubes are cut, by tube."""
+        return {k: at for k, at in enumerate(self._at) if at is not None and self.severed[k]}
 
     def step(self, glance: Glance, lines: Lines) -> None:
         """Take in one control step: have scissors closed on a tube?"""
@@ -43,14 +49,21 @@ class Cuts:
         if self._opened and jaw_rad < CLOSED_RAD:
             self._opened = False
             T = glance.tips_endoscope[RIGHT_ARM]
-            away = [between_jaws(tube_m(lines, k), T, BLADE_M)[2] for k in (0, 1)]
-            tube = int(np.argmin(away))
-            if away[tube] < BETWEEN_M:
-                self._logit[tube] += CLOSING
+            places = [between_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
+            tube = int(np.argmin([away for _, _, away in places]))
+            k, share, away = places[tube]
+            if away < BETWEEN_M and self._logit[tube] < SURE:
+                self._logit[tube], self._at[tube] = BEGIN + CLOSING, k + share
 
-    def look(self, shown: dict[str, Shown]) -> None:
-        """Take in what the views say of tubes on which scissors have closed."""
-        said = np.mean([view.flags[:2] for view in shown.values()], axis=0)
-        doubted = (self._logit > BEGIN) & (self._logit < SURE)
-        evidence = np.clip(said, -MOST_EVIDENCE, MOST_EVIDENCE)
-        self._logit = np.where(doubted, np.maximum(self._logit + evidence, BEGIN), self._logit)
+    def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], lines: Lines) -> None:
+        """Take in whether the views show ends where scissors have closed on a tube."""
+        for tube, at in enumerate(self._at):
+            if at is None or not BEGIN < self._logit[tube] < SURE:
+                continue
+            place = place_on(tube_m(lines, tube), at)
+            views = [name for name, picture in pictures.items() if in_frame(picture, place)]
+            found = [find("cut end", shown[n], pictures[n], place) is not None for n in views]
+            if any(found):
+                self._logit[tube] += CONFIRMS
+            elif any(shown[n].visible[TUBE_POINTS * tube + round(at)] > 0.0 for n in views):
+                self._logit[tube] -= REFUTES

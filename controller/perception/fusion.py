@@ -26,12 +26,17 @@ HAND_EYE_M = SensorModel().hand_eye_m
 
 
 class Lines:
-    """What is believed of the points of the lines: mean (`N_LINE`, 3) and covariance, metres."""
+    """What is believed of the points of the lines: mean (`N_LINE`, 3) and covariance, metres.
+
+    Attributes:
+        cuts: stations of the cuts by tube, 0 left, 1 right, counted in the tube's points.
+    """
 
     def __init__(self, prior: Prior) -> None:
         self._prior = prior
         self._x, self._P = prior.mean.copy(), prior.spread.copy()
         self._looked = False
+        self.cuts: dict[int, float] = {}
 
     @property
     def points_m(self) -> Array:

@@ -30,7 +30,12 @@ def between_jaws(line: Array, T_endoscope_tool: Array, reach_m: float) -> tuple[
     return min(places, key=lambda place: place[2])
 
 
-def place_on(line: Array, at: float) -> Array:
-    """Return the point (3,) at a station, counted in points of the line (n, 3)."""
+def place_on(line: Array, at: float, cut: float | None = None) -> Array:
+    """Return the point (3,) at a station, counted in points of the line (n, 3).
+
+    Beside a cut the line goes on straight from the points on the same side of it.
+    """
     k = int(np.clip(at, 0, len(line) - 2))
+    if cut is not None and k == int(cut):
+        k = int(np.clip(k - 1 if at < cut else k + 1, 0, len(line) - 2))
     return line[k] + (at - k) * (line[k + 1] - line[k])

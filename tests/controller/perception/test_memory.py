@@ -13,7 +13,7 @@ from controller.perception.lines import nearest_on, place_on
 from controller.perception.network import N_LINE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose
-from tissue_sim.sensing.glance import Glance
+from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, SCISSORS
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
@@ -54,18 +54,23 @@ def glance(tool: str, at: Array, *, jaw_rad: float = 0.0, loaded: bool = False) 
     )
 
 
-def says(severed: tuple[float, float]) -> dict[str, Shown]:
-    """Return what a view says whose evidence of severed tubes is this (logits)."""
-    none = np.zeros(N_LINE)
-    view = Shown(
-        pixels=np.zeros((N_LINE, 2)),
-        log_sigma=none,
-        inside=none,
-        visible=none,
-        dense=np.zeros((2, 8, 8)),
-        flags=np.array([*severed, 0.0]),
+def says(lines: Lines, tube: int, *, ends: bool) -> tuple[dict[str, Picture], dict[str, Shown]]:
+    """Return a view from 100 mm in front, and what it says of ends 10 mm up a tube."""
+    turned = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # x ahead of the eye
+    picture = Picture(
+        rgb=np.zeros((128, 128, 3), np.uint8),
+        T_endoscope_camera=pose(turned, np.array([0.0, 0.01, -0.1])),
+        focal_px=200.0,
     )
-    return {"view": view}
+    dense = np.full((2, 32, 32), -6.0)
+    ((column, row),), _ = picture.project(np.array([[-0.01 * tube, 0.01, 0.0]]))
+    dense[1, int(row / 4), int(column / 4)] = 6.0 if ends else -6.0
+    known = np.full(N_LINE, 5.0)
+    pixels = np.zeros((N_LINE, 2))
+    view = Shown(
+        pixels=pixels, log_sigma=known, inside=known, visible=known, dense=dense, flags=np.zeros(3)
+    )
+    return {"view": picture}, {"view": view}
 
 
 def closed(lines: Lines, at: Array) -> Clips:
@@ -121,20 +126,34 @@ def test_scissors_that_close_elsewhere_or_were_never_open_sever_nothing(lines: L
     assert not cuts.severed.any()
 
 
-def test_pictures_refute_a_cut_that_failed_and_confirm_one_that_did_not(lines: Lines):
-    for evidence, severed in ((-2.0, False), (2.0, True)):
-        cuts = Cuts()
-        for jaw_rad in (0.5, 0.0):
-            cuts.step(glance(SCISSORS, np.array([0.0, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
-        for _ in range(10):
-            cuts.look(says((evidence, evidence)))
-        assert cuts.severed.tolist() == [severed, False]
+@pytest.mark.parametrize("tube", [0, 1])
+@pytest.mark.parametrize("ends", [True, False])
+def test_pictures_refute_a_cut_that_failed_and_confirm_one_that_did_not(
+    lines: Lines, tube: int, ends: bool
+):
+    cuts = Cuts()
+    for jaw_rad in (0.5, 0.0):
+        cuts.step(glance(SCISSORS, np.array([-0.01 * tube, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
+    assert cuts.severed[tube]
+    for _ in range(110):  # 11 s
+        cuts.look(*says(lines, tube, ends=ends), lines)
+    assert cuts.severed[tube] == ends
+    assert not cuts.severed[1 - tube]
+
+
+def test_a_cut_that_is_confirmed_is_not_forgotten(lines: Lines):
+    cuts = Cuts()
+    for jaw_rad in (0.5, 0.0):
+        cuts.step(glance(SCISSORS, np.array([0.0, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
+    for ends in (*[True] * 20, *[False] * 200):
+        cuts.look(*says(lines, 0, ends=ends), lines)
+    assert cuts.severed[0]
 
 
 def test_pictures_alone_sever_nothing(lines: Lines):
     cuts = Cuts()
     for _ in range(100):
-        cuts.look(says((4.0, 4.0)))
+        cuts.look(*says(lines, 0, ends=True), lines)
     assert not cuts.severed.any()
 
 
@@ -142,6 +161,14 @@ def test_a_place_on_a_line_is_found_again(lines: Lines):
     line = tube_m(lines, 0)
     k, share, away = nearest_on(line, place_on(line, 4.25) + np.array([0.001, 0.0, 0.0]))
     assert (k + share, away) == (pytest.approx(4.25), pytest.approx(0.001))
+
+
+def test_beside_a_cut_a_line_goes_on_from_its_own_side(lines: Lines):
+    line = tube_m(lines, 0).copy()
+    line[4:] += np.array([0.02, 0.0, 0.0])  # the upper stump has moved away
+    assert place_on(line, 3.4, cut=3.5) == pytest.approx(np.array([0.0, 0.0102, 0.0]))
+    assert place_on(line, 3.6, cut=3.5) == pytest.approx(np.array([0.02, 0.0108, 0.0]))
+    assert place_on(line, 1.5, cut=3.5) == pytest.approx(place_on(line, 1.5))
 
 
 def test_a_glance_holds_nothing_of_the_tissue():
