@@ -1,7 +1,7 @@
 """How large are the errors of what cameras and encoders tell? The parameters of `tracked`.
 
-Sizes are those of `docs/senses.md`: errors of the places of points follow first measurements of
-perception from pictures; what is of encoders and motor currents is assumed.
+Errors of the places of points were fitted to those of a first perception from pictures, on seven
+tuning patients (`docs/senses.md`); what is of encoders and motor currents is assumed.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ class SensorModel:
     """Errors, each a standard deviation along each axis unless said otherwise.
 
     Attributes:
+        shared_m: all points and both tips together, constant in an episode: the arms' places
+            relative to the endoscope are off, and cameras on the arms see by them.
         scene_m: all points together, constant in an episode.
         bias_m: each line of points, constant in an episode; neighbours have nearly the same.
         slow_m, slow_s: the same, but wandering with this time constant.
@@ -30,19 +32,20 @@ class SensorModel:
             moves with its neighbours.
         severed_s: how long after a cut the tube counts as severed.
         third_tube: error of the chance of a third tube.
-        hand_eye_m, hand_eye_rad: of each arm's pose relative to the endoscope, constant.
+        hand_eye_m, hand_eye_rad: of each arm's pose relative to what is seen, constant.
         tip_m, jaw_rad: of encoders, white.
         force_n: slow error of a force, N, with `slow_s`; a tenth of it is white.
     """
 
-    scene_m: float = 2e-4
-    bias_m: float = 2.5e-4
-    slow_m: float = 2e-4
-    slow_s: float = 2.0
-    white_m: float = 5e-5
-    along_m: float = 5e-4
-    far: float = 3.0
-    clip_m: float = 2e-4
+    shared_m: float = 3.3e-4
+    scene_m: float = 1e-4
+    bias_m: float = 3e-4
+    slow_m: float = 2.6e-4
+    slow_s: float = 5.0
+    white_m: float = 2e-5
+    along_m: float = 1e-4
+    far: float = 1.5
+    clip_m: float = 3.8e-4
     radius: float = 0.1
     look_s: float = 0.1
     delay_s: float = 0.067
@@ -52,7 +55,7 @@ class SensorModel:
     creep_most_m: float = 3e-3
     severed_s: float = 0.3
     third_tube: float = 0.15
-    hand_eye_m: float = 3e-4
+    hand_eye_m: float = 1e-4
     hand_eye_rad: float = 5e-3
     tip_m: float = 3e-5
     jaw_rad: float = 2e-3
@@ -70,7 +73,7 @@ class SensorModel:
 
 
 SIZES = (
-    "scene_m", "bias_m", "slow_m", "white_m", "along_m", "clip_m", "radius", "third_tube",
-    "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
+    "shared_m", "scene_m", "bias_m", "slow_m", "white_m", "along_m", "clip_m", "radius",
+    "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
 NEAR_M, FAR_M = 0.015, 0.045  # from the right tip: its camera sees close to it best

@@ -38,12 +38,14 @@ class Tracker:
 
     def __init__(self, model: SensorModel, rng: np.random.Generator) -> None:
         self.model, self._rng = model, rng
+        shared_m = model.shared_m * rng.standard_normal(3)
         self._bias_m = model.scene_m * rng.standard_normal(3) + self._lines(model.bias_m)
         self._bias_m[N_LINE:] += model.clip_m * rng.standard_normal((MAX_CLIPS, 3))
+        self._bias_m = self._bias_m + shared_m
         self._along_m = model.along_m * rng.standard_normal((len(LINES), 2))
         self._slow_m = self._lines(model.slow_m)
         self._force_n = model.force_n * rng.standard_normal(7)
-        self._hand_eye_m = model.hand_eye_m * rng.standard_normal((2, 3))
+        self._hand_eye_m = shared_m + model.hand_eye_m * rng.standard_normal((2, 3))
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
         self._hand_eye = np.stack([exponential(turn) for turn in turns])
         self._radius = 1.0 + model.radius * np.clip(rng.standard_normal(2), -2.0, 2.0)
@@ -125,7 +127,11 @@ class Tracker:
         scale = 1.0 + (model.far - 1.0) * share
         scale[N_LINE:] = 1.0
         self._error_m = scale * np.sqrt(
-            model.scene_m**2 + model.bias_m**2 + model.slow_m**2 + model.white_m**2
+            model.shared_m**2
+            + model.scene_m**2
+            + model.bias_m**2
+            + model.slow_m**2
+            + model.white_m**2
         )
         smooth_m = self._bias_m + self._slow_m + self._along(exact_m)
         white_m = model.white_m * self._rng.standard_normal((N_POINTS, 3))
