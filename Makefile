@@ -27,7 +27,7 @@ help:
 
 demo: .venv/.ready
 	video=$$($(BIN)/python -m tissue_sim.rendering.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
-	$(BIN)/calot run --out $(DEMO) $$video
+	$(BIN)/calot run --sense tracked --out $(DEMO) $$video
 
 cameras: .venv/.ready
 	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch
