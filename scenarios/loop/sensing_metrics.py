@@ -49,8 +49,10 @@ class SensingMetrics:
         self._right.append((counted, bool((seen.severed == exact.severed).all())))
         self._hidden.append(float(seen.hidden[_TUBES].mean()))
 
-    def result(self) -> SensingResult:
-        """Return the errors so far."""
+    def result(self) -> SensingResult | None:
+        """Return the errors so far; None if nothing was compared yet."""
+        if not self._right:
+            return None
         near_m, clips_m = np.concatenate(self._near_m), np.concatenate(self._clips_m)
         counted, cuts = np.mean(self._right, axis=0)
         return SensingResult(

@@ -54,4 +54,5 @@ def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> 
         success=False,
         error=describe_error(error),
         wall_s=wall_s,
+        sense=config.sense,
     )

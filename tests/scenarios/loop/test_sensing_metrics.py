@@ -21,7 +21,9 @@ def measured(*seen: Observation):
     for one in seen:
         for _ in range(EVERY):
             metrics.on_step(SimpleNamespace(observation=one, exact=EXACT))
-    return metrics.result()
+    found = metrics.result()
+    assert found is not None
+    return found
 
 
 def off(by_m: float, std_m: float) -> Observation:
@@ -62,3 +64,9 @@ def test_far_from_both_tubes_there_is_no_error_to_tell():
         metrics.on_step(SimpleNamespace(observation=far, exact=far))
     assert metrics.result().near_m is None
     assert metrics.result().within_95 is None
+
+
+def test_an_episode_that_ends_at_once_has_no_errors_to_tell():
+    metrics = SensingMetrics()
+    metrics.on_step(SimpleNamespace(observation=EXACT, exact=EXACT))
+    assert metrics.result() is None
