@@ -16,6 +16,7 @@ from tissue_sim.outcome.jaws import GALLBLADDER
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.surroundings import GRID_M, liver_points, relief_rng
 from tissue_sim.rendering.shapes import sheet
+from tissue_sim.sensing.exact import ring_radii_m
 from tissue_sim.world import World
 
 LIVER, PORT_WALL = "liver", "port wall"
@@ -104,7 +105,7 @@ def registered(world: World) -> RigidSurroundings:
 def surroundings_of(world: World) -> Surroundings:
     """Return the present surroundings. Privileged: the exact state of the simulation."""
     positions, sac = world.tissue.positions(), world.organ.sac_rings
-    starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], _mean_radius_m(positions, sac)
+    starts, ends, sac_m = [sac[:-1, 0]], [sac[1:, 0]], ring_radii_m(positions, sac)
     radii_m = [0.5 * (sac_m[:-1] + sac_m[1:])]
     for tube in world.organ.hollow:
         neck = world.organ.neck_ring[tube]
@@ -120,10 +121,3 @@ def surroundings_of(world: World) -> Surroundings:
     )
     moved_m = {LIVER: world.body.offset_m, PORT_WALL: np.zeros(3)}
     return Surroundings(moved_m=moved_m, capsules=capsules)
-
-
-def _mean_radius_m(positions: NDArray[np.floating], rings: Indices) -> Array:
-    """Return (n_ring,) the outer vertices' mean distance from the centre."""
-    outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
-    spokes = outer - positions[rings[:, :1]]
-    return np.sqrt(np.vecdot(spokes, spokes)).mean(axis=1, dtype=float)

@@ -44,7 +44,7 @@ class _Length:
 
 
 class RoomSeen:
-    """Collects what is seen of the tubes of one patient until the first clip."""
+    """Collects observations of one patient's tubes until the first clip."""
 
     def __init__(self) -> None:
         self._lengths: dict[Structure, _Length] = {"duct": _Length(), "artery": _Length()}

@@ -63,13 +63,13 @@ def exact_observation(field: Field) -> Observation:
         severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
         tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),
         third_tube=float(field.anatomy.second_artery is not None),
-        sac_radius_m=_radii_m(x, field.organ.sac_rings[:SAC_POINTS]),
+        sac_radius_m=ring_radii_m(x, field.organ.sac_rings[:SAC_POINTS]),
         T_world_endoscope=field.T_world_endoscope,
         shaft_offset_m=_shaft_offset_m(field),
     )
 
 
-def _radii_m(positions: NDArray[np.floating], rings: Indices) -> Array:
+def ring_radii_m(positions: NDArray[np.floating], rings: Indices) -> Array:
     """Return (n_ring,) the outer vertices' mean distance from the centre."""
     outer = positions[rings[:, (rings.shape[1] + 1) // 2 :]]
     spokes = outer - positions[rings[:, :1]]
