@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import pyarrow as pa
 
 from controller.action import ACTION_SIZE
@@ -90,11 +89,3 @@ FEATURES: dict[str, Feature] = {
     "index": Feature(dtype="int64"),
 }
 """The columns of a dataset; `index` counts all its frames."""
-
-
-def empty_columns() -> dict[str, np.ndarray]:
-    """Return the columns of an episode without frames."""
-    return {
-        name: np.empty(feature.shape(0), object if feature.dtype == "string" else feature.dtype)
-        for name, feature in DEMONSTRATED.items()
-    }

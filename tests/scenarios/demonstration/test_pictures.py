@@ -39,9 +39,9 @@ def test_only_training_seeds_are_pictured():
     assert pictured(TRAINING_SEEDS.stop, 5) == []
 
 
+@pytest.mark.render
+@pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
 def test_too_many_pictures_are_refused_in_one_line(tmp_path, capfd):
-    if not renderer_available():
-        pytest.skip("SAPIEN finds no Vulkan renderer here")
     words = ["collect", "--pictures", "--seed", "9999", "--episodes", "5", "--out", str(tmp_path)]
     assert "training seeds, 0 to 9999" in complaint(capfd, *words)
 
