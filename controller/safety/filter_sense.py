@@ -56,7 +56,7 @@ class FilterSense:
 
     def __init__(self, registration: Registration) -> None:
         self._registration, self._obstacles = registration, ObstaclesSeen()
-        self._clips = ClipsSeen()
+        self._clips, self._between = ClipsSeen(), frozenset[str]()
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
     def see(
@@ -70,7 +70,7 @@ class FilterSense:
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
         closes = asked[RIGHT_ARM, 6] < start[RIGHT_ARM, 6]
-        between = between_jaws_seen(seen) if closes else frozenset[str]()
+        self._between = between_jaws_seen(seen, self._between) if closes else frozenset[str]()
         return Situation(
             step_s=self._registration.step_s,
             instruments=instruments,
@@ -85,8 +85,8 @@ class FilterSense:
             shaft_offset_m=seen.shaft_offset_m,
             instruction=instruction,
             worked_on=worked_on(instruction.task, seen),
-            between_jaws=between,
-            lacking_clips=between & self._clips.lacking(seen) if between else between,
+            between_jaws=self._between,
+            lacking_clips=self._between and self._between & self._clips.lacking(seen),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:

@@ -7,15 +7,22 @@ import numpy as np
 from controller.safety.seen_obstacles import lines_seen
 from tissue_sim.frames import Array, inverse_pose, transform
 from tissue_sim.outcome.jaws import GALLBLADDER, MOUTHS, SAC_HALF_GAP_M
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.observation import SAC_POINTS, TUBE_POINTS, Observation
 from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M
 from tissue_sim.tools.arms import RIGHT_ARM
 
+NOTHING = frozenset[str]()
+SURE = 1.0  # standard deviations
+_SAC = slice(2 * TUBE_POINTS, 2 * TUBE_POINTS + SAC_POINTS)
 _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 
 
-def between_jaws_seen(seen: Observation) -> frozenset[str]:
-    """Return the names of the structures that the jaws would close on."""
+def between_jaws_seen(seen: Observation, before: frozenset[str] = NOTHING) -> frozenset[str]:
+    """Return the names of the structures that the jaws would close on.
+
+    The gallbladder's wall was between them before if `before` has it: then it stays until it is
+    surely out, so that the flicker of what is seen opens no lock.
+    """
     T_tool_endoscope = inverse_pose(seen.tips_endoscope[RIGHT_ARM])
     reach_m, width_m = MOUTHS[seen.tools[RIGHT_ARM]]
     found = {
@@ -28,7 +35,10 @@ def between_jaws_seen(seen: Observation) -> frozenset[str]:
             float(line.std_m.mean()),
         )
     }
-    if sac_within(transform(T_tool_endoscope, seen.sac_m), seen.sac_radius_m, reach_m, width_m):
+    axis, wall_m = transform(T_tool_endoscope, seen.sac_m), seen.sac_radius_m
+    if GALLBLADDER in before:
+        wall_m = wall_m + SURE * float(seen.std_m[_SAC].mean())
+    if sac_within(axis, wall_m, reach_m, width_m):
         found.add(GALLBLADDER)
     return frozenset(found)
 

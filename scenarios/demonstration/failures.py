@@ -16,12 +16,13 @@ from scenarios.catalogue import SCENARIOS
 from scenarios.loop.step import Step
 from scenarios.perturbation.perturbation import AtTask, Perturbation
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
+from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-MAX_FAILURES = 3  # in an episode, each in a different task
+MAX_FAILURES = 3  # in an episode, each in a different task; of dropped clips fewer: more injure
 WEAKEST = 0.5  # smallest share of the scenario's magnitude
-SLIP, HOOK = "grasp-slip", "grasp-hooked"
+SLIP, HOOK, DROP = "grasp-slip", "grasp-hooked", "clip-dropped"
 PAST_M = 0.001  # of the tube, half of the weakest overshoot
 
 
@@ -36,7 +37,8 @@ def failures(scenario: str, rng: np.random.Generator) -> tuple[Perturbation, ...
 
 def _drawn_tasks(p: Perturbation, rng: np.random.Generator) -> list[int]:
     tasks = resolve_name(p.effect).tasks
-    return sorted(rng.choice(tasks, size=min(MAX_FAILURES, len(tasks)), replace=False).tolist())
+    most = CLIPS_LEFT_MAX if p.name == DROP else MAX_FAILURES
+    return sorted(rng.choice(tasks, size=min(most, len(tasks)), replace=False).tolist())
 
 
 def _drawn_magnitude(p: Perturbation, rng: np.random.Generator) -> float:
@@ -105,5 +107,5 @@ UNDONE: dict[str, Callable[[World, Task], bool]] = {
     "overshoot": _no_longer_past,
     SLIP: _grasp_needs_no_undoing,
     HOOK: _grasp_needs_no_undoing,
-    "clip-dropped": lambda world, _: world.record.clip_loaded,
+    DROP: lambda world, _: world.record.clip_loaded,
 }

@@ -15,12 +15,13 @@ from planner.correction import CORRECTIONS, Correction
 from planner.instruction import Instruction
 from tissue_sim.outcome.predicates import gallbladder_held, right_arm_back, tubes_spread
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
 CHANCE = 0.25  # of a correction at each plan, which is made once a second
 LASTS_S = (1, 2)
-BETWEEN_S = 2.0  # minimum time from the end of one to the next
+BETWEEN_S = 6.0  # minimum time from the end of one to the next
 RARITY = {  # weight of each when it is possible; rarely possible ones get a larger weight
     ("left", None): 3.0,
     ("left", "open"): 16.0,
@@ -32,11 +33,15 @@ RARITY = {  # weight of each when it is possible; rarely possible ones get a lar
     ("both", "close"): 8.0,
 }
 RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then only this one is often possible
+CLIPS_TO_LOSE = CLIPS_LEFT_MAX - 1  # the last one is left to accidents
 WAITING_MAX_RAD = 0.2  # right jaws at work are open wider; assumed
 
 
 class PlannerInterjecting:
-    """Passes on another planner's instructions, with random corrections."""
+    """Passes on another planner's instructions, with random corrections.
+
+    The other planner's clock stands still meanwhile: a task that waits has not failed.
+    """
 
     privileged = True
 
@@ -51,11 +56,13 @@ class PlannerInterjecting:
         """Forget the episode so far, but continue the random numbers."""
         self._planner.reset()
         self._correction: Correction | None = None
-        self._until_s = 0.0
+        self._until_s = self._waited_s = 0.0
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the other planner's instruction, sometimes with a correction."""
-        said, now_s = self._planner.plan(observation), observation.time_s
+        now_s = observation.time_s
+        said = self._planner.plan(replace(observation, time_s=now_s - self._waited_s))
+        said = replace(said, time_s=now_s)
         if said.hold:
             return said
         if self._correction is not None and now_s >= self._until_s - 1e-9:
@@ -65,7 +72,8 @@ class PlannerInterjecting:
             rarities = RARITY_WHILE_SHUT if _waits_shut(self._world) else RARITY
             rarity = np.array([rarities[c.arm, c.jaw] for c in able])
             self._correction = able[self._rng.choice(len(able), p=rarity / rarity.sum())]
-            self._until_s = now_s + float(self._rng.choice(LASTS_S))
+            lasts_s = float(self._rng.choice(LASTS_S))
+            self._until_s, self._waited_s = now_s + lasts_s, self._waited_s + lasts_s
         return replace(said, correction=self._correction)
 
 
@@ -92,7 +100,9 @@ def _grasper_may_move(world: World) -> bool:
 
 
 def _right_jaws_may_close(world: World) -> bool:
-    return right_arm_back(world)
+    """Return whether the right jaws can close: a loaded applier loses its clip."""
+    lost = sum(clip.lost for clip in world.record.clips)
+    return right_arm_back(world) and (not world.record.clip_loaded or lost < CLIPS_TO_LOSE)
 
 
 def _right_arm_may_move(world: World) -> bool:

@@ -36,11 +36,11 @@ if TYPE_CHECKING:  # heavy to import
 KINDS = (
     NOMINAL,
     RECOVERY + FAILING,
-    NOMINAL,
+    NOMINAL + FAILING + "swapped",
     CORRECTION,
     NOMINAL,
     NOMINAL + FAILING + "artery-in-front",
-    NOMINAL,
+    NOMINAL + FAILING + "swapped",
     NOMINAL + FAILING + "fat",
 )
 NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster

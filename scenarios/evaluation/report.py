@@ -17,6 +17,7 @@ from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_fig
 from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
 from scenarios.evaluation.reasons import in_detail, reason
+from scenarios.evaluation.sensed import SensedFigures, sensed_figures
 from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
 from scenarios.evaluation.strata import Strata, strata
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
@@ -72,6 +73,7 @@ class SuiteReport:
         conditions: pass rates by condition, without ladders.
         strata: pass rates by the patients' anatomy, without ladders.
         reasons: reasons of failures, the most frequent first.
+        sensed: errors of what was sensed, by sense.
         sensitivity: of the pass rate to each threshold.
         tasks: figures of the kinds of task that SRT-H reports, by SRT-H's names.
         results: the episodes by condition, in the order of seeds.
@@ -85,6 +87,7 @@ class SuiteReport:
     climbs: tuple[Climb, ...]
     audit: tuple[AuditLine, ...]
     reasons: dict[str, int]
+    sensed: tuple[SensedFigures, ...]
     sensitivity: tuple[ThresholdSensitivity, ...]
     tasks: dict[str, TaskFigures]
     results: tuple[tuple[str, EpisodeResult], ...]
@@ -171,6 +174,7 @@ def _of_suite(
         climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),
+        sensed=sensed_figures(here.values()),
         sensitivity=sensitivity(list(here.values())),
         tasks={task.name: task_figures(here.values(), task) for task in TASKS},
         results=tuple((case.condition.name, result) for case, result in here.items()),

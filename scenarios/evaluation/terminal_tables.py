@@ -9,7 +9,17 @@ from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
 from scenarios.evaluation.strata import NAMES
-from scenarios.evaluation.words import called, counts, end_of, interval, number, rate, signed
+from scenarios.evaluation.words import (
+    SENSED,
+    called,
+    counts,
+    end_of,
+    interval,
+    number,
+    rate,
+    sensed,
+    signed,
+)
 from scenarios.loop.results import Summary
 
 Row = Sequence[str]
@@ -20,6 +30,7 @@ def tables(report: Report) -> Iterator[Table]:
     several = (
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
+        _table("what was sensed (mm)", ("arm", "suite"), SENSED, _sensed(report)),
         _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
         _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
         _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
@@ -86,6 +97,13 @@ def _paired(report: Report) -> Iterator[Row]:
         pairs = (str(c.pairs), str(c.only_arm), str(c.only_reference))
         told = (signed(c.difference), interval(c.tango_95, 3), f"{c.mcnemar_p:.3g}")
         yield c.arm, c.reference, c.suite, *pairs, *told
+
+
+def _sensed(report: Report) -> Iterator[Row]:
+    for arm, found in report.arms.items():
+        for name, suite in found.suites.items():
+            for figures in suite.sensed:
+                yield arm, name, *sensed(figures)
 
 
 def _climbs(report: Report) -> Iterator[Row]:

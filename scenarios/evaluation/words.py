@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from scenarios.evaluation.report import Climb
+from scenarios.evaluation.sensed import SensedFigures
 from scenarios.loop.results import Summary
 
 NOTHING = "–"
+SENSED = (
+    "sense", "episodes", "near", "90 %", "worst", "from the tip", "clips", "counted", "cuts",
+    "in 95 %", "hidden",
+)  # fmt: skip
+"""Headings of `sensed`; errors in mm."""
 
 
 def counts(summary: Summary) -> str:
@@ -50,3 +56,21 @@ def interval(ends: tuple[float, float] | None, digits: int, scale: float = 1.0) 
         return NOTHING
     low, high = ends
     return f"{scale * low:z.{digits}f} to {scale * high:z.{digits}f}"
+
+
+def sensed(figures: SensedFigures) -> tuple[str, ...]:
+    """Return the figures of what was sensed."""
+    errors = (
+        figures.near_m,
+        figures.near_p90_m,
+        figures.worst_m,
+        figures.from_tip_m,
+        figures.clips_m,
+    )
+    shares = (figures.clips_counted, figures.cuts_seen, figures.within_95, figures.hidden)
+    return (
+        figures.sense,
+        str(figures.episodes),
+        *(number(error, 2, 1e3) for error in errors),
+        *(NOTHING if share is None else f"{share:.1%}" for share in shares),
+    )

@@ -104,6 +104,8 @@ class SensingResult:
     Attributes:
         near_m, near_p90_m: Median and 90th percentile of the errors of the tubes' points within
             15 mm of the right tip; None if it never came so near.
+        from_tip_m: The same median, measured from where the tip is believed: what an arm that acts
+            by it is off.
         clips_m: Median error of the clips; None if there was none.
         clips_counted: Share of moments in which the number of clips is right.
         cuts_seen: Share of moments in which it is right which tubes are severed.
@@ -113,6 +115,7 @@ class SensingResult:
 
     near_m: float | None
     near_p90_m: float | None
+    from_tip_m: float | None
     clips_m: float | None
     clips_counted: float
     cuts_seen: float
@@ -272,9 +275,13 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         peaks=tuple(PeakResult(**peak) for peak in entry.get("peaks", ())),
         safety=_safety(entry["safety"]),
         privileged=tuple(entry.get("privileged", ())),
-        sensing=None if entry.get("sensing") is None else SensingResult(**entry["sensing"]),
+        sensing=_sensing(entry.get("sensing")),
         call=None if entry.get("call") is None else CallResult(**entry["call"]),
     )
+
+
+def _sensing(entry: dict[str, Any] | None) -> SensingResult | None:
+    return None if entry is None else SensingResult(**{"from_tip_m": None} | entry)
 
 
 def _task(entry: dict[str, Any]) -> TaskResult:

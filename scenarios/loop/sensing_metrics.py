@@ -9,6 +9,7 @@ import numpy as np
 from scenarios.loop.results import SensingResult
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, TUBE_POINTS
+from tissue_sim.tools.arms import RIGHT_ARM
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.step import Step
@@ -24,6 +25,7 @@ class SensingMetrics:
 
     def __init__(self) -> None:
         self._near_m: list[Array] = []
+        self._from_tip_m: list[Array] = []
         self._inside: list[Array] = []
         self._clips_m: list[Array] = []
         self._right: list[tuple[bool, bool]] = []  # clips counted, cuts seen
@@ -38,9 +40,11 @@ class SensingMetrics:
         seen, exact = step.observation, step.exact
         off_m = seen.points_m() - exact.points_m()
         error_m = np.linalg.norm(off_m, axis=1)
-        tubes_m = exact.points_m()[_TUBES]
-        near = np.linalg.norm(tubes_m - exact.tips_endoscope[1, :3, 3], axis=1) < NEAR_M
+        tubes_m, tip_m = exact.points_m()[_TUBES], exact.tips_endoscope[RIGHT_ARM, :3, 3]
+        near = np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M
         self._near_m.append(error_m[_TUBES][near])
+        tip_off_m = seen.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
+        self._from_tip_m.append(np.linalg.norm(off_m[_TUBES][near] - tip_off_m, axis=1))
         sizes = (error_m[_TUBES][near] / np.maximum(seen.std_m[_TUBES][near], 1e-9)) ** 2
         self._inside.append(sizes < CHI2_95)
         first = N_POINTS - MAX_CLIPS
@@ -58,6 +62,7 @@ class SensingMetrics:
         return SensingResult(
             near_m=_quantile(near_m, 0.5),
             near_p90_m=_quantile(near_m, 0.9),
+            from_tip_m=_quantile(np.concatenate(self._from_tip_m), 0.5),
             clips_m=_quantile(clips_m, 0.5),
             clips_counted=float(counted),
             cuts_seen=float(cuts),

@@ -15,6 +15,7 @@ from scenarios.evaluation.page.ladders import ladders
 from scenarios.evaluation.page.language import language
 from scenarios.evaluation.page.parts import section
 from scenarios.evaluation.page.pass_rates import pass_rates
+from scenarios.evaluation.page.senses import senses
 from scenarios.evaluation.page.sheet import sheet
 from scenarios.evaluation.page.srt_h import beside_srt_h
 from scenarios.evaluation.page.thresholds import thresholds
@@ -30,6 +31,7 @@ def page(report: Report, made_with: Mapping[str, Any]) -> str:
         pass_rates(report),
         paired(report),
         beside_srt_h(report),
+        senses(report),
         ladders(report),
         conditions(report),
         which_patients(report),

@@ -59,3 +59,21 @@ def test_all_about_the_field_what_is_seen_is_what_is_there(world):
         there.append(true)
     assert sum(map(bool, there)) > 0.3 * PLACES
     assert np.mean(agree) > 0.95
+
+
+def test_the_wall_that_was_between_the_jaws_stays_until_it_is_surely_out(world):
+    """Move the jaws out of the gallbladder: within its uncertainty memory decides."""
+    std_m, before = 0.0008, frozenset({GALLBLADDER})
+    told, remembered = [], []
+    for beside_m in np.linspace(0.0, 0.03, 61):
+        seen = world.observe()
+        tips = seen.tips_endoscope.copy()
+        tips[RIGHT_ARM, :3, 3] = seen.sac_m[2] + beside_m * tips[RIGHT_ARM, :3, 1]
+        unsure = np.full_like(seen.std_m, std_m)
+        seen = replace(seen, tips_endoscope=tips, std_m=unsure)
+        told.append(GALLBLADDER in between_jaws_seen(seen))
+        remembered.append(GALLBLADDER in between_jaws_seen(seen, before))
+    assert told[0]
+    assert not remembered[-1]
+    longer_m = (sum(remembered) - sum(told)) * 0.03 / 60
+    assert longer_m == pytest.approx(std_m, abs=0.0006)

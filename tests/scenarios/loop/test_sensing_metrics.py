@@ -45,6 +45,14 @@ def test_errors_are_those_of_points_near_the_right_tip_and_of_the_clips():
     assert found.clips_m == pytest.approx(0.0005)
 
 
+def test_an_error_that_tubes_share_with_the_tip_does_not_count_from_the_tip():
+    tips = EXACT.tips_endoscope.copy()
+    tips[1, 0, 3] += 0.001
+    found = measured(replace(off(0.001, 0.001), tips_endoscope=tips))
+    assert found.near_m == pytest.approx(0.001)
+    assert found.from_tip_m == pytest.approx(0.0, abs=1e-12)
+
+
 def test_ellipsoids_hold_what_is_within_their_size():
     assert measured(off(0.001, 0.001)).within_95 == 1.0
     assert measured(off(0.001, 0.0002)).within_95 == 0.0

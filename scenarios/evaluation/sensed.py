@@ -1,0 +1,69 @@
+"""How far what was sensed is from the truth, over the episodes of an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.loop.results import EpisodeResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensedFigures:
+    """Figures over episodes with this sense.
+
+    Attributes:
+        sense: a key of `scenarios.catalogue.SENSES`.
+        episodes: how many were measured.
+        near_m, from_tip_m, clips_m: medians of the episodes' medians; None if no episode has any.
+        near_p90_m: median of the episodes' 90th percentiles.
+        worst_m: largest of the episodes' medians near the tip.
+        clips_counted, cuts_seen, within_95, hidden: means of the episodes' shares.
+    """
+
+    sense: str
+    episodes: int
+    near_m: float | None
+    near_p90_m: float | None
+    worst_m: float | None
+    from_tip_m: float | None
+    clips_m: float | None
+    clips_counted: float | None
+    cuts_seen: float | None
+    within_95: float | None
+    hidden: float | None
+
+
+def sensed_figures(results: Iterable[EpisodeResult]) -> tuple[SensedFigures, ...]:
+    """Return the figures for each sense of which there are measured episodes."""
+    measured = [r for r in results if r.sensing is not None]
+    senses = dict.fromkeys(r.sense for r in measured)
+    return tuple(_of(sense, [r for r in measured if r.sense == sense]) for sense in senses)
+
+
+def _of(sense: str, results: list[EpisodeResult]) -> SensedFigures:
+    def known(name: str) -> list[float]:
+        values = (getattr(r.sensing, name) for r in results)
+        return [value for value in values if value is not None]
+
+    def median(name: str) -> float | None:
+        return float(np.median(known(name))) if known(name) else None
+
+    def mean(name: str) -> float | None:
+        return float(np.mean(known(name))) if known(name) else None
+
+    return SensedFigures(
+        sense=sense,
+        episodes=len(results),
+        near_m=median("near_m"),
+        near_p90_m=median("near_p90_m"),
+        worst_m=max(known("near_m"), default=None),
+        from_tip_m=median("from_tip_m"),
+        clips_m=median("clips_m"),
+        clips_counted=mean("clips_counted"),
+        cuts_seen=mean("cuts_seen"),
+        within_95=mean("within_95"),
+        hidden=mean("hidden"),
+    )

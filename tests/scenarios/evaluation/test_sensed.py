@@ -1,0 +1,50 @@
+"""Tests of the figures of what was sensed."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scenarios.evaluation.page.senses import senses
+from scenarios.evaluation.report import report_of
+from scenarios.evaluation.sensed import sensed_figures
+from scenarios.evaluation.terminal_tables import tables
+from scenarios.loop.results import SensingResult
+from tests.scenarios.evaluation.made_up import FIRST, episode, plan, results_of
+
+SEEN = SensingResult(
+    near_m=0.0004,
+    near_p90_m=0.001,
+    from_tip_m=0.0003,
+    clips_m=None,
+    clips_counted=1.0,
+    cuts_seen=0.5,
+    within_95=0.94,
+    hidden=0.4,
+)
+
+
+def seen(case, *, near_m: float):
+    return replace(
+        episode(case), sense="tracked", sensing=replace(SEEN, near_m=near_m, clips_counted=near_m)
+    )
+
+
+def test_medians_of_errors_and_means_of_shares_by_sense():
+    asked = plan("nominal", arms=(FIRST,), seeds=range(3))
+    results = list(results_of(asked, lambda case: seen(case, near_m=10.0**case.seed)).values())
+    other = replace(results[0], sense="cameras")
+    tracked, cameras = sensed_figures([*results, other, replace(other, sensing=None)])
+    assert (tracked.sense, tracked.episodes, cameras.sense) == ("tracked", 3, "cameras")
+    assert (tracked.near_m, tracked.worst_m) == (10.0, 100.0)
+    assert tracked.clips_counted == pytest.approx(37.0)
+    assert tracked.clips_m is None
+    assert cameras.episodes == 1
+
+
+def test_the_page_and_the_terminal_tell_what_was_sensed_and_nothing_where_nothing_was():
+    asked = plan("nominal", arms=(FIRST,), seeds=range(3))
+    for make, told in ((lambda case: seen(case, near_m=4.2e-4), True), (episode, False)):
+        report = report_of(asked, results_of(asked, make), Path("nowhere"))
+        assert ("0.42" in senses(report)) == told
+        assert any("sensed" in str(table.title) for table in tables(report)) == told
