@@ -281,7 +281,8 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
 
 
 def _sensing(entry: dict[str, Any] | None) -> SensingResult | None:
-    return None if entry is None else SensingResult(**{"from_tip_m": None} | entry)
+    known: dict[str, Any] = {"from_tip_m": None}  # older results do not tell it
+    return None if entry is None else SensingResult(**known | entry)
 
 
 def _task(entry: dict[str, Any]) -> TaskResult:
