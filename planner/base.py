@@ -3,9 +3,11 @@
 from typing import Protocol, TypeVar
 
 from planner.instruction import Instruction
+from planner.task import Task
 
 PLANNING_PERIOD_S = 1.0  # of simulated time, from one question to the planner to the next
 PATIENCE_S = 12.0  # a clip or a cut that has not succeeded by then is tried again
+MOST_TRIES = 3  # at a clip or a cut; more of the same is rough on the tissue
 
 Observation_contra = TypeVar("Observation_contra", contravariant=True)
 
@@ -28,6 +30,11 @@ class Planner(Protocol[Observation_contra]):
         done, this is an outcome of its own, and no failure.
         """
         ...
+
+
+def failed_too_often(task: Task) -> str:
+    """Return why a person is called who must do the task, in a surgeon's words."""
+    return f"{task.text!r} has failed {MOST_TRIES} times."
 
 
 def hears_of_success(planner: object) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.base import PATIENCE_S
+from planner.base import MOST_TRIES, PATIENCE_S, failed_too_often
 from planner.criteria import is_needed, structure_of, task_done
 from planner.instruction import TASKS, Instruction, Task
 from planner.policy_setup import PolicySetup, privileged
@@ -17,8 +17,6 @@ from tissue_sim.outcome.predicates import (
 from tissue_sim.outcome.room import why_call
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
-
-MOST_TRIES = 3  # at a clip or a cut; more of the same is rough on the tissue
 
 
 class PlannerScripted:
@@ -70,7 +68,7 @@ class PlannerScripted:
     def _why_call(self, task: Task) -> str | None:
         """Return why a person must be called now; None if there is no reason."""
         if self._tries > MOST_TRIES:
-            return f"{task.text!r} has failed {MOST_TRIES} times."
+            return failed_too_often(task)
         return why_call(self._world.anatomy) if untouched(self._world) else None
 
     def _next_to_do(self) -> int:

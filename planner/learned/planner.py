@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 
 from planner.assessment import Assessment
-from planner.base import PATIENCE_S, PLANNING_PERIOD_S
+from planner.base import MOST_TRIES, PATIENCE_S, PLANNING_PERIOD_S, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
@@ -49,7 +49,8 @@ class PlannerLearned:
     not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
     that stops just short of the place where the task ends would otherwise wait until time is up.
     After the first cut it never grasps again: the tubes can no longer be spread. It calls for a
-    person where the tubes have no room (`RoomSeen`), and where the arms stand still.
+    person where the tubes have no room (`RoomSeen`), where the arms stand still, and where a clip
+    or a cut would be tried for the fourth time.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -61,6 +62,7 @@ class PlannerLearned:
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
         self._preferred, self._has_cut = N_TASKS, False
+        self._tries = Counter[int]()
         self._frame = RestFrame()
         self._room, self._standstill = RoomSeen(), Standstill()
 
@@ -96,6 +98,8 @@ class PlannerLearned:
         self._standstill.see(observation)
         if self._standstill.lasts:
             return STANDSTILL
+        if self._tries[self._task] > MOST_TRIES:
+            return failed_too_often(task)
         if observation.n_clips or observation.severed.any():
             return None
         self._room.see(observation)
@@ -125,6 +129,7 @@ class PlannerLearned:
         self._preferred = task
         if sure and task != self._task:
             self._task, self._since_s = task, 0.0
+            self._tries[task] += TASKS[task].kind in ("clip", "cut")
             self._has_cut |= TASKS[task].kind == "go_back_from_cut"
 
     def _stacked(self) -> Moments:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from planner.base import PATIENCE_S
+from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
@@ -36,7 +36,10 @@ def said_to(planner: PlannerLearned, states: np.ndarray, start_s: float = 0.0) -
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 1e4])
-def test_it_follows_its_network_once_sure_or_when_the_network_repeats(network, sharpness):
+def test_it_follows_its_network_once_sure_or_when_the_network_repeats(
+    network, sharpness, monkeypatch
+):
+    monkeypatch.setattr("planner.learned.planner.MOST_TRIES", len(ROWS))
     network = sharpened(network, sharpness)
     states = rollout(4).states[: ROWS[-1] + 1]
     said = said_to(PlannerLearned(network), states)
@@ -105,6 +108,19 @@ def test_after_a_cut_it_never_asks_to_grasp_again(network, before, after):
     assert {planner.plan(observation_of(state, float(s))).task for s in range(2, 8)} == {after}
     planner.reset()
     assert planner.plan(observation_of(state, 0.0)).task == GRAB
+
+
+def test_a_clip_that_has_been_tried_three_times_is_left_to_a_person(network):
+    planner, times = PlannerLearned(network), 0
+    at_home = observation_of(rollout().states[0], 0.0)
+    for k in range(2 * MOST_TRIES + 1):
+        wanted = (CLIP, GOING_BACK)[k % 2]
+        planner._network = torn(network, wanted, GRAB, 0.99)
+        said = planner.plan(replace(at_home, time_s=float(k)))
+        times += wanted is CLIP
+        assert said.call == (times > MOST_TRIES), k
+    assert said.hold
+    assert "3 times" in said.remark
 
 
 def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
