@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -26,6 +26,7 @@ class Frames:
         pixels: (n, n_shown, 2) where the labelled points are.
         there: (n, n_shown) whether they exist.
         visible: (n, n_shown) whether the picture shows them.
+        radius: (n, `N_WIDE`) how wide radii of tubes and gallbladder appear, pixels.
         flags: (n, 3) of `network.FLAGS`.
     """
 
@@ -33,6 +34,7 @@ class Frames:
     pixels: Tensor
     there: Tensor
     visible: Tensor
+    radius: Tensor
     flags: Tensor
 
     def __len__(self) -> int:
@@ -59,6 +61,7 @@ def read_frames(files: Sequence[Path], view: str) -> Frames:
                     "pixels": file[f"pixels.{view}"],
                     "there": file["there"],
                     "visible": file[f"visible.{view}"],
+                    "radius": file[f"radius.{view}"],
                     "flags": np.concatenate([file["severed"], third], axis=1),
                 }
             )
@@ -71,10 +74,13 @@ def digest(files: Sequence[Path]) -> str:
     return sha256(said.encode()).hexdigest()
 
 
-def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Return pictures (b, 3, height, width), 0 to 1, and pixels, moved and with other light."""
+def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
+    """Return pictures (b, 3, height, width), 0 to 1, with other light and moved, and their labels.
+
+    The frames returned keep their own `rgb`.
+    """
     pictures = frames.rgb.permute(0, 3, 1, 2).float() / 255.0
-    pictures, pixels = _moved(pictures, frames.pixels, chance)
+    pictures, labels = _moved(pictures, frames, chance)
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:
@@ -82,11 +88,11 @@ def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Tensor]:
 
     light = torch.exp(LIGHT * draw(n, 1, 1, 1) + TINT * draw(n, 3, 1, 1))
     pictures = pictures * light + OFFSET * draw(n, 3, 1, 1) + NOISE * draw(*pictures.shape)
-    return pictures, pixels
+    return pictures, labels
 
 
-def _moved(pictures: Tensor, pixels: Tensor, chance: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Turn, scale and shift pictures and pixels alike."""
+def _moved(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
+    """Turn, scale and shift pictures and labels alike."""
     n, _, height, width = pictures.shape
     device = pictures.device
     drawn = 2.0 * torch.rand(n, 4, generator=chance, device=device) - 1.0
@@ -100,4 +106,5 @@ def _moved(pictures: Tensor, pixels: Tensor, chance: torch.Generator) -> tuple[T
     grid = F.affine_grid(torch.cat([scaled, offset], -1), list(pictures.shape), align_corners=False)
     moved = F.grid_sample(pictures, grid, align_corners=False)
     ahead = torch.linalg.inv(back)
-    return moved, (pixels - 0.5 * size) @ ahead.transpose(1, 2) + 0.5 * size + shift[:, None]
+    pixels = (frames.pixels - 0.5 * size) @ ahead.transpose(1, 2) + 0.5 * size + shift[:, None]
+    return moved, replace(frames, pixels=pixels, radius=frames.radius * grow[:, None])

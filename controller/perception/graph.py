@@ -17,7 +17,7 @@ from controller.perception.network import Network
 from tissue_sim.frames import Array
 
 OPSET = 17
-TOLD = ("pixels", "log_sigma", "inside", "visible", "dense", "flags")
+TOLD = ("pixels", "log_sigma", "inside", "visible", "log_radius", "dense", "flags")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +28,7 @@ class Shown:
     log_sigma: Array
     inside: Array
     visible: Array
+    log_radius: Array
     dense: Array
     flags: Array
 

@@ -12,9 +12,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS
+from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, SAC_POINTS, TUBE_POINTS
 
 N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines
+N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder
 DENSE = ("clip", "cut end")
 FLAGS = ("left tube severed", "right tube severed", "third tube")
 STRIDE = 4  # pixels of a map's cell
@@ -39,6 +40,7 @@ class Seen:
         log_sigma: (b, `N_LINE`) logarithm of the expected distance from the true pixel, pixels.
         inside: (b, `N_LINE`) logit that the picture's frame holds the point.
         visible: (b, `N_LINE`) logit that nothing hides it.
+        log_radius: (b, `N_LINE`) logarithm of how wide the structure's radius appears, pixels.
         dense: (b, 2, h, w) logits of `DENSE`.
         flags: (b, 3) logits of `FLAGS`.
     """
@@ -48,6 +50,7 @@ class Seen:
     log_sigma: Tensor
     inside: Tensor
     visible: Tensor
+    log_radius: Tensor
     dense: Tensor
     flags: Tensor
 
@@ -79,7 +82,7 @@ class Network(nn.Module):
         )
         self.head = nn.Conv2d(config.maps, N_LINE + len(DENSE), 1)
         self.who = nn.Parameter(0.1 * torch.randn(N_LINE, 32))
-        self.about = nn.Sequential(nn.Linear(config.maps + e + 32, 64), nn.ReLU(), nn.Linear(64, 3))
+        self.about = nn.Sequential(nn.Linear(config.maps + e + 32, 64), nn.ReLU(), nn.Linear(64, 4))
         self.flags = nn.Sequential(nn.Linear(e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
 
     def forward(self, pictures: Tensor) -> Seen:
@@ -103,12 +106,13 @@ class Network(nn.Module):
             log_sigma=about[..., 0].clamp(*LOG_SIGMA),
             inside=about[..., 1],
             visible=about[..., 2],
+            log_radius=about[..., 3],
             dense=dense,
             flags=self.flags(whole),
         )
 
     def _about(self, share: Tensor, features: Tensor, whole: Tensor) -> Tensor:
-        """Return three numbers (b, `N_LINE`, 3) a point, from the features where it is."""
+        """Return four numbers (b, `N_LINE`, 4) a point, from the features where it is."""
         there = share @ features.flatten(2).transpose(1, 2)
         n = len(there)
         parts = (there, whole[:, None].expand(n, N_LINE, -1), self.who.expand(n, -1, -1))

@@ -11,6 +11,7 @@ from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
 from controller.perception.network import FLAGS, N_LINE
+from controller.perception.radii import Radii
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.glance import Glance, Picture
@@ -27,8 +28,9 @@ class Perception:
 
     def __init__(self, model: PerceptionModel, viewer: ViewReader | None = None) -> None:
         self._viewer = viewer or ViewReader(model)
-        self._prior = model.prior()
-        self._lines, self._clips, self._cuts = Lines(self._prior), Clips(), Cuts()
+        prior = model.prior()
+        self._lines, self._radii = Lines(prior), Radii(prior)
+        self._clips, self._cuts = Clips(), Cuts()
         self._tips_m: Array | None = None
         self._age_s, self._hidden = np.zeros(N_POINTS), np.ones(N_POINTS, bool)
         self._third, self._looks = 0.0, 0
@@ -49,6 +51,7 @@ class Perception:
     def _look(self, pictures: dict[str, Picture]) -> None:
         shown = {name: self._viewer(name, picture.rgb) for name, picture in pictures.items()}
         self._lines.look(pictures, shown)
+        self._radii.look(pictures, shown, self._lines.points_m)
         self._cuts.look(pictures, shown, self._lines)
         self._hidden[:N_LINE] = ~_in_sight(pictures, shown, self._lines.points_m)
         self._hidden[N_LINE:] = True
@@ -83,9 +86,9 @@ class Perception:
             clips_m=clips_m,
             n_clips=n_clips,
             severed=self._cuts.severed,
-            tube_radius_m=self._prior.radius_m.copy(),
+            tube_radius_m=self._radii.tubes_m,
             third_tube=float(self._third),
-            sac_radius_m=self._prior.sac_radius_m.copy(),
+            sac_radius_m=self._radii.sac_m,
             T_world_endoscope=glance.T_world_endoscope,
             shaft_offset_m=glance.shaft_offset_m,
             std_m=np.where(none, 0.0, std_m),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -11,11 +11,16 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from controller.perception.checkpoint import PerceptionConfig, PerceptionModel, save_perception
+from controller.perception.checkpoint import (
+    PerceptionConfig,
+    PerceptionModel,
+    load_perception,
+    save_perception,
+)
 from controller.perception.frames import Frames, changed, digest, read_frames
-from controller.perception.network import N_LINE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.network import N_LINE, N_WIDE, STRIDE, Network, NetworkConfig, Seen
 from controller.perception.prior import fit_prior
-from planner.learning.optimise import Schedule, TrainingStep, optimise
+from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 from tissue_sim.sensing.observation import N_POINTS
 
 VIEWS = ("endoscope_left", "wrist_left_tip", "wrist_right_tip")
@@ -52,10 +57,29 @@ PRESETS = {
 }
 
 
+def fine_tuning(
+    config: PerceptionTraining, base: Path
+) -> tuple[PerceptionTraining, PerceptionModel]:
+    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's perception.
+
+    Raises:
+        CheckpointError: as `load_perception` does.
+    """
+    model = load_perception(base)
+    return replace(fine_tuning_schedule(base, config), network=model.config.network), model
+
+
 def train_view(
-    files: Sequence[Path], view: str, config: PerceptionTraining, out: Path, device: str = "cpu"
+    files: Sequence[Path],
+    view: str,
+    config: PerceptionTraining,
+    out: Path,
+    device: str = "cpu",
+    base: PerceptionModel | None = None,
 ) -> Iterator[TrainingStep]:
     """Train a view's network on labelled frames, or resume the training in `out`.
+
+    A new training starts from the view's network of `base`, if given.
 
     Raises:
         ValueError: `out` holds another training; nothing is changed.
@@ -63,7 +87,10 @@ def train_view(
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
     frames = read_frames(files, view).to(device)
-    network = Network(config.network).to(device, memory_format=torch.channels_last)  # pyright: ignore
+    network = Network(config.network)
+    if base is not None:
+        network.load_state_dict(base.networks[view].state_dict())
+    network = network.to(device, memory_format=torch.channels_last)  # pyright: ignore
     yield from optimise(
         network,
         partial(_loss, frames=frames, chance=chance, config=config),
@@ -94,17 +121,16 @@ def _loss(
     network: Network, frames: Frames, chance: torch.Generator, config: PerceptionTraining
 ) -> Tensor:
     which = torch.randint(len(frames), (config.batch,), generator=chance, device=chance.device)
-    some = frames.some(which)
-    pictures, pixels = changed(some, chance)
+    pictures, labels = changed(frames.some(which), chance)
     pictures = pictures.contiguous(memory_format=torch.channels_last)
     with torch.autocast(chance.device.type, torch.bfloat16, enabled=config.bfloat16):
         seen = network(pictures)
-    return loss(seen, some, pixels)
+    return loss(seen, labels)
 
 
-def loss(seen: Seen, frames: Frames, pixels: Tensor) -> Tensor:
-    """Return the loss of what is seen where labels are at these pixels."""
-    height, width = frames.rgb.shape[1:3]
+def loss(seen: Seen, frames: Frames) -> Tensor:
+    """Return the loss of what is seen of frames with these labels."""
+    pixels, (height, width) = frames.pixels, frames.rgb.shape[1:3]
     size = torch.tensor([width, height], device=pixels.device)
     framed = frames.there & ((pixels > 0) & (pixels < size)).all(-1)
     lines, shown = framed[:, :N_LINE], frames.visible & framed
@@ -119,9 +145,16 @@ def loss(seen: Seen, frames: Frames, pixels: Tensor) -> Tensor:
         share * (weight * (0.5 * huber + 0.5 * heat + 0.3 * doubt)).sum()
         + 0.5 * known(seen.inside, weight)
         + 0.5 * known(seen.visible, shown[:, :N_LINE].float())
+        + _radius_loss(seen.log_radius[:, :N_WIDE], frames.radius, weight[:, :N_WIDE])
         + _dense_loss(seen.dense, pixels, shown)
         + 0.1 * known(seen.flags, frames.flags.float())
     )
+
+
+def _radius_loss(log_radius: Tensor, radius: Tensor, weight: Tensor) -> Tensor:
+    """Return the loss of how wide tubes and gallbladder appear, where the frame has them."""
+    each = F.smooth_l1_loss(log_radius, radius.log(), reduction="none", beta=0.1)
+    return (weight * each).sum() / weight.sum().clamp(min=1.0)
 
 
 def _target(maps: Tensor, pixels: Tensor) -> Tensor:

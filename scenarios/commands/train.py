@@ -108,9 +108,11 @@ class Train:
     def _perception(self, out: Path) -> Path:
         from controller.perception import training
 
-        if self.base or self.leave_out:
-            raise BadInputError("--base and --leave-out are not for `calot train perception`")
-        config = self._scheduled(training.PRESETS[self.preset])
+        if self.leave_out:
+            raise BadInputError("--leave-out is not for `calot train perception`")
+        config, base = self._scheduled(training.PRESETS[self.preset]), None
+        if self.base is not None:
+            config, base = training.fine_tuning(config, self.base)
         files = sorted(path for folder in self.data for path in folder.glob("*.npz"))
         if not files:
             raise BadInputError(
@@ -120,7 +122,7 @@ class Train:
         for view in training.VIEWS:
             console = Console(stderr=True)
             console.print(f"view {view}")
-            steps = training.train_view(files, view, config, out / view, self.device)
+            steps = training.train_view(files, view, config, out / view, self.device, base)
             _show(steps, config.steps)
         return training.join_views(files, config, out)
 

@@ -138,11 +138,13 @@ def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
     from tissue_sim.sensing.cameras import T_world_camera
     from tissue_sim.sensing.eyes import VIEWS
+    from tissue_sim.sensing.observation import TUBE_POINTS
     from tissue_sim.sensing.shown import project, shown_points, visible
 
     assert world.view is not None, "a labelled frame needs a world with cameras"
     taken = world.view.pictures(world, VIEWS, (COLOR_PICTURE, POSITION_PICTURE))
     points, there, depths = shown_points(world, exact)
+    wide_m = np.concatenate([np.repeat(exact.tube_radius_m, TUBE_POINTS), exact.sac_radius_m])
     frame: dict[str, Any] = {
         "points_m": exact.points_m().astype(np.float32),
         "there": there,
@@ -161,4 +163,7 @@ def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
             np.float32
         )
         frame[f"visible.{spec.name}"] = shown
+        frame[f"radius.{spec.name}"] = (
+            spec.focal_px * wide_m / ahead[: len(wide_m)].clip(0.002)
+        ).astype(np.float32)
     return frame

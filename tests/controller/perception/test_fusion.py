@@ -45,6 +45,7 @@ def shown(view: Picture, points: Array, rng: np.random.Generator) -> Shown:
         log_sigma=np.full(N_LINE, np.log(SIGMA_PX / 0.8)),
         inside=np.full(N_LINE, 5.0),
         visible=np.full(N_LINE, 5.0),
+        log_radius=np.zeros(N_LINE),
         dense=np.zeros((2, 100, 100)),
         flags=np.zeros(3),
     )

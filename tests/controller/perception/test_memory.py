@@ -68,7 +68,13 @@ def says(lines: Lines, tube: int, *, ends: bool) -> tuple[dict[str, Picture], di
     known = np.full(N_LINE, 5.0)
     pixels = np.zeros((N_LINE, 2))
     view = Shown(
-        pixels=pixels, log_sigma=known, inside=known, visible=known, dense=dense, flags=np.zeros(3)
+        pixels=pixels,
+        log_sigma=known,
+        inside=known,
+        visible=known,
+        log_radius=known,
+        dense=dense,
+        flags=np.zeros(3),
     )
     return {"view": picture}, {"view": view}
 

@@ -72,6 +72,11 @@ def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
     assert main(words) == 0  # nothing is left to do
     after = load_file(out / "perception.safetensors")
     assert all(after[name].equal(part) for name, part in before.items())
+    tuned = [*words[:-1], str(tmp_path / "tuned"), "--base", str(out / "perception.safetensors")]
+    assert main(tuned) == 0
+    again = load_file(tmp_path / "tuned" / "perception.safetensors")
+    kernels = {name: part for name, part in before.items() if part.ndim == 4}
+    assert all((again[n] - part).norm() < 0.1 * part.norm() for n, part in kernels.items())
     world, model = World(render=True), load_perception(out / "perception.safetensors")
     world.reset(anatomy_from_seed(called.seed))
     told = [SenseCameras(3, model).observe(world) for _ in range(2)]

@@ -1,0 +1,56 @@
+"""How thick are the tubes and the gallbladder? From how wide they appear, and how far they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.perception.fusion import SAME_LOOKS, spread_px
+from controller.perception.graph import Shown
+from controller.perception.network import N_WIDE
+from controller.perception.prior import Prior
+from tissue_sim.frames import Array
+from tissue_sim.sensing.glance import Picture
+from tissue_sim.sensing.observation import TUBE_POINTS
+
+SPREAD = 0.3  # of the patients' radii, a share; measured
+ONE_LOOK = 0.15  # assumed: standard deviation of one look at one point, a share
+LEAST = 0.02  # it is never known better, a share: radii change as tissue is pulled
+
+
+class Radii:
+    """The logarithms of the radii of both tubes, and of the gallbladder at its points."""
+
+    def __init__(self, prior: Prior) -> None:
+        self._log_m = np.log(np.concatenate([prior.radius_m, prior.sac_radius_m]))
+        self._variance = np.full(len(self._log_m), SPREAD**2)
+
+    @property
+    def tubes_m(self) -> Array:
+        """Outer radii (2,) of the left and the right tube."""
+        return np.exp(self._log_m[:2])
+
+    @property
+    def sac_m(self) -> Array:
+        """Outer radii (5,) of the infundibulum at its points."""
+        return np.exp(self._log_m[2:])
+
+    def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], points_m: Array) -> None:
+        """Take in what the views show of structures whose points are believed here (`N_LINE`, 3)."""
+        total, weights = np.zeros(len(self._log_m)), np.zeros(len(self._log_m))
+        for name, picture in pictures.items():
+            view, (_, ahead) = shown[name], picture.project(points_m)
+            seen = np.isfinite(spread_px(picture, view, ahead)) & (view.visible > 0.0)
+            log_m = view.log_radius + np.log(np.maximum(ahead, 0.005) / picture.focal_px)
+            total += _by_structure(seen * log_m)
+            weights += _by_structure(seen)
+        known = weights > 0.0
+        noise = (SAME_LOOKS * ONE_LOOK) ** 2 / np.maximum(weights, 1.0)
+        gain = known * self._variance / (self._variance + noise)
+        self._log_m += gain * (total / np.maximum(weights, 1.0) - self._log_m)
+        self._variance = np.maximum((1.0 - gain) * self._variance, LEAST**2)
+
+
+def _by_structure(values: Array) -> Array:
+    """Add up values (`N_LINE`,) of each tube; the gallbladder's points stay apart."""
+    tubes, sac = values[: 2 * TUBE_POINTS], values[2 * TUBE_POINTS : N_WIDE]
+    return np.concatenate([tubes.reshape(2, TUBE_POINTS).sum(axis=1), sac])
