@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.perturbation.perturbations import PERTURBATIONS, SENSING
+from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ SCENARIOS: dict[str, Scenario] = {
         Scenario(name="nominal", description="a patient of the published population, undisturbed"),
         *(
             Scenario(name=p.name, description=p.description, perturbations=(p,), variant="textbook")
-            for p in (*PERTURBATIONS, *SENSING)
+            for p in (*PERTURBATIONS, *SENSING, *PICTURES)
         ),
         *(
             Scenario(name=name, description=description, variant=name)
@@ -84,6 +84,11 @@ SENSES: dict[str, str] = {
 PERCEIVING = ("cameras",)
 """Senses that are made from a checkpoint, and need a renderer."""
 
+SENSE_OF: dict[str, str] = {p.name: "tracked" for p in SENSING} | {
+    p.name: "cameras" for p in PICTURES
+}
+"""The one sense with which a scenario means something, by the scenario's name."""
+
 WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
 """The stack that reads the hidden state of the world: it shows what is possible."""
 
@@ -94,7 +99,7 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
     Scenarios of larger sensing errors are for the sense that has errors.
     """
     witness = {"planner": planner, "controller": controller} == WITNESS
-    return "exact" if witness and scenario not in {p.name for p in SENSING} else "tracked"
+    return "exact" if witness and scenario not in SENSE_OF else "tracked"
 
 
 ABLATIONS: dict[str, str] = {

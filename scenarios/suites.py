@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from scenarios.catalogue import VARIANTS
 from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.perturbation.perturbations import PERTURBATIONS, SENSING
+from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +109,7 @@ CONTRADICTIONS = (
     (20.0, "raise the right arm but keep it down"),
     (25.0, "move the right arm higher, no, lower"),
 )
+SEEN_BY_CAMERAS = ("dye", "camera-shift", "camera-turn")
 LATE_CORRECTIONS = (  # the opposite follows while the first is being obeyed
     (5.0, "move right arm to the left"),
     (6.5, "move right arm to the right"),
@@ -186,6 +187,14 @@ SUITES: dict[str, Suite] = {
             name="sensing",
             description="errors of the sense tracked, larger and larger until under half pass",
             ladders=tuple(map(_ladder, SENSING)),
+        ),
+        Suite(
+            name="pictures",
+            description="faults of what cameras show, larger and larger until under half pass",
+            ladders=(
+                *map(_ladder, PICTURES),
+                *(_ladder(p) for p in PERTURBATIONS if p.name in SEEN_BY_CAMERAS),
+            ),
         ),
         Suite(
             name="language",

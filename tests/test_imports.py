@@ -30,6 +30,7 @@ OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and const
     "tissue_sim.periods",
     "tissue_sim.sensing.glance",
     "tissue_sim.sensing.observation",
+    "tissue_sim.sensing.picture_faults",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.sensor_model",
     "tissue_sim.sensing.tissue_features",

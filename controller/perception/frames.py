@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F
 
+from tissue_sim.sensing.picture_faults import smoked, splashed
+
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
+SMOKED, SPLASHED, DEAD = 0.15, 0.15, 0.03  # shares of spoilt pictures; assumed
+MOST_SMOKE, MOST_BLOOD = 0.6, 0.25
+OPAQUE = 0.5  # cover through which nothing is seen
+NOWHERE_PX = -1e4
 LIGHT, TINT, OFFSET, NOISE = 0.3, 0.12, 0.04, 0.01  # standard deviations; assumed
 
 
@@ -87,8 +93,24 @@ def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
         return torch.randn(*shape, generator=chance, device=device)
 
     light = torch.exp(LIGHT * draw(n, 1, 1, 1) + TINT * draw(n, 3, 1, 1))
+    pictures, labels = _spoilt(pictures, labels, chance)
     pictures = pictures * light + OFFSET * draw(n, 3, 1, 1) + NOISE * draw(*pictures.shape)
     return pictures, labels
+
+
+def _spoilt(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:
+    """Spoil some pictures by smoke, blood on the lens, or a dead camera, which shows nothing."""
+    n, device = len(pictures), pictures.device
+    drawn = torch.rand(5, n, generator=chance, device=device)
+    pictures = smoked(pictures, MOST_SMOKE * drawn[0] * (drawn[1] < SMOKED), chance)
+    pictures, cover = splashed(pictures, MOST_BLOOD * drawn[2] * (drawn[3] < SPLASHED), chance)
+    size = frames.pixels.new_tensor([pictures.shape[3], pictures.shape[2]])
+    at = (2.0 * frames.pixels / size - 1.0).clamp(-2.0, 2.0)[:, None]
+    covered = F.grid_sample(cover, at, align_corners=False)[:, 0, 0] > OPAQUE
+    dead = drawn[4] < DEAD
+    pixels = torch.where(dead[:, None, None], NOWHERE_PX, frames.pixels)
+    pictures = pictures * ~dead[:, None, None, None]
+    return pictures, replace(frames, pixels=pixels, visible=frames.visible & ~covered)
 
 
 def _moved(pictures: Tensor, frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:

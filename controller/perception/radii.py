@@ -35,17 +35,16 @@ class Radii:
         return np.exp(self._log_m[2:])
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], points_m: Array) -> None:
-        """Take in what the views show of structures whose points are believed here (`N_LINE`, 3)."""
+        """Take in what the views show; points of the lines (`N_LINE`, 3) are believed here."""
         total, weights = np.zeros(len(self._log_m)), np.zeros(len(self._log_m))
         for name, picture in pictures.items():
             view, (_, ahead) = shown[name], picture.project(points_m)
-            seen = np.isfinite(spread_px(picture, view, ahead)) & (view.visible > 0.0)
+            known = np.isfinite(spread_px(picture, view, ahead)) & (view.visible > 0.0)
             log_m = view.log_radius + np.log(np.maximum(ahead, 0.005) / picture.focal_px)
-            total += _by_structure(seen * log_m)
-            weights += _by_structure(seen)
-        known = weights > 0.0
+            total += _by_structure(known * log_m)
+            weights += _by_structure(known.astype(float))
         noise = (SAME_LOOKS * ONE_LOOK) ** 2 / np.maximum(weights, 1.0)
-        gain = known * self._variance / (self._variance + noise)
+        gain = (weights > 0.0) * self._variance / (self._variance + noise)
         self._log_m += gain * (total / np.maximum(weights, 1.0) - self._log_m)
         self._variance = np.maximum((1.0 - gain) * self._variance, LEAST**2)
 

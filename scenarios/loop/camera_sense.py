@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.perception.checkpoint import PerceptionModel
 from controller.perception.perception import Perception
-from tissue_sim.sensing.eyes import USUAL, Eyes
+from tissue_sim.sensing.eyes import USUAL, Eyes, Spoil, as_it_is
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
@@ -15,8 +15,15 @@ from tissue_sim.world import World
 class SenseCameras:
     """Perceives one patient; the world must have been made with `render`."""
 
-    def __init__(self, seed: int, perception: PerceptionModel, model: SensorModel = USUAL) -> None:
-        self._eyes = Eyes(np.random.default_rng([0x5EE, seed]), model)
+    def __init__(
+        self,
+        seed: int,
+        perception: PerceptionModel,
+        model: SensorModel = USUAL,
+        spoil: Spoil = as_it_is,
+    ) -> None:
+        """Perceive with the errors of this seed; each picture passes through `spoil`."""
+        self._eyes = Eyes(np.random.default_rng([0x5EE, seed]), model, spoil=spoil)
         self._perception = Perception(perception)
 
     def observe(self, world: World) -> Observation:

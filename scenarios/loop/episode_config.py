@@ -12,12 +12,10 @@ from scenarios.catalogue import (
     PERCEIVING,
     PLANNERS,
     SCENARIOS,
+    SENSE_OF,
     SENSES,
 )
 from scenarios.perturbation.perturbation import Perturbation
-from scenarios.perturbation.perturbations import SENSING
-
-SENSING_NAMES = {p.name for p in SENSING}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +70,8 @@ class EpisodeConfig:
                 f"sense {self.sense!r} needs a perception checkpoint; none comes with Calot yet:"
                 " `calot train perception` makes one"
             )
-        if self.sense != "tracked" and {p.name for p in self.perturbations} & SENSING_NAMES:
-            raise ValueError(f"scenario {self.scenario!r} needs the sense 'tracked'")
+        if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
+            raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
         _ = self.perturbations

@@ -24,5 +24,6 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
         from controller.perception.checkpoint import load_perception
         from scenarios.loop.camera_sense import SenseCameras
 
-        return SenseCameras(config.seed, load_perception(Path(config.perception_checkpoint)))
+        perception = load_perception(Path(config.perception_checkpoint))
+        return SenseCameras(config.seed, perception, spoil=effects.on_picture)
     return SenseTracked(config.seed, effects.on_senses(SensorModel()))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.action import ToolAction
 from planner.task import Task
@@ -51,6 +52,11 @@ class Effect:
     def on_senses(self, model: SensorModel) -> SensorModel:
         """Return the errors of the sense `tracked`."""
         return model
+
+    def on_picture(self, camera: str, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the picture (height, width, 3) that a camera delivers to perception."""
+        del camera
+        return rgb
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
         """Return the next motion while an arm is led astray; None while the controller acts."""

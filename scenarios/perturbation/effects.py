@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pkgutil import resolve_name
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.action import ToolAction
 from planner.task import Task
@@ -40,6 +41,12 @@ class Effects:
         for effect in self._effects:
             model = effect.on_senses(model)
         return model
+
+    def on_picture(self, camera: str, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the picture (height, width, 3) that a camera delivers to perception."""
+        for effect in self._effects:
+            rgb = effect.on_picture(camera, rgb)
+        return rgb
 
     def lead(self, world: World, task: Task) -> ToolAction | None:
         """Return the next motion while an arm is led astray; None while the controller acts."""

@@ -188,3 +188,40 @@ SENSING: tuple[Perturbation, ...] = (
     ),
 )
 """Errors of the sense `tracked`; with another sense they are refused."""
+
+PICTURES: tuple[Perturbation, ...] = (
+    Perturbation(
+        name="smoke",
+        description="smoke before all cameras",
+        effect=f"{HERE}.picture_faults:Smoke",
+        magnitude=0.3,
+        most=0.8,
+        unit="share of the light",
+    ),
+    Perturbation(
+        name="lens-blood",
+        description="blood on all lenses",
+        effect=f"{HERE}.picture_faults:LensBlood",
+        magnitude=0.15,
+        most=0.5,
+        unit="share of the picture",
+    ),
+    Perturbation(
+        name="dim-light",
+        description="all lamps shine weakly",
+        effect=f"{HERE}.picture_faults:DimLight",
+        magnitude=0.5,
+        most=0.9,
+        unit="share of the light lost",
+    ),
+    Perturbation(
+        name="wrist-blind",
+        description="the wrists' cameras are off, first the right one",
+        effect=f"{HERE}.picture_faults:WristBlind",
+        magnitude=1,
+        most=2,
+        unit="cameras",
+        whole=True,
+    ),
+)
+"""Faults of the pictures, for the sense `cameras`; with another sense they are refused."""

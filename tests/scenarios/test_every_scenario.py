@@ -8,9 +8,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import SCENARIOS, WITNESS
+from scenarios.catalogue import PERCEIVING, SCENARIOS, SENSE_OF, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.perturbation.perturbations import SENSING
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import anatomy_of, begin, run_episode
 from tests.scenarios.procedures import run
@@ -19,6 +18,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS, VECTOR_LAYOUT, VECTOR_SIZE
 SEED, OTHER_SEED = 10_030, 10_037  # for both nobody need be called
 BEFORE, AFTER = 15, 45  # steps: the arms move; in the second part a perturbation may lead one
 IDLE_CAP_S = 20.0  # longer than any task takes the expert
+WITHOUT_PICTURES = [name for name in SCENARIOS if SENSE_OF.get(name) not in PERCEIVING]
 ONE_OF_A_KIND = (  # the others differ from one of these in a number, an arm or a tube
     *("nominal", "grasp-missed-above", "wrong-tube", "clip-dropped", "grasp-slip", "breathing"),
     *("camera-turn", "latency", "stiff-tissue", "dye", "artery-in-front", "two-arteries", "fat"),
@@ -34,7 +34,7 @@ OF_SENSES = {"tube_radius_m", "third_tube", "std_m", "age_s", "hidden"}  # sense
 
 
 def config(scenario, **changes):
-    sense = "tracked" if scenario in {p.name for p in SENSING} else "exact"
+    sense = SENSE_OF.get(scenario, "exact")
     usual = WITNESS | {"scenario": scenario, "seed": SEED, "sense": sense}
     return EpisodeConfig(**usual | changes)
 
@@ -58,7 +58,7 @@ def by_default(name):
     return name if name in ONE_OF_A_KIND else pytest.param(name, marks=pytest.mark.slow)
 
 
-@pytest.fixture(scope="module", params=[by_default(name) for name in SCENARIOS])
+@pytest.fixture(scope="module", params=[by_default(name) for name in WITHOUT_PICTURES])
 def started(request):
     """Return a scenario, its first and its later steps, and the snapshot between them."""
     episode = begin(going_on(request.param))
@@ -103,7 +103,7 @@ def test_every_number_of_the_observation_changes_in_a_procedure(procedure):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", WITHOUT_PICTURES)
 def test_the_witness_succeeds_or_rightly_calls_and_sees_everything_change(name, tmp_path):
     procedure = run(config(name), tmp_path)
     if name in CALLED:
@@ -115,7 +115,7 @@ def test_the_witness_succeeds_or_rightly_calls_and_sees_everything_change(name, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", WITHOUT_PICTURES)
 def test_the_idle_controller_fails(name):
     result = run_episode(going_on(name, controller="idle", task_cap_s=IDLE_CAP_S))
     assert result.outcome == "failed"

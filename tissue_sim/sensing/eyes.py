@@ -6,7 +6,10 @@ adds nothing, and the wrists' wide pictures added less than they cost.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, exponential, inverse_pose, pose
@@ -27,6 +30,14 @@ LOOK_STEPS = 3  # control steps from one look to the next
 JAW_PLAY_RAD = 0.004  # assumed: backlash between a jaw and its encoder
 WHITE = 0.1  # assumed: share of a force's error that is new in each step; the rest is constant
 USUAL = SensorModel()
+Rgb = NDArray[np.uint8]
+Spoil = Callable[[str, Rgb], Rgb]  # from a camera's name and picture to what it delivers
+
+
+def as_it_is(camera: str, rgb: Rgb) -> Rgb:
+    """Return a camera's picture (height, width, 3) unchanged."""
+    del camera
+    return rgb
 
 
 class Eyes:
@@ -37,9 +48,14 @@ class Eyes:
     """
 
     def __init__(
-        self, rng: np.random.Generator, model: SensorModel = USUAL, every: int = LOOK_STEPS
+        self,
+        rng: np.random.Generator,
+        model: SensorModel = USUAL,
+        every: int = LOOK_STEPS,
+        spoil: Spoil = as_it_is,
     ) -> None:
-        self._model, self._rng, self._every = model, rng, every
+        """Look each `every` control steps; each picture passes through `spoil`."""
+        self._model, self._rng, self._every, self._spoil = model, rng, every, spoil
         self._force_n = model.force_n * rng.standard_normal(7)
         self._offset_m = model.hand_eye_m * rng.standard_normal((2, 3))
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
@@ -75,7 +91,9 @@ class Eyes:
             if spec.name in CROPS:
                 T = self._believed(tips, LEFT_ARM if "left" in spec.name else RIGHT_ARM, T)
             made[spec.name] = Picture(
-                rgb=rgb[spec.name], T_endoscope_camera=T, focal_px=spec.focal_px
+                rgb=self._spoil(spec.name, rgb[spec.name]),
+                T_endoscope_camera=T,
+                focal_px=spec.focal_px,
             )
         return made
 

@@ -1,6 +1,6 @@
 """How large are the errors of what cameras and encoders tell? The parameters of `tracked`.
 
-Errors of the places of points were fitted to those of a first perception from pictures, on seven
+Errors of the places of points were fitted to those of the perception from pictures, on eight
 tuning patients (`docs/senses.md`); what is of encoders and motor currents is assumed.
 """
 
@@ -37,15 +37,15 @@ class SensorModel:
         force_n: slow error of a force, N, with `slow_s`; a tenth of it is white.
     """
 
-    shared_m: float = 3.3e-4
+    shared_m: float = 5e-5
     scene_m: float = 1e-4
-    bias_m: float = 3e-4
-    slow_m: float = 2.6e-4
+    bias_m: float = 1.6e-4
+    slow_m: float = 1.6e-4
     slow_s: float = 5.0
     white_m: float = 2e-5
     along_m: float = 1e-4
     far: float = 1.5
-    clip_m: float = 3.8e-4
+    clip_m: float = 3.1e-4
     radius: float = 0.1
     look_s: float = 0.1
     delay_s: float = 0.067

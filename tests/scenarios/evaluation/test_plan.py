@@ -22,8 +22,11 @@ def passes_below(share: float):
 
 
 def test_every_condition_makes_an_episode_and_has_a_folder_of_its_own():
-    everything = plan(*SUITES, arms=(replace(FIRST, sense="tracked"),), seeds=[7])
-    results = results_of(everything, episode)
+    arm = replace(FIRST, sense="tracked")
+    everything = plan(*(name for name in SUITES if name != "pictures"), arms=(arm,), seeds=[7])
+    sees = replace(FIRST, sense="cameras", perception_checkpoint="some.safetensors")
+    pictures = plan("pictures", arms=(sees,), seeds=[7])
+    results = results_of(everything, episode) | results_of(pictures, episode)
     assert len({case.folder for case in results}) == len(results)
     assert all(isinstance(case.config, EpisodeConfig) for case in results)
 
