@@ -23,7 +23,7 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
-CREEP_M = 2e-5  # assumed growth of it, in a second's square root
+CREEP_M = 3e-4  # assumed growth of it, in a second's square root
 EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 
@@ -103,10 +103,19 @@ class Clips:
     def _place(self, clip: SeatedClip, lines: Lines) -> Array:
         return clip.place_m if clip.tube is None else _on(lines, clip.tube, clip.at)
 
+    @staticmethod
+    def _pin(clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
+        """Move the line to where a picture shows its clip; beside a cut it has no shape."""
+        k = int(np.clip(clip.at, 0, TUBE_POINTS - 2))
+        if clip.tube is not None and lines.cuts.get(clip.tube, -1.0) // 1 != k:
+            at = (TUBE_POINTS * clip.tube + k, clip.at - k)
+            lines.pin(picture, found, at, clip.variance_m2)
+
     def _correct(self, clip: SeatedClip, picture: Picture, found: Array, lines: Lines) -> None:
         """Move a clip along its tube towards where a picture shows it."""
         if clip.tube is None:
             return
+        self._pin(clip, picture, found, lines)
         step = 0.01
         ends = np.stack([_on(lines, clip.tube, clip.at + s) for s in (0.0, step)])
         way_m = float(np.linalg.norm(ends[1] - ends[0])) / step

@@ -15,7 +15,7 @@ from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
-OPENED_RAD, CLOSED_RAD = 0.25, 0.12  # scissors act when they close after having opened; assumed
+OPENED_RAD, CLOSED_RAD = 0.25, 0.16  # scissors act when they close so far after having opened
 BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
 BEGIN, CLOSING, SURE = -3.0, 5.0, 5.0  # logits: at first, told by a closing, not doubted any more
 CONFIRMS, REFUTES = 0.4, 0.02  # of one look; assumed: looks err alike, and much hides an end

@@ -11,7 +11,7 @@ import numpy as np
 from controller.perception.graph import Shown
 from controller.perception.network import N_LINE
 from controller.perception.prior import Prior
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, unit
 from tissue_sim.sensing.glance import Picture
 from tissue_sim.sensing.sensor_model import SensorModel
 
@@ -22,6 +22,7 @@ FLOOR_PX = 0.3  # a network is never surer
 SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one counts as less
 FAR_OFF = 3.0  # standard deviations from which on a measurement counts less
 EDGE_PX = 1.0
+MARK_PX = 0.7  # assumed: standard deviation of a found clip
 HAND_EYE_M = SensorModel().hand_eye_m
 
 
@@ -72,12 +73,35 @@ class Lines:
         `at` is the point's place on the line: the lower neighbour's number, and the share of the
         way to the next.
         """
+        off = across @ (point_m - self._at(at))
+        self._measure(at, across, off, std_m**2 * np.eye(2))
+
+    def pin(self, picture: Picture, pixel: Array, at: tuple[int, float], station_m2: float) -> None:
+        """Take in that a picture shows a mark of the line in a pixel (2,).
+
+        A smooth line has no mark but this one. `at` is its place, as in `hold`, whose variance
+        along the line is `station_m2`.
+        """
+        place = self._at(at)[None]
+        (now,), _ = picture.project(place)
+        (J,) = _jacobians(picture, place)
+        k, points = at[0], self.points_m
+        along = J @ unit(points[k + 1] - points[k])
+        noise = (SAME_LOOKS * MARK_PX) ** 2 * np.eye(2) + station_m2 * np.outer(along, along)
+        self._measure(at, J, pixel - now, noise)
+
+    def _at(self, at: tuple[int, float]) -> Array:
+        """Return the point (3,) at a place of a line."""
+        k, share = at
+        return (1.0 - share) * self.points_m[k] + share * self.points_m[k + 1]
+
+    def _measure(self, at: tuple[int, float], J: Array, off: Array, noise: Array) -> None:
+        """Take in one measurement (2,) at a place, with its derivatives (2, 3) and covariance."""
         k, share = at
         H = np.zeros((2, 3 * N_LINE))
-        H[:, 3 * k : 3 * k + 3] = (1.0 - share) * across
-        H[:, 3 * k + 3 : 3 * k + 6] = share * across
-        off = across @ point_m - H @ self._x
-        gain = self._P @ H.T @ np.linalg.inv(H @ self._P @ H.T + std_m**2 * np.eye(2))
+        H[:, 3 * k : 3 * k + 3] = (1.0 - share) * J
+        H[:, 3 * k + 3 : 3 * k + 6] = share * J
+        gain = self._P @ H.T @ np.linalg.inv(H @ self._P @ H.T + noise)
         self._x = self._x + gain @ off
         self._P = self._P - gain @ H @ self._P
 

@@ -19,7 +19,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, POINTS, Observat
 
 STILL = 0.03  # share of the usual motion while both tips rest
 RESTING_M_S, MOVING_M_S = 0.001, 0.010  # tips' speeds; between them the share rises
-BIAS_M = 7e-4  # measured on tuning patients: what all looks have in common
+BIAS_M = 3e-4  # measured on tuning patients: what all looks have in common
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
 

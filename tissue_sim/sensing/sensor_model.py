@@ -23,7 +23,7 @@ class SensorModel:
         along_m: each end of a line along it, constant: a smooth tube has no landmark.
         far: factor on `bias_m`, `slow_m` and `along_m` from `FAR_M` to the right tip on.
         clip_m: each clip, constant.
-        radius: of a tube's radius, relative.
+        tube_radius, sac_radius: of a tube's radius and the gallbladder's, relative.
         look_s: time from one look to the next.
         delay_s: age of what a look shows.
         dropout: share of looks in which a point that is in sight is not found.
@@ -46,7 +46,8 @@ class SensorModel:
     along_m: float = 1e-4
     far: float = 1.5
     clip_m: float = 3.1e-4
-    radius: float = 0.1
+    tube_radius: float = 0.2
+    sac_radius: float = 0.06
     look_s: float = 0.1
     delay_s: float = 0.067
     dropout: float = 0.03
@@ -73,7 +74,8 @@ class SensorModel:
 
 
 SIZES = (
-    "shared_m", "scene_m", "bias_m", "slow_m", "white_m", "along_m", "clip_m", "radius",
+    "shared_m", "scene_m", "bias_m", "slow_m", "white_m", "along_m", "clip_m", "tube_radius",
+    "sac_radius",
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
 NEAR_M, FAR_M = 0.015, 0.045  # from the right tip: its camera sees close to it best
