@@ -6,7 +6,7 @@ from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
 from tissue_sim.thresholds import RETRACTED_M
 
 BEYOND_M = 3e-4  # the observed points bend less than the tube
-SURE = 2.0  # standard deviations of the tubes' places
+SURE = 1.0  # standard deviations of the tubes' places
 
 
 def is_back(seen: Observation) -> bool:

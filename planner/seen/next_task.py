@@ -9,7 +9,7 @@ from planner.seen.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
-from tissue_sim.sensing.observation import MAX_CLIPS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
 
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
 
@@ -46,6 +46,13 @@ def length_m(tube: Tube, observation: Observation) -> float:
     """Return a tube's length along its observed points, m; traction makes it up to 12 % longer."""
     line = observation.left_tube_m if tube == "left" else observation.right_tube_m
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+
+
+def length_std_m(tube: Tube, observation: Observation) -> float:
+    """Return the standard deviation of a tube's length, m: of both ends, along it."""
+    start = TUBE_POINTS * ("left", "right").index(tube)
+    end = start + TUBE_POINTS - 1
+    return float(np.hypot(observation.std_m[start], observation.std_m[end]))
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:

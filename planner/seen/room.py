@@ -10,14 +10,12 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from planner.command import Structure
 from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import length_m
+from planner.seen.next_task import length_m, length_std_m
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
-from tissue_sim.sensing.observation import POINTS, Observation
+from tissue_sim.sensing.observation import Observation
 
 SURE = 2.0  # standard deviations; within them it is decided when the first clip is due
 LIKELY = 0.5  # chance of a third tube, or share of looks in which the tubes cross
@@ -54,7 +52,7 @@ class RoomSeen:
         """Take in one observation."""
         for side in SIDES:
             length = self._lengths[structure_seen(side, seen)]
-            length.add(length_m(side, seen), _length_std_m(side, seen))
+            length.add(length_m(side, seen), length_std_m(side, seen))
         self._n += 1
         self._crossed += tubes_cross(seen)
         self._third += seen.third_tube
@@ -94,11 +92,3 @@ def _meet(a: Array, b: Array, c: Array, d: Array) -> bool:
 
 def _turn(a: Array, b: Array, c: Array) -> float:
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-
-
-def _length_std_m(side: str, seen: Observation) -> float:
-    """Return the standard deviation of a tube's length: of both ends, along it."""
-    first = list(POINTS.values())[: SIDES.index(side)]
-    start = sum(first)
-    end = start + POINTS[f"{side}_tube_m"] - 1
-    return float(np.hypot(seen.std_m[start], seen.std_m[end]))
