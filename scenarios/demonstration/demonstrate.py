@@ -162,7 +162,11 @@ def _policies(demonstration: PlannedDemonstration) -> dict[str, Any]:
 def _planner(
     demonstration: PlannedDemonstration, config: EpisodeConfig, world: World, rng: Generator
 ) -> Planner[Observation]:
-    """Return the planner; a learned controller hears of the next task no sooner than in a run."""
+    """Return the planner; a learned controller hears of the next task no sooner than in a run.
+
+    In every other demonstration the expert hears no sooner either: going back does not end where it
+    may end, or a policy that sees it uncertainly would stop just there.
+    """
     from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
     from scenarios.demonstration.interjections import PlannerInterjecting
@@ -172,7 +176,7 @@ def _planner(
     if demonstration.planner:
         planner = make_planner(config, world)
     else:
-        prompt = demonstration.family not in OF_THE_LEARNED
+        prompt = demonstration.family not in OF_THE_LEARNED and demonstration.seed % 2 == 0
         order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else TASKS
         planner = PlannerScripted(world, order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1
