@@ -15,9 +15,12 @@ from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
-OPENED_RAD, CLOSED_RAD = 0.25, 0.16  # scissors act when they close so far after having opened
+# Scissors cut with their blades 1.2 mm apart, at 0.12 rad, once they have opened. Encoders have some
+# play: near that angle pictures must confirm the cut.
+OPENED_RAD, NEARLY_RAD, CLOSED_RAD = 0.25, 0.126, 0.118
 BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
-BEGIN, CLOSING, SURE = -3.0, 5.0, 5.0  # logits: at first, told by a closing, not doubted any more
+BEGIN, SURE = -3.0, 5.0  # logits: at first, not doubted any more; assumed
+NEARLY, CLOSED = -0.5, 2.0  # after blades have nearly closed, and closed; assumed
 CONFIRMS, REFUTES = 0.4, 0.02  # of one look; assumed: looks err alike, and much hides an end
 BLADE_M = INSTRUMENTS[SCISSORS].yaw_to_tip_m - INSTRUMENTS[SCISSORS].finger_start_m
 
@@ -46,14 +49,18 @@ class Cuts:
             return
         jaw_rad = glance.joints[RIGHT_ARM, 6]
         self._opened |= bool(jaw_rad > OPENED_RAD)
-        if self._opened and jaw_rad < CLOSED_RAD:
-            self._opened = False
-            T = glance.tips_endoscope[RIGHT_ARM]
-            places = [between_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
-            tube = int(np.argmin([away for _, _, away in places]))
-            k, share, away = places[tube]
-            if away < BETWEEN_M and self._logit[tube] < SURE:
-                self._logit[tube], self._at[tube] = BEGIN + CLOSING, k + share
+        if self._opened and jaw_rad < NEARLY_RAD:
+            self._opened = bool(jaw_rad >= CLOSED_RAD)
+            self._close(glance, lines, NEARLY if self._opened else CLOSED)
+
+    def _close(self, glance: Glance, lines: Lines, told: float) -> None:
+        """Take in that blades have closed, nearly or wholly, on the tube between them."""
+        T = glance.tips_endoscope[RIGHT_ARM]
+        places = [between_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
+        tube = int(np.argmin([away for _, _, away in places]))
+        k, share, away = places[tube]
+        if away < BETWEEN_M and self._logit[tube] < SURE:
+            self._logit[tube], self._at[tube] = max(self._logit[tube], told), k + share
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown], lines: Lines) -> None:
         """Take in whether the views show ends where scissors have closed on a tube."""

@@ -180,3 +180,14 @@ def test_beside_a_cut_a_line_goes_on_from_its_own_side(lines: Lines):
 def test_a_glance_holds_nothing_of_the_tissue():
     assert not any("tube" in name or "clips" in name for name in vars(glance(GRASPER, np.zeros(3))))
     assert replace(glance(GRASPER, np.zeros(3)), time_s=1.0).pictures == {}
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_blades_that_have_nearly_closed_sever_only_what_pictures_confirm(lines: Lines, ends: bool):
+    cuts = Cuts()
+    for jaw_rad in (0.5, 0.122, 0.5):
+        cuts.step(glance(SCISSORS, np.array([0.0, 0.01, 0.0]), jaw_rad=jaw_rad), lines)
+    assert not cuts.severed.any()
+    for _ in range(3):
+        cuts.look(*says(lines, 0, ends=ends), lines)
+    assert cuts.severed.tolist() == [ends, False]
