@@ -15,8 +15,8 @@ from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
-# Scissors cut with their blades 1.2 mm apart, at 0.12 rad, once they have opened. Encoders have some
-# play: near that angle pictures must confirm the cut.
+# Scissors cut with their blades 1.2 mm apart, at 0.12 rad, once they have opened. Encoders have
+# some play: near that angle pictures must confirm the cut.
 OPENED_RAD, NEARLY_RAD, CLOSED_RAD = 0.25, 0.126, 0.118
 BETWEEN_M = 0.003  # assumed: a tube seen as near to the blades is between them
 BEGIN, SURE = -3.0, 5.0  # logits: at first, not doubted any more; assumed
