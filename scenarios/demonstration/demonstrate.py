@@ -164,8 +164,8 @@ def _planner(
 ) -> Planner[Observation]:
     """Return the planner; a learned controller hears of the next task no sooner than in a run.
 
-    In every other demonstration the expert hears no sooner either: going back does not end where it
-    may end, or a policy that sees it uncertainly would stop just there.
+    In every other noisy demonstration the expert hears no sooner either: going back does not end
+    where it may end, or a policy that sees it uncertainly would stop just there.
     """
     from planner.instruction import TASKS
     from planner.scripted import PlannerScripted
@@ -176,7 +176,8 @@ def _planner(
     if demonstration.planner:
         planner = make_planner(config, world)
     else:
-        prompt = demonstration.family not in OF_THE_LEARNED and demonstration.seed % 2 == 0
+        late = demonstration.noise and demonstration.seed % 2 == 1
+        prompt = demonstration.family not in OF_THE_LEARNED and not late
         order = shuffled_order(rng) if demonstration.family in (ORDER, TURNS) else TASKS
         planner = PlannerScripted(world, order, hears_of_success=prompt)
     corrected_by_turns = demonstration.family == TURNS and demonstration.seed % 2 == 1

@@ -163,3 +163,11 @@ def test_the_tubes_may_come_in_another_order_and_all_is_done():
     assert tasks != list(TASKS)
     cut = [t.tube for t in tasks if t.kind == "cut"]
     assert cut == ["right", "left"]
+
+
+@pytest.mark.parametrize(
+    ("seed", "noise", "hears"), [(8, True, True), (9, True, False), (9, False, True)]
+)
+def test_in_every_other_noisy_demonstration_the_expert_hears_late(seed, noise, hears):
+    planned = PlannedDemonstration(seed=seed, kind="nominal:textbook", noise=noise)
+    assert begun(planned).planner.hears_of_success == hears
