@@ -129,7 +129,7 @@ def _loss(
 
 
 def loss(seen: Seen, frames: Frames) -> Tensor:
-    """Return the loss of what is seen of frames with these labels."""
+    """Return the loss of a network's answer to frames with these labels."""
     pixels, (height, width) = frames.pixels, frames.rgb.shape[1:3]
     size = torch.tensor([width, height], device=pixels.device)
     framed = frames.there & ((pixels > 0) & (pixels < size)).all(-1)

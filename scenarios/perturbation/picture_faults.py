@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:  # heavy to import
 WRISTS = ("wrist_right_tip", "wrist_left_tip")  # in the order in which they go dead
 
 
-class PictureFault(Effect):
+class PictureFault(Effect, ABC):
     """Spoils every picture of a camera alike, for the whole episode."""
 
     def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
@@ -40,9 +41,9 @@ class PictureFault(Effect):
         spoilt = self.spoilt(camera, picture, chance)[0].permute(1, 2, 0)
         return (255.0 * spoilt).round().clamp(0, 255).to(torch.uint8).numpy()
 
+    @abstractmethod
     def spoilt(self, camera: str, picture: Tensor, chance: Generator) -> Tensor:
         """Return a picture (1, 3, height, width), 0 to 1, with the fault."""
-        raise NotImplementedError
 
 
 class Smoke(PictureFault):
