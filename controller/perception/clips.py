@@ -1,7 +1,7 @@
 """Memory of the clips: how many, in order of closing, and where on which tube.
 
-The applier's own closing counts a clip and places it, by the arm's encoders. From then on its
-station is stiff: pictures move it by little.
+The applier's own closing counts a clip and places it, by the arm's encoders. Pictures then move
+its station little by little, and it pins the tube where they show it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 CAUGHT_M = 0.0035  # assumed: a tube seen as near to the closed jaws is in the clip
 IN_JAWS_M = 0.0006  # assumed: how far the tube's middle lies from the jaws' mid-line
 PLACED_M = 0.0005  # assumed standard deviation of a clip's station at closing
-CREEP_M = 3e-4  # assumed growth of it, in a second's square root
+CREEP_M = 3e-4  # growth of it, in a second's square root; chosen on tuning patients
 EVIDENCE_PX = 2.0  # assumed standard deviation of a found clip
 
 

@@ -22,7 +22,7 @@ FLOOR_PX = 0.3  # a network is never surer
 SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one counts as less
 FAR_OFF = 3.0  # standard deviations from which on a measurement counts less
 EDGE_PX = 1.0
-MARK_PX = 0.7  # assumed: standard deviation of a found clip
+MARK_PX = 0.7  # standard deviation of a found clip; chosen on tuning patients
 HAND_EYE_M = SensorModel().hand_eye_m
 
 
