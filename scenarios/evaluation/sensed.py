@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -21,6 +22,8 @@ class SensedFigures:
         near_p90_m: median of the episodes' 90th percentiles.
         worst_m: largest of the episodes' medians near the tip.
         clips_counted, cuts_seen, within_95, hidden: means of the episodes' shares.
+        over_time_m: medians of the episodes' errors in each 5 s; None where fewer than half of
+            the episodes came near the tissue.
     """
 
     sense: str
@@ -34,6 +37,7 @@ class SensedFigures:
     cuts_seen: float | None
     within_95: float | None
     hidden: float | None
+    over_time_m: tuple[float | None, ...]
 
 
 def sensed_figures(results: Iterable[EpisodeResult]) -> tuple[SensedFigures, ...]:
@@ -66,4 +70,11 @@ def _of(sense: str, results: list[EpisodeResult]) -> SensedFigures:
         cuts_seen=mean("cuts_seen"),
         within_95=mean("within_95"),
         hidden=mean("hidden"),
+        over_time_m=tuple(_over_time_m(results)),
     )
+
+
+def _over_time_m(results: list[EpisodeResult]) -> Iterator[float | None]:
+    for span in zip_longest(*(r.sensing.over_time_m for r in results if r.sensing)):
+        known = [error for error in span if error is not None]
+        yield float(np.median(known)) if 2 * len(known) >= len(results) else None

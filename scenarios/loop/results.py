@@ -111,6 +111,8 @@ class SensingResult:
         cuts_seen: Share of moments in which it is right which tubes are severed.
         within_95: Share of these points that lie in their 95 % ellipsoid.
         hidden: Share of the tubes' points that no camera sees.
+        over_time_m: The median error near the right tip in each 5 s of the episode; None where it
+            did not come so near.
     """
 
     near_m: float | None
@@ -121,6 +123,7 @@ class SensingResult:
     cuts_seen: float
     within_95: float | None
     hidden: float
+    over_time_m: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,8 +284,10 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
 
 
 def _sensing(entry: dict[str, Any] | None) -> SensingResult | None:
-    known: dict[str, Any] = {"from_tip_m": None}  # older results do not tell it
-    return None if entry is None else SensingResult(**known | entry)
+    if entry is None:
+        return None
+    over_time_m = tuple(entry.get("over_time_m", ()))  # older results do not tell these
+    return SensingResult(**{"from_tip_m": None, **entry, "over_time_m": over_time_m})
 
 
 def _task(entry: dict[str, Any]) -> TaskResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ if TYPE_CHECKING:  # heavy to import
 
 NEAR_M = 0.015  # of the right tip
 EVERY = 3  # control steps
+SPAN_S = 5.0  # of the error over time
 CHI2_95 = 7.815  # three degrees of freedom
 _TUBES = slice(0, 2 * TUBE_POINTS)
 
@@ -25,6 +27,7 @@ class SensingMetrics:
 
     def __init__(self) -> None:
         self._near_m: list[Array] = []
+        self._time_s: list[float] = []
         self._from_tip_m: list[Array] = []
         self._inside: list[Array] = []
         self._clips_m: list[Array] = []
@@ -43,6 +46,7 @@ class SensingMetrics:
         tubes_m, tip_m = exact.points_m()[_TUBES], exact.tips_endoscope[RIGHT_ARM, :3, 3]
         near = np.linalg.norm(tubes_m - tip_m, axis=1) < NEAR_M
         self._near_m.append(error_m[_TUBES][near])
+        self._time_s.append(seen.time_s)
         tip_off_m = seen.tips_endoscope[RIGHT_ARM, :3, 3] - tip_m
         self._from_tip_m.append(np.linalg.norm(off_m[_TUBES][near] - tip_off_m, axis=1))
         sizes = (error_m[_TUBES][near] / np.maximum(seen.std_m[_TUBES][near], 1e-9)) ** 2
@@ -68,7 +72,15 @@ class SensingMetrics:
             cuts_seen=float(cuts),
             within_95=float(np.concatenate(self._inside).mean()) if len(near_m) else None,
             hidden=float(np.mean(self._hidden)),
+            over_time_m=tuple(self._over_time_m()),
         )
+
+    def _over_time_m(self) -> Iterator[float | None]:
+        """Yield the median error near the tip in each `SPAN_S`."""
+        spans = (np.array(self._time_s) // SPAN_S).astype(int)
+        for span in range(spans[-1] + 1):
+            among = [self._near_m[k] for k in np.flatnonzero(spans == span)]
+            yield _quantile(np.concatenate(among), 0.5) if among else None
 
 
 def _quantile(values: Array, share: float) -> float | None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import groupby
 
 from scenarios.evaluation.words import rate as in_percent
 
@@ -99,6 +100,48 @@ def _line(colour: int, points: Sequence[tuple[float, float, float, float]]) -> s
         for x, y, low, high in points
     )
     return f'<polyline class="arm{colour} line" points="{path}"/>{spans}'
+
+
+def course(lines: Sequence[tuple[int, Sequence[float | None]]], span_s: float, unit: str) -> str:
+    """Draw values over time, one line (colour, a value for each span) for each arm; None: a gap."""
+    width, height, left, low, top = LABEL + PLOT, 190, 44, 156, 10
+    most = 1.1 * max((v for _, values in lines for v in values if v is not None), default=1.0)
+    spans = max(len(values) for _, values in lines)
+
+    def x(k: float) -> float:
+        return left + (width - left - 12) * k / spans
+
+    def y(value: float) -> float:
+        return low - (low - top) * value / most
+
+    axes = "".join(
+        f'<line class="grid" x1="{left}" x2="{width - 6}" y1="{y(v):.1f}" y2="{y(v):.1f}"/>'
+        f'<text class="tick end" x="{left - 6}" y="{y(v) + 4:.1f}">{v:g}</text>'
+        for v in (0.0, float(f"{0.5 * most:.1g}"))
+    )
+    axes += "".join(
+        f'<text class="tick" x="{x(k):.1f}" y="{height - 14}">{span_s * k:g} s</text>'
+        for k in range(0, spans + 1, max(spans // 8, 1))
+    )
+    drawn = "".join(
+        f'<circle class="arm{colour} solid" cx="{x(k + 0.5):.1f}" cy="{y(v):.1f}" r="3"/>'
+        for colour, values in lines
+        for k, v in enumerate(values)
+        if v is not None
+    )
+    drawn += "".join(
+        f'<polyline class="arm{colour} line" points="{points}"/>'
+        for colour, values in lines
+        for points in _unbroken([(x(k + 0.5), v and y(v)) for k, v in enumerate(values)])
+    )
+    return _svg(width, height, f"{unit} over time", axes + drawn)
+
+
+def _unbroken(points: Sequence[tuple[float, float | None]]) -> Iterator[str]:
+    """Yield the runs of points that have a value, as SVG writes them."""
+    for known, run in groupby(points, key=lambda point: point[1] is not None):
+        if known:
+            yield " ".join(f"{x:.1f},{y:.1f}" for x, y in run)
 
 
 def strips(groups: Sequence[tuple[str, int, Sequence[float]]], unit: str) -> str:

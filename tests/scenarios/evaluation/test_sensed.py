@@ -48,3 +48,17 @@ def test_the_page_and_the_terminal_tell_what_was_sensed_and_nothing_where_nothin
         report = report_of(asked, results_of(asked, make), Path("nowhere"))
         assert ("0.42" in senses(report)) == told
         assert any("sensed" in str(table.title) for table in tables(report)) == told
+
+
+def test_errors_over_time_are_told_while_half_of_the_episodes_are_near():
+    asked = plan("nominal", arms=(FIRST,), seeds=range(3))
+    courses = [(0.001, 0.002, None), (0.003, None, 0.004), (0.005,)]
+
+    def one(case):
+        made = seen(case, near_m=4e-4)
+        return replace(made, sensing=replace(made.sensing, over_time_m=courses[case.seed]))
+
+    report = report_of(asked, results_of(asked, one), Path("nowhere"))
+    (figures,) = next(iter(report.arms.values())).suites["nominal"].sensed
+    assert figures.over_time_m == (0.003, None, None)
+    assert senses(report).count("<circle") == 1

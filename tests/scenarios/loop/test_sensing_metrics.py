@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenarios.loop.sensing_metrics import EVERY, SensingMetrics
+from scenarios.loop.sensing_metrics import EVERY, SPAN_S, SensingMetrics
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import N_POINTS, Observation
 
@@ -78,3 +78,14 @@ def test_an_episode_that_ends_at_once_has_no_errors_to_tell():
     metrics = SensingMetrics()
     metrics.on_step(SimpleNamespace(observation=EXACT, exact=EXACT))
     assert metrics.result() is None
+
+
+def test_the_error_is_told_over_time_and_nothing_where_the_tip_was_far():
+    """In the second of three spans nobody looks; in the third the tip is far from the tubes."""
+    metrics = SensingMetrics()
+    far = replace(EXACT, tips_endoscope=np.tile(np.eye(4), (2, 1, 1)))
+    for time_s, exact in ((1.0, EXACT), (2 * SPAN_S + 1.0, far)):
+        seen = replace(off(0.001, 0.001), time_s=time_s)
+        for _ in range(EVERY):
+            metrics.on_step(SimpleNamespace(observation=seen, exact=exact))
+    assert metrics.result().over_time_m == (pytest.approx(0.001), None, None)
