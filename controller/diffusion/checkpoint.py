@@ -13,7 +13,7 @@ from tissue_sim.version import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("policy.safetensors")
 FITS = {
-    "schema": 3,
+    "schema": 4,
     "world version": WORLD_VERSION,
     "observation size": VECTOR_SIZE,
     "action size": ACTION_SIZE,

@@ -1,10 +1,11 @@
-"""The features of an observation: tools, and tissue in each tool's frame."""
+"""The features of an observation: tools, tissue in each tool's frame, where clips and cut go."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
 
+from controller.diffusion.places import place_features
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
 
@@ -21,6 +22,7 @@ class Features(nn.Module):
         parts = [*_tools(now, jaw_rad), *tissue_features(now)]
         for old in past:
             parts += _motion(old, now)
+        parts += place_features(now)
         return torch.cat([part.flatten(1) for part in parts], dim=1)
 
 

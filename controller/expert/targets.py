@@ -8,10 +8,10 @@ import numpy as np
 
 from controller.expert.approach import USUAL, Approach
 from tissue_sim.frames import Array, pose, unit
+from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import (
     CUT_ROOM_M,
     HIGH_MARGIN_M,
-    LOW_MARGIN_M,
     NEARER_M,
     SPACING_M,
     clips_needed,
@@ -34,8 +34,6 @@ GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have cl
 GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the middle of the radius behind the axis
 GRASP_OPEN_RAD, GRASP_ROOM_M = 1.0, 0.0026  # usual opening; room beside a wide infundibulum
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
-SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 CLEARANCE_M = 0.0018  # between tube and finger on either side
 TAUT = 0.990
 MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
@@ -124,21 +122,12 @@ def clips_at_m(world: World, tube: str) -> list[float]:
 
 
 def clip_stations_m(tubes: Tubes, tube: str, aside: float = 0.0) -> tuple[float, ...]:
-    """Return where the clips go: all but one low, the last near the gallbladder, less so if aside.
-
-    The spare length of a tube is divided about equally; the cut has a part on both sides. If it
-    is scarce, the last clip goes nearer to the gallbladder, less so if aside. A tube of
-    `needed_m` has just room for all of them.
-    """
-    n_low = clips_needed(tube, tubes.length_m[tube]) - 1
-    first, last = LOW_MARGIN_M[tube], tubes.length_m[tube] - HIGH_MARGIN_M
-    spare = last - first - (n_low - 1) * SPACING_M - CUT_ROOM_M
-    nearer = (1.0 - aside) * float(np.clip(SCARCE_M - spare, 0.0, NEARER_M))
-    shared = max(spare + nearer, 0.0)
-    below, between, above = SHARES
-    low = [first + (below + k * between) * shared + k * SPACING_M for k in range(n_low)]
-    high = last + nearer - (above + 0.3 * aside) * max(spare, 0.0)
-    return (*low, max(high, low[-1] + CUT_ROOM_M) if spare > 0.0 else high)
+    """Return where the clips go by the rule: as many as the tube has room for."""
+    length_m = tubes.length_m[tube]
+    stations = clip_rule.clip_stations_m(
+        tube, np.array(length_m), clips_needed(tube, length_m), aside
+    )
+    return tuple(map(float, stations))
 
 
 def opening_rad(tubes: Tubes, tube: str, tool: str = "clip_applier") -> float:

@@ -14,6 +14,8 @@ is a reserve; a third one gains nothing (Gustafsson et al., Scand. J. Surg. 111,
 
 from __future__ import annotations
 
+from typing import Any
+
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
@@ -27,6 +29,8 @@ CUT_ROOM_M = CLIP_WIDTH_M + 2 * CUFF_MIN_M + 0.0008  # of the two beside the cut
 LOW_MARGIN_M = {"duct": 0.0056, "artery": 0.0038}  # off the common bile duct, the hepatic artery
 HIGH_MARGIN_M = 0.0042  # off the gallbladder
 NEARER_M = 0.0006  # on a short tube the high margin may be smaller by this
+SCARCE_M = 0.002  # a tube with less than this to spare is short; assumed
+SHARES = 0.18, 0.17, 0.20  # of the spare length: below the clips, between two, above; assumed
 
 
 def needed_m(tube: str, n_clips: int = USUAL_CLIPS) -> float:
@@ -44,3 +48,29 @@ def clips_needed(tube: str, length_m: float) -> int:
     """Return how many clips a tube of this length must have before it is cut."""
     short = tube in LOW_MARGIN_M and length_m < needed_m(tube)
     return FEWEST_CLIPS if short else USUAL_CLIPS
+
+
+def clip_stations_m(
+    tube: str, length_m: Any, n_clips: int = USUAL_CLIPS, aside: float = 0.0
+) -> tuple[Any, ...]:
+    """Return where the clips go, m from the fixed end: all but one low, the last one high.
+
+    The spare length is divided about equally; the cut has a part on both sides. If it is scarce,
+    the last clip goes nearer to the gallbladder. A tube of `needed_m` has just room for all.
+
+    Args:
+        tube: "duct" or "artery".
+        length_m: of the tube at rest: a number, or numbers in an array or a tensor.
+        n_clips: how many it gets.
+        aside: 0 to 2: how much lower than usual the last clip goes.
+    """
+    n_low = n_clips - 1
+    first, last = LOW_MARGIN_M[tube], length_m - HIGH_MARGIN_M
+    spare = last - first - (n_low - 1) * SPACING_M - CUT_ROOM_M
+    nearer = (1.0 - aside) * (SCARCE_M - spare).clip(0.0, NEARER_M)
+    shared = (spare + nearer).clip(min=0.0)
+    below, between, above = SHARES
+    low = [first + (below + k * between) * shared + k * SPACING_M for k in range(n_low)]
+    high = last + nearer - (above + 0.3 * aside) * spare.clip(min=0.0)
+    lacking = (low[-1] + CUT_ROOM_M - high).clip(min=0.0) * (spare > 0.0)
+    return (*low, high + lacking)

@@ -35,6 +35,20 @@ class Sitting(NamedTuple):
     there: Tensor
 
 
+class Foot(NamedTuple):
+    """Where points are nearest to a tube.
+
+    Attributes:
+        station_m: (B, m) from the tube's fixed end, along the observed points.
+        share: (B, m) of the tube's length at rest, 0 to 1: the points are evenly spaced at rest.
+        distance_m: (B, m) from the tube's centreline.
+    """
+
+    station_m: Tensor
+    share: Tensor
+    distance_m: Tensor
+
+
 def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     """Return points relative to each tool, and the right tip's place along each tube.
 
@@ -76,7 +90,7 @@ def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
         clips_m: (B, m, 3) all clips.
         closed: (B, m) 1 where there is a clip, else 0.
     """
-    station_m, distance_m = _projected(tube_m, clips_m)
+    station_m, _, distance_m = foot(tube_m, clips_m)
     sits = (distance_m < SITS_WITHIN_M) & (closed > 0)
     order = torch.where(sits, station_m, torch.inf)
     first = order.topk(CLIPS_A_TUBE, dim=1, largest=False).indices
@@ -94,7 +108,7 @@ def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
     order one (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
     """
     length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
-    station_m, _ = _projected(tube_m, tip_m)
+    station_m = foot(tube_m, tip_m).station_m
     apart_m = torch.cat([station_m, length_m - station_m, station_m - clips.stations_m], dim=1)
     there = torch.cat([torch.ones_like(apart_m[:, :2]), clips.there], dim=1)
     angles = [2.0 * math.pi * apart_m / wave_m for wave_m in WAVES_M]
@@ -103,12 +117,14 @@ def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
     return torch.cat([*(part / LENGTH_M for part in coarse), *fine], dim=1)
 
 
-def _projected(tube_m: Tensor, points_m: Tensor) -> tuple[Tensor, Tensor]:
-    """Return how far along a tube (B, m) points (B, m, 3) lie, and how far beside it (B, m)."""
+def foot(tube_m: Tensor, points_m: Tensor) -> Foot:
+    """Return the feet of points (B, m, 3) on tubes (B, n, 3)."""
     begin, along = tube_m[:, None, :-1], (tube_m[:, 1:] - tube_m[:, :-1])[:, None]  # (B, 1, n-1, 3)
     off = points_m[:, :, None] - begin  # (B, m, n-1, 3)
     share = ((off * along).sum(-1) / along.square().sum(-1).clamp(min=1e-12)).clamp(0.0, 1.0)
     distance_m, nearest = (off - share[..., None] * along).norm(dim=-1).min(dim=-1)
     lengths_m = along.norm(dim=-1)[:, 0]  # (B, n-1)
     before_m = (lengths_m.cumsum(dim=1) - lengths_m)[:, None] + share * lengths_m[:, None]
-    return before_m.gather(-1, nearest[..., None])[..., 0], distance_m
+    rows = nearest[..., None]
+    at = (nearest + share.gather(-1, rows)[..., 0]) / (tube_m.shape[1] - 1)
+    return Foot(before_m.gather(-1, rows)[..., 0], at, distance_m)
