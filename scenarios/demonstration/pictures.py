@@ -1,7 +1,8 @@
 """Frames with labels, from which perception learns: pictures, and where they show what.
 
 The expert shows whole procedures, with noise, failures and corrections. Patients for whom a person
-must be called are grabbed only. Short and long tubes are nearly as frequent as common ones.
+must be called are grabbed only. Short and long tubes are nearly as frequent as common ones, and no
+second artery is passed over: they are few.
 """
 
 from __future__ import annotations
@@ -56,16 +57,18 @@ MOST_DYED = 0.3
 def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
     """Plan episodes of training seeds from the first on, fewer where those end.
 
-    A seed is passed over whose lengths are frequent already; more episodes only add some.
+    A seed is passed over whose lengths are frequent already, unless it has a second artery; more
+    episodes only add some.
     """
     taken: list[PlannedDemonstration] = []
     counts: Counter[tuple[int, int]] = Counter({stratum: 0 for stratum in STRATA})
     for seed in range(first_seed, TRAINING_SEEDS.stop):
         if len(taken) == episodes:
             break
-        stratum = stratum_of(anatomy_from_seed(seed))
-        if counts[stratum] <= min(counts.values()) + AHEAD:
-            counts[stratum] += 1
+        anatomy = anatomy_from_seed(seed)
+        stratum, rare = stratum_of(anatomy), anatomy.second_artery is not None
+        if rare or counts[stratum] <= min(counts.values()) + AHEAD:
+            counts[stratum] += not rare
             taken.append(_planned(seed, len(taken)))
     return taken
 

@@ -29,9 +29,18 @@ def test_more_episodes_only_add_some():
 
 
 def test_lengths_are_nearly_equally_frequent():
-    counts = Counter(stratum_of(anatomy_from_seed(d.seed)) for d in pictured(0, 120))
+    """Count patients without a second artery: no one with it is passed over."""
+    patients = [anatomy_from_seed(d.seed) for d in pictured(0, 120)]
+    counts = Counter(stratum_of(a) for a in patients if a.second_artery is None)
     assert set(counts) == set(STRATA)
     assert max(counts.values()) <= min(counts.values()) + AHEAD + 1
+
+
+def test_no_second_artery_is_passed_over():
+    taken = [d.seed for d in pictured(0, 60)]
+    rare = {s for s in range(taken[-1]) if anatomy_from_seed(s).second_artery is not None}
+    assert rare
+    assert rare <= set(taken)
 
 
 def test_only_training_seeds_are_pictured():
