@@ -39,7 +39,8 @@ def find(
         return None
     beside = np.hypot(column - column.flat[best], row - row.flat[best]) < 1.5 * STRIDE
     near = np.where(beside, chance, 0.0)
-    return np.array([(near * column).sum(), (near * row).sum()]) / near.sum()
+    told = np.stack([column, row]) + shown.offset[DENSE.index(what)]
+    return (near * told).sum((1, 2)) / near.sum()
 
 
 def in_frame(picture: Picture, place: Array) -> bool:

@@ -17,7 +17,7 @@ from controller.perception.network import Network
 from tissue_sim.frames import Array
 
 OPSET = 17
-TOLD = ("pixels", "log_sigma", "inside", "visible", "log_radius", "dense", "flags")
+TOLD = ("pixels", "log_sigma", "inside", "visible", "log_radius", "dense", "offset", "flags")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +30,7 @@ class Shown:
     visible: Array
     log_radius: Array
     dense: Array
+    offset: Array
     flags: Array
 
 

@@ -1,7 +1,8 @@
 """What a picture shows: a small U-Net, one for each view.
 
 Points of the lines (tubes with both ends, gallbladder, structures at risk) have a heatmap each.
-Clips and ends of cuts, which come in any number, share a map of evidence each.
+Clips and ends of cuts, which come in any number, share a map of evidence each, whose cells also say
+how far away the next one is.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ class Seen:
         visible: (b, `N_LINE`) logit that nothing hides it.
         log_radius: (b, `N_LINE`) logarithm of how wide the structure's radius appears, pixels.
         dense: (b, 2, h, w) logits of `DENSE`.
+        offset: (b, 2, 2, h, w) column and row of the nearest of each from a cell's middle, pixels;
+            it means something near one.
         flags: (b, 3) logits of `FLAGS`.
     """
 
@@ -52,6 +55,7 @@ class Seen:
     visible: Tensor
     log_radius: Tensor
     dense: Tensor
+    offset: Tensor
     flags: Tensor
 
 
@@ -81,6 +85,7 @@ class Network(nn.Module):
             ]
         )
         self.head = nn.Conv2d(config.maps, N_LINE + len(DENSE), 1)
+        self.offset = nn.Conv2d(config.maps, 2 * len(DENSE), 1)
         self.who = nn.Parameter(0.1 * torch.randn(N_LINE, 32))
         self.about = nn.Sequential(nn.Linear(config.maps + e + 32, 64), nn.ReLU(), nn.Linear(64, 4))
         self.flags = nn.Sequential(nn.Linear(e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
@@ -108,6 +113,7 @@ class Network(nn.Module):
             visible=about[..., 2],
             log_radius=about[..., 3],
             dense=dense,
+            offset=STRIDE * self.offset(x).float().unflatten(1, (len(DENSE), 2)),
             flags=self.flags(whole),
         )
 

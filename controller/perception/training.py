@@ -23,10 +23,12 @@ from controller.perception.prior import fit_prior
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
 from tissue_sim.sensing.observation import N_POINTS
 
+GROUPS = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))  # of labelled points: clips, cut ends
 VIEWS = ("endoscope_left", "wrist_left_tip", "wrist_right_tip")
 WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
+NEXT_PX = 6.0  # how far from a clip or an end a cell is to say where it is
 FOUND = 8.0  # weight of a cell that shows a clip or an end: they are few
 
 
@@ -147,6 +149,7 @@ def loss(seen: Seen, frames: Frames) -> Tensor:
         + 0.5 * known(seen.visible, shown[:, :N_LINE].float())
         + _radius_loss(seen.log_radius[:, :N_WIDE], frames.radius, weight[:, :N_WIDE])
         + _dense_loss(seen.dense, pixels, shown)
+        + _offset_loss(seen.offset, pixels, shown)
         + 0.1 * known(seen.flags, frames.flags.float())
     )
 
@@ -165,9 +168,7 @@ def _target(maps: Tensor, pixels: Tensor) -> Tensor:
 
 def _bump(maps: Tensor, pixels: Tensor, spread_px: float) -> Tensor:
     """Return bells (b, n, h, w), 1 at each pixel (b, n, 2)."""
-    h, w = maps.shape[-2:]
-    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
-    row = STRIDE * (torch.arange(h, device=maps.device) + 0.5)
+    column, row = _axes(maps)
     across = torch.exp(-(column - pixels[..., :1]).square() / (2.0 * spread_px**2))
     down = torch.exp(-(row - pixels[..., 1:]).square() / (2.0 * spread_px**2))
     return across[:, :, None, :] * down[..., None]
@@ -175,10 +176,33 @@ def _bump(maps: Tensor, pixels: Tensor, spread_px: float) -> Tensor:
 
 def _dense_loss(dense: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
     """Return the loss of the evidence of clips and cut ends that the picture shows."""
-    groups = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))
     targets = [
-        (_bump(dense, pixels[:, g], DENSE_PX) * shown[:, g, None, None]).amax(1) for g in groups
+        (_bump(dense, pixels[:, g], DENSE_PX) * shown[:, g, None, None]).amax(1) for g in GROUPS
     ]
     target = torch.stack(targets, dim=1)
     each = F.binary_cross_entropy_with_logits(dense, target, reduction="none")
     return 20.0 * (each * (1.0 + FOUND * target)).mean()
+
+
+def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
+    """Return the loss of where cells near a clip or a cut end say that the nearest one is."""
+    cells = torch.stack(torch.meshgrid(*_axes(offset), indexing="xy"))  # (2, h, w)
+    total = offset.new_zeros(())
+    for k, group in enumerate(GROUPS):
+        off = pixels[:, group, :, None, None] - cells  # (b, n, 2, h, w)
+        away = off.norm(dim=2).masked_fill(~shown[:, group, None, None], torch.inf)
+        nearest_px, which = away.min(dim=1)
+        which = which[:, None, None].expand(-1, -1, 2, -1, -1)
+        wanted = off.gather(1, which)[:, 0]
+        near = (nearest_px < NEXT_PX)[:, None]
+        wanted = torch.where(near, wanted, 0.0)
+        each = F.smooth_l1_loss(offset[:, k], wanted, reduction="none", beta=0.3)
+        total = total + (near * each).sum() / near.sum().clamp(min=1)
+    return total
+
+
+def _axes(maps: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the columns (w,) and rows (h,) of the middles of the cells, pixels."""
+    h, w = maps.shape[-2:]
+    column = STRIDE * (torch.arange(w, device=maps.device) + 0.5)
+    return column, STRIDE * (torch.arange(h, device=maps.device) + 0.5)

@@ -47,6 +47,7 @@ def shown(view: Picture, points: Array, rng: np.random.Generator) -> Shown:
         visible=np.full(N_LINE, 5.0),
         log_radius=np.zeros(N_LINE),
         dense=np.zeros((2, 100, 100)),
+        offset=np.zeros((2, 2, 1, 1)),
         flags=np.zeros(3),
     )
 

@@ -74,6 +74,7 @@ def says(lines: Lines, tube: int, *, ends: bool) -> tuple[dict[str, Picture], di
         visible=known,
         log_radius=known,
         dense=dense,
+        offset=np.zeros((2, 2, 32, 32)),
         flags=np.zeros(3),
     )
     return {"view": picture}, {"view": view}
