@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, transform
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.organ import Organ
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip
+from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, T_world_clip
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.record import Record
 from tissue_sim.tools.arms import Arms
@@ -51,11 +51,14 @@ class Field:
     record: Record
 
     def clip_position_m(self, clip: Clip) -> Array:
-        """Return the middle of a clip (3,), world frame: of what it holds, else of its legs."""
+        """Return the middle of a clip (3,), world frame: of the tubes in it, else of its legs.
+
+        The middle of the tissue's vertices that it holds would lie up to 0.4 mm beside it.
+        """
+        T = T_world_clip(self.tubes, clip)
         if not clip.vertices:
-            return clip.T_world_clip[:3, 3] - 0.5 * CLIP_LENGTH_M * clip.T_world_clip[:3, 2]
-        held = self.tissue.positions()[list(clip.vertices)]
-        return np.add.reduce(held, axis=0, dtype=float) / len(held)
+            return T[:3, 3] - 0.5 * CLIP_LENGTH_M * T[:3, 2]
+        return transform(T, np.mean([c.point_m for c in clip.crossings], axis=0))
 
     def tool_forces_n(self) -> Array:
         """Return the force of the tissue on each instrument (2, 3), world frame, N."""

@@ -19,7 +19,9 @@ from controller.expert.motion import JAW_SPEED_RAD_S
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import fields
 
-DISPLACED_M = 4e-4  # standard deviation each way; clips of a policy without it missed by 0.2-0.4 mm
+# Standard deviation each way. It must exceed the errors of what is seen, or a policy learns that it
+# is at its place already, wherever it sees itself.
+DISPLACED_M = 8e-4
 OPEN_RAD, FREE_N = 0.15, 0.01  # tools that are open wider and pressed less touch nothing
 NEAR_M = 0.015  # of tissue; farther away the expert is disturbed, and closes no jaws
 BACK_STEPS = 4.0  # motions after which an error is down to 1/e, from any motion on

@@ -18,6 +18,7 @@ from controller.diffusion.windows import Batch
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
 MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
+FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there tenths of a mm count
 MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
 
@@ -62,7 +63,7 @@ class Policy(nn.Module):
             getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
-        """Return the mean squared error of the clean chunk, over valid rows.
+        """Return the mean squared error of the clean chunk over valid rows, fine motions first.
 
         Args:
             seen: B windows.
@@ -77,7 +78,9 @@ class Policy(nn.Module):
         films = [F.embedding(seen.text, film) for film in self.encoder.films(words)]
         condition = self._condition(seen.history, seen.jaw_rad, films, past, seen.delay)
         guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
-        counts = seen.valid[:, None, :, None].to(guess).expand_as(guess)
+        weight = 1.0 + (FINE - 1.0) * (seen.near & seen.free).to(guess)  # (B, 2)
+        of_arms = weight.repeat_interleave(ACTION_SIZE // 2, dim=1)[:, None, None]
+        counts = (seen.valid[:, None, :, None].to(guess) * of_arms).expand_as(guess)
         return (counts * (guess - clean) ** 2).sum() / counts.sum()
 
     def forward(

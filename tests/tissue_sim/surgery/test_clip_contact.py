@@ -9,7 +9,7 @@ import pytest
 
 from tests.tissue_sim.hands import close, move, put, wait
 from tests.tissue_sim.treatment import assert_same, everything
-from tissue_sim.frames import Array, pose, transform
+from tissue_sim.frames import Array, inverse_pose, pose, transform
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, dropped_clip
 from tissue_sim.surgery.clip_bar import BALLS_M, depths
@@ -142,3 +142,21 @@ def test_a_world_saved_while_a_tool_pushes_a_clip_goes_on_as_before(world: World
     for values in first:
         world.step(hold)
         assert_same(everything(world), values)
+
+
+@pytest.mark.parametrize("share", [0.45, 0.48, 0.51, 0.54])
+def test_a_clip_is_where_its_jaws_closed_not_where_the_meshs_rings_are(
+    world: World, share: float
+) -> None:
+    """Rings are 1.5 mm apart; the judge measures gaps between the planes of the jaws."""
+    station_m = share * world.tubes.length_m["duct"]
+    T = astride(world.tubes, "duct", station_m, beyond_m=0.5 * CLIP_LENGTH_M)
+    put(world, RIGHT_ARM, T, 0.6)
+    close(world, RIGHT_ARM, 0.0, intended="duct")
+    clip = world.record.clips[-1]
+    held = world.arms.T_world_tool()[RIGHT_ARM]
+    place = transform(inverse_pose(held), world.clip_position_m(clip)[None])[0]
+    assert place[0] == pytest.approx(0.0, abs=1.5e-4)
+    on = clip.on("duct")
+    assert on is not None
+    assert on.station_m == pytest.approx(station_m, abs=4e-4)
