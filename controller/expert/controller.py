@@ -31,12 +31,13 @@ class ControllerExpert:
     def __init__(self, world: World) -> None:
         self._world = world
         self._attempts: Counter[Task] = Counter()
+        self._task: Task | None = None
         self.reset()
 
     def reset(self) -> None:
         """Start the current task's skill again; the jaws stay as last commanded."""
         self._jaw_rad: Array = self._world.target[:, 6]
-        self._task: Task | None = None
+        self._interrupt()
         self._lacks_clip = False
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from controller.expert.approach import STANDOFF_M, clear_approach
-from controller.expert.jaw_room import catches_another
+from controller.expert.jaw_room import catches_another, outer_face_m
 from controller.expert.motion import Goal, before, distance
 from controller.expert.targets import (
     belongs_here,
@@ -25,6 +25,7 @@ from controller.expert.targets import (
 from planner.criteria import structure_of
 from planner.task import Task
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.outcome.predicates import (
     gallbladder_held,
     gap_m,
@@ -36,6 +37,7 @@ from tissue_sim.outcome.predicates import (
 from tissue_sim.surgery.abuses import stab_m
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.world import World
 
 GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3
@@ -48,6 +50,7 @@ FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 RETREAT_M = 0.030
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
+ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
 PULL_STEP_M, PULL_SPEED_M_S = 0.004, 0.006
 PULL_MIN_N, PULL_MAX_N = 2.0 * GRASP_MIN_TRACTION_N, 2.5  # some is lost as tissue settles
 SPREAD_SPARE_M, SPREAD_MAX_S, DRAW_MAX_S = 0.0004, 3.0, 3.0
@@ -55,6 +58,7 @@ STAB_MAX_M = 0.002  # the right fingers push no deeper into the gallbladder
 JAW_TIME_S, CLOSE_MAX_S = 1.0, 3.0
 SNAG_N, NARROW_RAD = 1.0, 0.1  # below what is an injury; assumed
 PHASE_MAX_S = 10.0
+HELD_OFF_S = 5.0  # beside its place, by the filter; then the jaws close if that is where they may
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,12 +92,10 @@ def skill(task: Task, world: World, attempt: int = 0) -> tuple[Phase, ...]:
         return _retreat(opening)
     if task.kind == "clip":
         clip = partial(clip_pose, tube=tube, k=task.clip or 1)
-        closing = _close_on(world, tube, clip, opening, "clip_applier", attempt)
-        return _from_outside(RIGHT_ARM, closing, opening, world)
+        return _close_on(world, tube, clip, opening, "clip_applier", attempt)
     if task.kind == "cut":
         cut = partial(cut_pose, tube=tube)
-        closing = _close_on(world, tube, cut, opening, "scissors", attempt)
-        return _from_outside(RIGHT_ARM, closing, opening, world)
+        return _close_on(world, tube, cut, opening, "scissors", attempt)
     return _retreat(opening)
 
 
@@ -156,7 +158,10 @@ def _close_on(
     tool: str,
     attempt: int,
 ) -> tuple[Phase, ...]:
-    """Return phases that go to a pose on a tube, from a clear side, and close on that tube only."""
+    """Return phases that go to a pose on a tube, from a clear side, and close on that tube only.
+
+    Jaws that stand open about the tube, beside their place, go on from there.
+    """
     arm = RIGHT_ARM
     approach = clear_approach(world, tube, lambda w, a: pose(w, approach=a), tool, opening, attempt)
 
@@ -177,9 +182,27 @@ def _close_on(
         done=partial(_drawn, tube),
     )
     stand = _go(arm, "in front of the tube", lambda w: before(target(w), STANDOFF_M), opening)
-    astride = _go(arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S)
+    astride = _go(
+        arm, "astride the tube", target, opening, speed_m_s=NEAR_SPEED_M_S, most_s=HELD_OFF_S
+    )
     shut = Phase(name="close where it belongs", arm=arm, goal=close, done=_snapped)
-    return draw, stand, astride, shut, _stay(arm)
+    if _is_astride(world, tube, target(world), tool):
+        return astride, shut, _stay(arm)
+    return _from_outside(arm, (draw, stand, astride, shut, _stay(arm)), opening, world)
+
+
+def _is_astride(world: World, tube: str, T_world_tool: Array, tool: str) -> bool:
+    """Return whether the right jaws stand open about this tube alone, near a pose."""
+    T, jaw_rad = world.arms.T_world_tool()[RIGHT_ARM], float(world.arms.joints[RIGHT_ARM, 6])
+    off_m, off_rad = distance(T, T_world_tool)
+    crossing = world.tubes.crossing(tube, T, MOUTHS[tool][0], half_gap_m=np.inf)
+    if off_m > ASTRIDE_M or off_rad > ASTRIDE_RAD or crossing is None:
+        return False
+    finger_m = 2.0 * INSTRUMENTS[tool].finger_half_thickness_m
+    within_m = outer_face_m(tool, jaw_rad, crossing.point_m[2:]) - finger_m
+    return bool(abs(crossing.point_m[1]) < within_m) and not catches_another(
+        world, tube, T, tool, jaw_rad
+    )
 
 
 def _go_back(arm: int, opening: float) -> tuple[Phase, ...]:
@@ -229,12 +252,13 @@ def _go(
     target: Callable[[World], Array],
     jaw_rad: float,
     speed_m_s: float = FREE_SPEED_M_S,
+    most_s: float = PHASE_MAX_S,
 ) -> Phase:
     """Return a phase that moves to a target, which is updated as the tissue moves."""
 
     def arrived(world: World, time_s: float) -> bool:
         off_m, off_rad = distance(world.arms.T_world_tool()[arm], target(world))
-        return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > PHASE_MAX_S
+        return (off_m < ARRIVED_M and off_rad < ARRIVED_RAD) or time_s > most_s
 
     def goal(world: World, start: Array) -> Goal:
         if arm == RIGHT_ARM and stab_m(world) > STAB_MAX_M:

@@ -35,7 +35,8 @@ from controller.safety.geometry.collision import CollisionModel
 from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
 from planner.task import task_from_text
-from tissue_sim.frames import Array, inverse_pose
+from tests.tissue_sim.hands import put
+from tissue_sim.frames import Array, exponential, inverse_pose
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
 from tissue_sim.outcome.predicates import gap_m
 from tissue_sim.patient.at_risk import AT_RISK
@@ -316,3 +317,20 @@ def test_the_applier_does_not_close_too_near_to_another_clip(
     )
     world.record = replace(world.record, clips=(clip,))
     assert (close.goal(world, start).jaw_rad is not None) == closes
+
+
+@pytest.mark.parametrize(
+    ("beside_m", "turn_rad", "first"),
+    [(0.0, 0.0, "astride the tube"), (0.0015, 0.1, "astride the tube"), (0.006, 0.0, "open")],
+)
+def test_jaws_about_their_tube_go_on_from_there_and_others_come_out_first(
+    world: World, beside_m: float, turn_rad: float, first: str
+) -> None:
+    """Taking over from another controller, the expert began by going back from a good place."""
+    task = task_from_text("clipping second clip left tube")
+    tube = world.anatomy.structure("left")
+    T = clip_pose(world, tube, 2)
+    T[:3, 3] += beside_m * T[:3, 0]
+    T[:3, :3] = T[:3, :3] @ exponential(np.array([0.0, turn_rad, 0.0]))
+    put(world, RIGHT_ARM, T, opening_rad(world.tubes, tube))
+    assert skill(task, world)[0].name == first
