@@ -12,7 +12,7 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.glance import Picture
 
 LEAST = 0.6  # assumed: probability of a cell that counts as evidence
-WINDOW_PX = 12.0  # how far from where something is believed it is looked for
+WINDOW_M, LEAST_PX = 0.003, 6.0  # how far from where something is believed it is looked for
 BEHIND_M = 0.005  # nearer to the eye, or behind it, nothing is found
 
 
@@ -26,13 +26,14 @@ def find(
     (pixel,), (ahead,) = picture.project(place[None])
     if ahead < BEHIND_M:
         return None
+    window_px = max(WINDOW_M * picture.focal_px / ahead, LEAST_PX)
     chance = 1.0 / (1.0 + np.exp(-shown.dense[DENSE.index(what)]))
     h, w = chance.shape
     column, row = np.meshgrid(STRIDE * (np.arange(w) + 0.5), STRIDE * (np.arange(h) + 0.5))
-    away = np.hypot(column - pixel[0], row - pixel[1]) / WINDOW_PX
+    away = np.hypot(column - pixel[0], row - pixel[1]) / window_px
     for other in others:
         (at,), _ = picture.project(other[None])
-        theirs = np.hypot(column - at[0], row - at[1]) / WINDOW_PX < away
+        theirs = np.hypot(column - at[0], row - at[1]) / window_px < away
         away = np.where(theirs, 2.0, away)
     best = np.where(away < 1.0, chance * np.exp(-(away**2)), 0.0).argmax()
     if chance.flat[best] < LEAST or away.flat[best] >= 1.0:

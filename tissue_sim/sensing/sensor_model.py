@@ -45,7 +45,7 @@ class SensorModel:
     white_m: float = 2e-5
     along_m: float = 1e-4
     far: float = 1.5
-    clip_m: float = 3.1e-4
+    clip_m: float = 1.9e-4
     tube_radius: float = 0.2
     sac_radius: float = 0.06
     look_s: float = 0.1

@@ -37,7 +37,7 @@ def shown(clip_px: np.ndarray) -> Shown:
     )  # fmt: skip
 
 
-@given(column=st.floats(40.0, 88.0), row=st.floats(40.0, 88.0), off=st.floats(-6.0, 6.0))
+@given(column=st.floats(40.0, 88.0), row=st.floats(40.0, 88.0), off=st.floats(-5.0, 5.0))
 def test_a_clip_is_found_where_cells_say_and_not_at_their_middles(column, row, off):
     """Look for it some pixels beside its place."""
     clip_px = np.array([column, row])
