@@ -35,7 +35,7 @@ from tissue_sim.outcome.predicates import (
     tube_severed,
 )
 from tissue_sim.surgery.abuses import stab_m
-from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.world import World
@@ -48,6 +48,7 @@ GRASP_FIRM_RAD = 0.55  # between wider jaws tissue is wedged: the judge asks for
 SHUT_RAD = -0.3
 FREE_SPEED_M_S, NEAR_SPEED_M_S = 0.030, 0.012
 RETREAT_M = 0.030
+BACK_M = RETRACTED_M + 0.004  # what is seen errs: where just enough is shown, a policy stops short
 BESIDE_M = 0.008  # of the jaws' middle line: wider than their opening
 ARRIVED_M, ARRIVED_RAD = 0.0004, 0.06
 ASTRIDE_M, ASTRIDE_RAD = 0.003, 0.3  # so near its place a tool need not come out first; assumed
@@ -235,7 +236,7 @@ def _retreat(opening: float) -> tuple[Phase, ...]:
         name="further back, clear of what lies in front",
         arm=RIGHT_ARM,
         goal=_further_back,
-        done=lambda w, time_s: right_arm_back(w) or time_s > PHASE_MAX_S,
+        done=lambda w, time_s: right_arm_back(w, BACK_M) or time_s > PHASE_MAX_S,
     )
     return (*_go_back(RIGHT_ARM, opening), further, _stay(RIGHT_ARM))
 

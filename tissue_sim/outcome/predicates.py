@@ -100,13 +100,13 @@ def clip_placed(field: Field, tube: str, k: int) -> bool:
     return len(stations) == n and all(a < b for a, b in pairwise(stations))
 
 
-def right_arm_back(field: Field) -> bool:
-    """Return whether the right tip is away from every tube, with nothing between its jaws."""
+def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
+    """Return whether the right tip is so far from every tube, with nothing between its jaws."""
     tip = field.arms.T_world_tool()[RIGHT_ARM][:3, 3]
     away = [np.linalg.norm(field.tubes.centres(t) - tip, axis=1) for t in field.organ.tubes]
     distance = min(float(a.min()) for a in away)
     touching = field.tissue.host("contact_shape")[0, : field.tissue.n_vertex()] >= 4
-    return distance >= RETRACTED_M and not touching.any()
+    return distance >= from_m and not touching.any()
 
 
 def tube_cut(field: Field, tube: str) -> bool:
