@@ -87,6 +87,7 @@ class FilterSense:
             worked_on=worked_on(instruction.task, seen),
             between_jaws=self._between,
             lacking_clips=self._between and self._between & self._clips.lacking(seen),
+            crowded=self._between and self._clips.crowded(seen, self._between),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:

@@ -53,6 +53,17 @@ class OnlyWhatIsMeant:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RoomBesideClips:
+    """Lets applier and scissors close only where clips beside them leave room for it."""
+
+    name: str = "room beside clips"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        crowded = sorted(situation.crowded)
+        return _no_closing(crowded) if crowded else NO_BOUNDS
+
+
+@dataclass(frozen=True, kw_only=True)
 class SlowNearAtRisk:
     """Slows an arm near the common bile duct or the hepatic artery."""
 
@@ -78,8 +89,13 @@ def _nearest(near: NearPairs, among: NDArray[np.bool_]) -> str:
     return near.pair(int(rows[near.distance_m[rows].argmin()]))[2] if len(rows) else ""
 
 
-JAW_LOCKS = (ClipsBeforeCut().name, OnlyWhatIsMeant().name)
-INTERLOCKS: tuple[Limit, ...] = (ClipsBeforeCut(), OnlyWhatIsMeant(), SlowNearAtRisk())
+JAW_LOCKS = (ClipsBeforeCut().name, OnlyWhatIsMeant().name, RoomBesideClips().name)
+INTERLOCKS: tuple[Limit, ...] = (
+    ClipsBeforeCut(),
+    OnlyWhatIsMeant(),
+    RoomBesideClips(),
+    SlowNearAtRisk(),
+)
 
 
 def _no_closing(because_of: list[str]) -> Bounds:

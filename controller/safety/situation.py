@@ -40,6 +40,7 @@ class Situation:
         between_jaws: structures between the right tool's jaws; empty unless the jaws close.
         lacking_clips: those of `between_jaws` on which fewer clips hold the test pull than must be
             there before a cut.
+        crowded: those of `between_jaws` on which a clip is too near to the jaws.
     """
 
     step_s: float
@@ -57,6 +58,7 @@ class Situation:
     worked_on: WorkedOn
     between_jaws: frozenset[str]
     lacking_clips: frozenset[str]
+    crowded: frozenset[str]
 
     @cached_property
     def motion(self) -> Array:

@@ -59,6 +59,7 @@ def situation(asked=HOME, start=HOME, near=(), **changes):
         "worked_on": NOTHING,
         "between_jaws": frozenset(),
         "lacking_clips": frozenset(),
+        "crowded": frozenset(),
     }
     given = usual | changes
     motion = (asked - start).ravel()

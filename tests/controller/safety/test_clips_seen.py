@@ -9,7 +9,7 @@ from controller.safety.clips_seen import ClipsSeen
 from tests.planner.seen import clipped
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.observation import N_POINTS, Observation
 
 
 def lacking(seen: Observation) -> set[str]:
@@ -51,3 +51,48 @@ def test_structures_at_risk_always_lack_clips():
     clips = ClipsSeen()
     clips.follow(clipped(left=3, right=3))
     assert set(AT_RISK) <= clips.lacking(clipped(left=3, right=3))
+
+
+def beside_clip(tool: str, off_m: float, **changes) -> frozenset[str]:
+    """Return what is crowded where open jaws stand square about the left tube, off its clip."""
+    seen = replace(clipped(left=1), tools=("grasper", tool), **changes)
+    clip_m = seen.clips_m[0] - [0.001, 0.0, 0.0]
+    tips = seen.tips_endoscope.copy()
+    along = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]], float)  # the pivot lies along the tube
+    tips[1, :3, :3] = along.T
+    tips[1, :3, 3] = clip_m + [0.0, off_m, 0.0] + 0.004 * along.T[:, 2]
+    seen = replace(seen, tips_endoscope=tips)
+    clips = ClipsSeen()
+    clips.follow(clipped())  # 28 mm long before any clip
+    return clips.crowded(seen, frozenset({"duct"}))
+
+
+@pytest.mark.parametrize(
+    ("tool", "off_m", "crowded"),
+    [
+        ("clip_applier", 0.0036, True),
+        ("clip_applier", 0.0038, False),
+        ("clip_applier", -0.0036, True),
+        ("scissors", 0.0020, True),
+        ("scissors", 0.0022, False),
+    ],
+)
+def test_jaws_are_too_near_to_a_clip_by_the_judges_distances(tool, off_m, *, crowded):
+    assert beside_clip(tool, off_m) == ({"duct"} if crowded else set())
+
+
+def test_where_the_clip_may_lie_farther_off_the_jaws_may_close():
+    unsure = np.full(N_POINTS, 0.001)
+    assert beside_clip("scissors", 0.0018, std_m=unsure) == set()
+    assert beside_clip("scissors", 0.0012, std_m=unsure) == {"duct"}
+
+
+def test_an_applier_that_has_just_closed_is_not_too_near_to_its_own_clip():
+    assert beside_clip("clip_applier", 0.0, clip_loaded=False) == set()
+
+
+def test_clips_of_the_other_tube_crowd_nothing():
+    seen = clipped(right=1)
+    clips = ClipsSeen()
+    clips.follow(clipped())
+    assert clips.crowded(seen, frozenset({"duct"})) == set()

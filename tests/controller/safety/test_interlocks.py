@@ -9,6 +9,7 @@ from controller.safety.interlocks import (
     SLOW_M_S,
     ClipsBeforeCut,
     OnlyWhatIsMeant,
+    RoomBesideClips,
     SlowNearAtRisk,
 )
 from planner.instruction import TASKS, Instruction
@@ -86,3 +87,10 @@ def test_the_arm_that_is_near_the_common_bile_duct_is_slow(obstacle, distance_m,
     assert keeps(bounds, left) != slow
     assert keeps(bounds, 0.49 * left)
     assert keeps(bounds, right)
+
+
+def test_jaws_close_only_where_clips_leave_room():
+    crowded = RoomBesideClips().bounds(situation(crowded=frozenset({"duct"})))
+    assert not keeps(crowded, CLOSES)
+    assert keeps(crowded, OPENS)
+    assert keeps(RoomBesideClips().bounds(situation()), CLOSES)
