@@ -20,8 +20,10 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
+from planner.seen.next_task import clips_on
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
@@ -48,7 +50,8 @@ class PlannerLearned:
     later: a late change costs that second, an early one leaves the task undone. A task that has
     not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
     that stops just short of the place where the task ends would otherwise wait until time is up.
-    After the first cut it never grasps again: the tubes can no longer be spread. It calls for a
+    After the first cut it never grasps again: the tubes can no longer be spread. How many clips a
+    tube gets follows from its length as it was seen before anything pulled at it. It calls for a
     person where the tubes have no room (`RoomSeen`), where the arms stand still, and where a clip
     or a cut would be tried for the fourth time.
     """
@@ -69,10 +72,13 @@ class PlannerLearned:
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that should be given now, with a correction if one is needed."""
         self._remember(observation)
+        self._standstill.see(observation)
+        if not (observation.n_clips or observation.severed.any()):
+            self._room.see(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
-        chances = self._chances(opinion.task[0])
+        chances = self._chances(opinion.task[0], observation)
         self._take_up(chances)
         task = TASKS[self._task]
         if (why := self._why_call(task, observation)) is not None:
@@ -95,14 +101,12 @@ class PlannerLearned:
 
     def _why_call(self, task: Task, observation: Observation) -> str | None:
         """Return why a person must be called now; None if there is no reason."""
-        self._standstill.see(observation)
         if self._standstill.lasts:
             return STANDSTILL
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
         if observation.n_clips or observation.severed.any():
             return None
-        self._room.see(observation)
         return self._room.why_call(due=task.kind in ("clip", "cut"))
 
     def _remember(self, observation: Observation) -> None:
@@ -113,11 +117,21 @@ class PlannerLearned:
         seen = self._frame.follow(observation.vector())
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
-    def _chances(self, logits: torch.Tensor) -> torch.Tensor:
-        """Return the probability of each task; after a cut, zero for grabbing."""
-        if self._has_cut:
-            logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
+    def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
+        """Return the probability of each task, zero for those that have no place now."""
+        closed = [GRAB] if self._has_cut else []
+        closed += [k for k, task in enumerate(TASKS) if self._is_out_of_place(task, observation)]
+        logits = logits.index_fill(0, torch.tensor(closed, dtype=torch.long), -torch.inf)
         return logits.softmax(dim=-1)
+
+    def _is_out_of_place(self, task: Task, observation: Observation) -> bool:
+        """Return whether a clip is one too many for the tube, or comes before its turn."""
+        if task.kind != "clip" or task.tube is None or task.clip == 1:
+            return False
+        needed = self._room.needs(task.tube, observation)
+        if task.clip == USUAL_CLIPS:
+            return needed == USUAL_CLIPS and clips_on(task.tube, observation) == 1
+        return needed < USUAL_CLIPS
 
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S

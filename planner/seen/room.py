@@ -13,13 +13,15 @@ from itertools import pairwise
 from planner.command import Structure
 from planner.seen.duct_side import structure_seen
 from planner.seen.next_task import length_m, length_std_m
+from planner.task import Tube
 from tissue_sim.frames import Array
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, clips_needed, needed_m
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import HELD_PINCH_N
 
 SURE = 2.0  # standard deviations; within them it is decided when the first clip is due
 LIKELY = 0.5  # chance of a third tube, or share of looks in which the tubes cross
-SIDES = ("left", "right")
+SIDES: tuple[Tube, Tube] = ("left", "right")
 
 
 @dataclass(kw_only=True)
@@ -38,7 +40,7 @@ class _Length:
 
     @property
     def mean_m(self) -> float:
-        return self.total_m / self.weight
+        return self.total_m / self.weight if self.weight > 0.0 else math.inf
 
 
 class RoomSeen:
@@ -46,16 +48,26 @@ class RoomSeen:
 
     def __init__(self) -> None:
         self._lengths: dict[Structure, _Length] = {"duct": _Length(), "artery": _Length()}
+        self._at_rest: dict[Structure, _Length] = {"duct": _Length(), "artery": _Length()}
         self._n, self._crossed, self._third = 0, 0, 0.0
 
     def see(self, seen: Observation) -> None:
         """Take in one observation."""
         for side in SIDES:
-            length = self._lengths[structure_seen(side, seen)]
-            length.add(length_m(side, seen), length_std_m(side, seen))
+            tube = structure_seen(side, seen)
+            for lengths in (self._lengths, self._at_rest)[: 1 + (seen.pinch_n < HELD_PINCH_N)]:
+                lengths[tube].add(length_m(side, seen), length_std_m(side, seen))
         self._n += 1
         self._crossed += tubes_cross(seen)
         self._third += seen.third_tube
+
+    def needs(self, side: Tube, seen: Observation) -> int:
+        """Return how many clips a tube needs, by its length before anything pulled at it.
+
+        Traction makes a tube up to 12 % longer, and clips make it longer still.
+        """
+        tube = structure_seen(side, seen)
+        return clips_needed(tube, self._at_rest[tube].mean_m)
 
     def why_call(self, *, due: bool) -> str | None:
         """Return why a person must be called, in a surgeon's words; None if there is no reason.

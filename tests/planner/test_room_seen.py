@@ -7,7 +7,7 @@ import pytest
 
 from planner.seen.room import RoomSeen, tubes_cross
 from tests.planner.seen import clipped
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.sensing.observation import N_POINTS, Observation
@@ -80,3 +80,17 @@ def test_seen_exactly_it_calls_as_the_judge_does():
         seen = world.reset(anatomy_from_seed(seed))
         wrong += (why(seen) is None) != (why_call(world.anatomy) is None)
     assert wrong <= 1
+
+
+@pytest.mark.parametrize(("length_m", "needed"), [(0.017, 2), (0.019, 3)])
+def test_how_many_clips_a_tube_needs_is_told_by_its_length_before_the_pull(length_m, needed):
+    room = RoomSeen()
+    room.see(with_length(length_m))
+    room.see(replace(with_length(1.12 * length_m), pinch_n=2.0))
+    assert room.needs("left", SEEN) == needed
+
+
+def test_a_tube_that_was_never_seen_at_rest_gets_the_usual_clips():
+    room = RoomSeen()
+    room.see(replace(with_length(0.015), pinch_n=2.0))
+    assert room.needs("left", SEEN) == USUAL_CLIPS
