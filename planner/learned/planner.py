@@ -126,12 +126,12 @@ class PlannerLearned:
 
     def _is_out_of_place(self, task: Task, observation: Observation) -> bool:
         """Return whether a clip is one too many for the tube, or comes before its turn."""
-        if task.kind != "clip" or task.tube is None or task.clip == 1:
+        if task.clip is None or task.tube is None:
             return False
-        needed = self._room.needs(task.tube, observation)
-        if task.clip == USUAL_CLIPS:
-            return needed == USUAL_CLIPS and clips_on(task.tube, observation) == 1
-        return needed < USUAL_CLIPS
+        needed, there = self._room.needs(task.tube, observation), clips_on(task.tube, observation)
+        if task.clip == USUAL_CLIPS:  # the gallbladder's, the last one also of two
+            return there >= needed or (there == 1 and needed == USUAL_CLIPS)
+        return there >= needed or task.clip >= needed
 
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S

@@ -15,6 +15,7 @@ from planner.learned.planner import STALE_S, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
+from tests.planner.seen import clipped
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import POINTS, VECTOR_SIZE, fields, observation_of
 
@@ -205,3 +206,31 @@ def test_it_corrects_only_under_its_flag(network):
         biased.leave[1].bias.data[-3] = flag
         said = said_to(PlannerLearned(biased.requires_grad_(False)), rollout(3).states)
         assert sum(s.correction is not None for s in said) == n_corrected
+
+
+@pytest.mark.parametrize(
+    ("length_m", "clips", "has_place"),
+    [
+        (0.028, 0, {1, 2, 3}),
+        (0.028, 1, {1, 2}),
+        (0.028, 2, {1, 2, 3}),
+        (0.028, 3, set()),
+        (0.017, 0, {1, 3}),
+        (0.017, 1, {1, 3}),
+        (0.017, 2, set()),
+    ],
+)
+def test_it_asks_for_no_clip_that_is_one_too_many_or_before_its_turn(
+    network, length_m, clips, has_place
+):
+    """The left tube is the duct; the network decides among the clips that have a place."""
+    planner, seen = PlannerLearned(network), clipped(left=clips)
+    line = seen.left_tube_m
+    shorter = line[-1] + (line - line[-1]) * length_m / 0.028
+    planner._room.see(replace(clipped(), left_tube_m=shorter))
+    asked = {
+        task.clip
+        for task in TASKS
+        if task.kind == "clip" and task.tube == "left" and not planner._is_out_of_place(task, seen)
+    }
+    assert asked == has_place
