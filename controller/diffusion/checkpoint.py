@@ -13,8 +13,8 @@ from tissue_sim.version import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("policy.safetensors")
 FITS = {
-    "schema": 4,
     "world version": WORLD_VERSION,
+    "schema": 4,
     "observation size": VECTOR_SIZE,
     "action size": ACTION_SIZE,
 }

@@ -13,7 +13,7 @@ from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.perception.checkpoint import PerceptionConfig, PerceptionModel
-from controller.perception.network import N_LINE, NetworkConfig
+from controller.perception.network import FLAGS, N_LINE, NetworkConfig
 from controller.perception.prior import Prior
 from planner.learned.config import PlannerConfig
 from planner.learned.network import PlannerNetwork
@@ -80,7 +80,10 @@ def planner() -> PlannerLearned:
 
 
 def perception() -> PerceptionModel:
-    """Return an untrained perception whose prior is the patient, so that it sees something."""
+    """Return an untrained perception whose prior is the patient, so that it sees something.
+
+    It sees no third tube, for which a person would be called.
+    """
     torch.manual_seed(5)
     world = World()
     mean = world.reset(textbook_from_seed(SEED)).points_m()[:N_LINE].ravel()
@@ -91,12 +94,15 @@ def perception() -> PerceptionModel:
     )
     prior = Prior(
         mean=mean,
-        spread=0.005**2 * np.eye(len(mean)),
+        spread=0.0005**2 * np.eye(len(mean)),
         drift=0.002**2 * np.eye(len(mean)),
         radius_m=np.full(2, 0.002),
         sac_radius_m=np.full(5, 0.01),
     )
-    return PerceptionModel(config, prior).eval()
+    model = PerceptionModel(config, prior)
+    for network in model.networks.values():
+        network.flags[-1].bias.data[FLAGS.index("third tube")] = -3.0
+    return model.eval()
 
 
 def commands(world: World, sense: Sense, controller: Controller) -> np.ndarray:

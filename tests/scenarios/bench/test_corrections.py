@@ -24,7 +24,7 @@ from scenarios.run_episode import begin
 from tissue_sim.frames import inverse_pose
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-SEED = 10_004
+SEED = 10_005
 ASTRAY = EpisodeConfig(**WITNESS, scenario="overshoot")
 IDLE = replace(ASTRAY, controller="idle")
 
