@@ -106,7 +106,7 @@ def course(lines: Sequence[tuple[int, Sequence[float | None]]], span_s: float, u
     """Draw values over time, one line (colour, a value for each span) for each arm; None: a gap."""
     width, height, left, low, top = LABEL + PLOT, 190, 44, 156, 10
     most = 1.1 * max((v for _, values in lines for v in values if v is not None), default=1.0)
-    spans = max(len(values) for _, values in lines)
+    spans = 1 + max(k for _, values in lines for k, v in enumerate(values) if v is not None)
 
     def x(k: float) -> float:
         return left + (width - left - 12) * k / spans
