@@ -118,20 +118,29 @@ class PlannerLearned:
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
-        """Return the probability of each task, zero for those that have no place now."""
-        closed = [GRAB] if self._has_cut else []
-        closed += [k for k, task in enumerate(TASKS) if self._is_out_of_place(task, observation)]
-        logits = logits.index_fill(0, torch.tensor(closed, dtype=torch.long), -torch.inf)
-        return logits.softmax(dim=-1)
+        """Return the probability of each task.
 
-    def _is_out_of_place(self, task: Task, observation: Observation) -> bool:
-        """Return whether a clip is one too many for the tube, or comes before its turn."""
-        if task.clip is None or task.tube is None:
-            return False
+        After a cut it is zero for grabbing. A clip that is one too many for the tube, or comes
+        before its turn, leaves its probability to the task that is due in its place.
+        """
+        if self._has_cut:
+            logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
+        chances = logits.softmax(dim=-1)
+        due = torch.tensor([self._due(k, observation) for k in range(N_TASKS)])
+        return torch.zeros_like(chances).index_add(0, due, chances)
+
+    def _due(self, k: int, observation: Observation) -> int:
+        """Return the task, by its number, that is due where this one is asked for."""
+        task = TASKS[k]
+        if task.clip is None or task.kind != "clip" or task.tube is None:
+            return k
         needed, there = self._room.needs(task.tube, observation), clips_on(task.tube, observation)
-        if task.clip == USUAL_CLIPS:  # the gallbladder's, the last one also of two
-            return there >= needed or (there == 1 and needed == USUAL_CLIPS)
-        return there >= needed or task.clip >= needed
+        last = k + USUAL_CLIPS * 2 - 2 * task.clip  # the gallbladder's, the last one also of two
+        if there >= needed:
+            return last + 1
+        if k == last:
+            return k - 2 if there == 1 and needed == USUAL_CLIPS else k
+        return last if task.clip >= needed else k
 
     def _take_up(self, chances: torch.Tensor) -> None:
         weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S

@@ -209,28 +209,27 @@ def test_it_corrects_only_under_its_flag(network):
 
 
 @pytest.mark.parametrize(
-    ("length_m", "clips", "has_place"),
+    ("length_m", "clips", "due"),
     [
-        (0.028, 0, {1, 2, 3}),
-        (0.028, 1, {1, 2}),
-        (0.028, 2, {1, 2, 3}),
-        (0.028, 3, set()),
-        (0.017, 0, {1, 3}),
-        (0.017, 1, {1, 3}),
-        (0.017, 2, set()),
+        (0.028, 0, ["first", "second", "third"]),
+        (0.028, 1, ["first", "second", "second"]),
+        (0.028, 2, ["first", "second", "third"]),
+        (0.028, 3, ["back", "back", "back"]),
+        (0.017, 0, ["first", "third", "third"]),
+        (0.017, 1, ["first", "third", "third"]),
+        (0.017, 2, ["back", "back", "back"]),
     ],
 )
-def test_it_asks_for_no_clip_that_is_one_too_many_or_before_its_turn(
-    network, length_m, clips, has_place
-):
-    """The left tube is the duct; the network decides among the clips that have a place."""
-    planner, seen = PlannerLearned(network), clipped(left=clips)
-    line = seen.left_tube_m
+@pytest.mark.parametrize("tube", ["left", "right"])
+def test_a_clip_that_has_no_place_gives_way_to_what_is_due(network, tube, length_m, clips, due):
+    """The tube that is looked at is the duct."""
+    planner, seen = PlannerLearned(network), clipped(**{tube: clips}, duct=tube)
+    at_rest = clipped(duct=tube)
+    line = getattr(at_rest, f"{tube}_tube_m")
     shorter = line[-1] + (line - line[-1]) * length_m / 0.028
-    planner._room.see(replace(clipped(), left_tube_m=shorter))
-    asked = {
-        task.clip
-        for task in TASKS
-        if task.kind == "clip" and task.tube == "left" and not planner._is_out_of_place(task, seen)
-    }
-    assert asked == has_place
+    planner._room.see(replace(at_rest, **{f"{tube}_tube_m": shorter}))
+    named = {name: f"clipping {name} clip {tube} tube" for name in ("first", "second", "third")}
+    named["back"] = f"going back third clip {tube} tube"
+    for name, expected in zip(("first", "second", "third"), due, strict=True):
+        k = next(k for k, task in enumerate(TASKS) if task.text == named[name])
+        assert TASKS[planner._due(k, seen)].text == named[expected]
