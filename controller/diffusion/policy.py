@@ -63,7 +63,9 @@ class Policy(nn.Module):
             getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
 
     def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
-        """Return the mean squared error of the clean chunk over valid rows, fine motions first.
+        """Return the mean squared error of the clean chunk, over valid rows.
+
+        Motions of a tool near tissue that does not touch it yet weigh `FINE` times as much.
 
         Args:
             seen: B windows.

@@ -35,7 +35,10 @@ class ControllerExpert:
         self.reset()
 
     def reset(self) -> None:
-        """Start the current task's skill again; the jaws stay as last commanded."""
+        """Start the current task's skill again; the jaws stay as last commanded.
+
+        What is broken off here is no failed attempt.
+        """
         self._jaw_rad: Array = self._world.target[:, 6]
         self._interrupt()
         self._lacks_clip = False

@@ -26,7 +26,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
 SURE = 2.0  # standard deviations of a tube's length
-UNSURE = 0.5  # standard deviations of a clip's place: nearer than that, jaws surely are too near
+UNSURE = 0.5  # standard deviations of a clip's place, by which it may lie farther away; assumed
 
 
 class ClipsSeen:
@@ -65,9 +65,9 @@ class ClipsSeen:
 
         A clip must be `CLIP_MIN_GAP_M` from the next one, a cut leaves `CUFF_MIN_M` beside it.
         """
-        if not seen.clip_loaded and seen.tools[RIGHT_ARM] != SCISSORS:
-            return frozenset()
         cuts = seen.tools[RIGHT_ARM] == SCISSORS
+        if not (cuts or seen.clip_loaded):
+            return frozenset()
         least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
         return frozenset(
             name
@@ -77,7 +77,7 @@ class ClipsSeen:
         )
 
     def _to_clip_m(self, side: Tube, name: Structure, seen: Observation) -> float:
-        """Return how far the right jaws' plane surely is from the next clip on a tube, at rest."""
+        """Return how far the right jaws' plane may be from the next clip on a tube at rest, m."""
         line = seen.left_tube_m if side == "left" else seen.right_tube_m
         reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]
         k, share, _ = between_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)

@@ -73,7 +73,7 @@ class PlannerLearned:
         """Return the task that should be given now, with a correction if one is needed."""
         self._remember(observation)
         self._standstill.see(observation)
-        if not (observation.n_clips or observation.severed.any()):
+        if _untouched(observation):
             self._room.see(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
@@ -105,9 +105,9 @@ class PlannerLearned:
             return STANDSTILL
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
-        if observation.n_clips or observation.severed.any():
-            return None
-        return self._room.why_call(due=task.kind in ("clip", "cut"))
+        if _untouched(observation):
+            return self._room.why_call(due=task.kind in ("clip", "cut"))
+        return None
 
     def _remember(self, observation: Observation) -> None:
         """Add a moment. Time in which the planner is not asked (tool exchanges) does not count."""
@@ -132,12 +132,12 @@ class PlannerLearned:
     def _due(self, k: int, observation: Observation) -> int:
         """Return the task, by its number, that is due where this one is asked for."""
         task = TASKS[k]
-        if task.clip is None or task.kind != "clip" or task.tube is None:
+        if task.kind != "clip" or task.clip is None or task.tube is None:
             return k
         needed, there = self._room.needs(task.tube, observation), clips_on(task.tube, observation)
-        last = k + USUAL_CLIPS * 2 - 2 * task.clip  # the gallbladder's, the last one also of two
+        last = k + 2 * (USUAL_CLIPS - task.clip)  # the gallbladder's; each clip has its way back
         if there >= needed:
-            return last + 1
+            return last + 1  # going back from it
         if k == last:
             return k - 2 if there == 1 and needed == USUAL_CLIPS else k
         return last if task.clip >= needed else k
@@ -166,6 +166,11 @@ class PlannerLearned:
             correction=torch.tensor([[row.correction for row in rows]]),
             since_s=torch.tensor([[row.since_s for row in rows]]),
         )
+
+
+def _untouched(observation: Observation) -> bool:
+    """Return whether nothing has been clipped or cut yet."""
+    return not (observation.n_clips or observation.severed.any())
 
 
 def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:

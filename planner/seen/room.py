@@ -55,8 +55,10 @@ class RoomSeen:
         """Take in one observation."""
         for side in SIDES:
             tube = structure_seen(side, seen)
-            for lengths in (self._lengths, self._at_rest)[: 1 + (seen.pinch_n < HELD_PINCH_N)]:
-                lengths[tube].add(length_m(side, seen), length_std_m(side, seen))
+            long_m, std_m = length_m(side, seen), length_std_m(side, seen)
+            self._lengths[tube].add(long_m, std_m)
+            if seen.pinch_n < HELD_PINCH_N:
+                self._at_rest[tube].add(long_m, std_m)
         self._n += 1
         self._crossed += tubes_cross(seen)
         self._third += seen.third_tube
