@@ -7,10 +7,11 @@ from math import degrees
 import numpy as np
 
 from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import clips_on, distance_to_line_m, length_m
+from planner.seen.next_task import clips_on
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 AXES = (("left", "right"), ("higher", "lower"), ("further away", "nearer"))  # of the endoscope
@@ -71,13 +72,15 @@ def _tool(arm: int, observation: Observation) -> str:
 
 
 def _tube(tube: Tube, observation: Observation) -> str:
-    line, along_m = _line(tube, observation), length_m(tube, observation)
+    line = _line(tube, observation)
+    along_m = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
     straight = np.linalg.norm(line[-1] - line[0]) / max(along_m, 1e-9)
+    rest_mm = 1e3 * observation.rest_length_m[TUBES.index(tube)]
     parts = "in two parts" if observation.severed[TUBES.index(tube)] else "in one part"
     return (
         f"{tube.capitalize()} tube ({structure_seen(tube, observation)}):"
         f" {clips_on(tube, observation)} clips, {parts}, {100 * straight:.0f} % straight,"
-        f" {1e3 * along_m:.0f} mm long."
+        f" {rest_mm:.0f} mm long at rest."
     )
 
 

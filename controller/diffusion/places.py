@@ -20,11 +20,10 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
 )
 from tissue_sim.sensing.observation import TUBE_POINTS
-from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, clips_along, foot
+from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, clips_along
 from tissue_sim.tools.arms import RIGHT_ARM
 
 FINE_M = 0.0015  # resolves a twentieth of a millimetre
-TAUT_STRETCH = 1.045  # of tubes that are drawn straight for clipping; median of 25 demonstrations
 SPARE_M = 0.004
 NUMBERS = (USUAL_CLIPS, FEWEST_CLIPS)  # of clips on a tube: the words and the spare length choose
 
@@ -46,14 +45,13 @@ def place_features(now: dict[str, Tensor]) -> list[Tensor]:
     nearer_left = (ends_m[:, 0] <= ends_m[:, 1])[:, None]  # the duct continues the neck
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
-    for tube, is_duct in zip(tubes, (nearer_left, ~nearer_left), strict=True):
-        seen = clips_along(tube, now["clips_m"], closed)
-        length_m = _length_m(tube)
-        clips_m = foot(tube, seen.places_m).share * length_m
+    lengths_m = now["rest_length_m"].clamp(min=1e-6).split(1, dim=1)
+    for tube, length_m, is_duct in zip(tubes, lengths_m, (nearer_left, ~nearer_left), strict=True):
+        seen = clips_along(tube, length_m, now["clips_m"], closed)
         stations = torch.where(
             is_duct,
-            _stations("duct", length_m, clips_m, seen.there),
-            _stations("artery", length_m, clips_m, seen.there),
+            _stations("duct", length_m, seen.stations_m, seen.there),
+            _stations("artery", length_m, seen.stations_m, seen.there),
         )
         off = _points(tube, stations / length_m) - tip[:, None, :, 3]
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
@@ -106,12 +104,6 @@ def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
         for kind in ("duct", "artery")
     ]
     return torch.where(is_duct, *kinds)
-
-
-def _length_m(tube_m: Tensor) -> Tensor:
-    """Return (B, 1) the length at rest of tubes (B, n, 3) that are drawn straight."""
-    seen_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
-    return (seen_m / TAUT_STRETCH).clamp(min=1e-6)
 
 
 def _points(tube_m: Tensor, share: Tensor) -> Tensor:

@@ -88,7 +88,7 @@ class Network(nn.Module):
         self.offset = nn.Conv2d(config.maps, 2 * len(DENSE), 1)
         self.who = nn.Parameter(0.1 * torch.randn(N_LINE, 32))
         self.about = nn.Sequential(nn.Linear(config.maps + e + 32, 64), nn.ReLU(), nn.Linear(64, 4))
-        self.flags = nn.Sequential(nn.Linear(e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
+        self.flags = nn.Sequential(nn.Linear(2 * e, 64), nn.ReLU(), nn.Linear(64, len(FLAGS)))
 
     def forward(self, pictures: Tensor) -> Seen:
         """Return what pictures (b, 3, height, width), 0 to 1, show."""
@@ -102,6 +102,7 @@ class Network(nn.Module):
         ):
             x = mix(beside + F.interpolate(rise(x), beside.shape[-2:], mode="nearest"))
         maps, whole = self.head(x).float(), last.mean((2, 3)).float()
+        strongest = last.amax((2, 3)).float()  # a thin tube is lost in a mean
         heat, dense = maps[:, :N_LINE], maps[:, N_LINE:]
         share = heat.flatten(2).softmax(-1)
         about = self._about(share, x.float(), whole)
@@ -114,7 +115,7 @@ class Network(nn.Module):
             log_radius=about[..., 3],
             dense=dense,
             offset=STRIDE * self.offset(x).float().unflatten(1, (len(DENSE), 2)),
-            flags=self.flags(whole),
+            flags=self.flags(torch.cat([whole, strongest], dim=1)),
         )
 
     def _about(self, share: Tensor, features: Tensor, whole: Tensor) -> Tensor:

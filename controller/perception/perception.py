@@ -10,12 +10,20 @@ from controller.perception.clips import Clips
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
-from controller.perception.network import FLAGS, N_LINE
+from controller.perception.network import N_LINE
 from controller.perception.radii import Radii
+from controller.perception.third_tube import ThirdTube, blind_logits
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.glance import Glance, Picture
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, POINTS, Observation
+from tissue_sim.sensing.observation import (
+    MAX_CLIPS,
+    N_POINTS,
+    POINTS,
+    TUBE_POINTS,
+    Observation,
+)
+from tissue_sim.sensing.rest_length import RestLengths
 
 STILL = 0.03  # share of the usual motion while both tips rest
 RESTING_M_S, MOVING_M_S = 0.001, 0.010  # tips' speeds; between them the share rises
@@ -30,10 +38,16 @@ class Perception:
         self._viewer = viewer or ViewReader(model)
         prior = model.prior()
         self._lines, self._radii = Lines(prior), Radii(prior)
-        self._clips, self._cuts = Clips(), Cuts()
+        self._clips, self._cuts, self._lengths = Clips(), Cuts(), RestLengths()
         self._tips_m: Array | None = None
         self._age_s, self._hidden = np.zeros(N_POINTS), np.ones(N_POINTS, bool)
-        self._third, self._looks = 0.0, 0
+        self._sight: dict[str, NDArray[np.bool_]] = {}  # of each view's last look
+        self._third = ThirdTube(blind_logits(self._viewer, model.config))
+
+    @property
+    def aim_m(self) -> Array:
+        """The point (3,) at which the endoscope's crop should look: the middle of the tubes."""
+        return self._lines.points_m[: 2 * TUBE_POINTS].mean(axis=0)
 
     def see(self, glance: Glance) -> Observation:
         """Return what is perceived now."""
@@ -53,16 +67,15 @@ class Perception:
         self._lines.look(pictures, shown)
         self._radii.look(pictures, shown, self._lines.points_m)
         self._cuts.look(pictures, shown, self._lines)
-        self._hidden[:N_LINE] = ~_in_sight(pictures, shown, self._lines.points_m)
+        self._sight |= _in_sight(pictures, shown, self._lines.points_m)
+        self._hidden[:N_LINE] = ~np.any(list(self._sight.values()), axis=0)
         self._hidden[N_LINE:] = True
         oldest = max(len(self._clips) - MAX_CLIPS, 0)
         for k, seen in self._clips.look(pictures, shown, self._lines).items():
             if k >= oldest:
                 self._hidden[N_LINE + k - oldest] = not seen
         self._age_s[~self._hidden] = 0.0
-        said = np.mean([view.flags[FLAGS.index("third tube")] for view in shown.values()])
-        self._third += (1.0 / (1.0 + np.exp(-said)) - self._third) / (self._looks + 1)
-        self._looks += 1
+        self._third.look(shown)
 
     def _observation(self, glance: Glance) -> Observation:
         clips_m, clips_m2 = self._clips.places(self._lines)
@@ -70,6 +83,7 @@ class Perception:
         left_m, right_m, sac_m, bile_duct_m, hepatic_m, clips_m = np.split(points, _ENDS)
         n_clips, none = len(self._clips), np.arange(N_POINTS) >= N_LINE + len(self._clips)
         std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2)
+        rest_length_m = self._lengths.see(points, std_m, pinch_n=glance.pinch_n, n_clips=n_clips)
         return Observation(
             time_s=glance.time_s,
             joints=glance.joints,
@@ -87,7 +101,9 @@ class Perception:
             n_clips=n_clips,
             severed=self._cuts.severed,
             tube_radius_m=self._radii.tubes_m,
-            third_tube=float(self._third),
+            rest_length_m=rest_length_m,
+            rest_length_std_m=self._lengths.std_m.copy(),
+            third_tube=self._third.chance,
             sac_radius_m=self._radii.sac_m,
             T_world_endoscope=glance.T_world_endoscope,
             shaft_offset_m=glance.shaft_offset_m,
@@ -109,11 +125,11 @@ def _share(tips_m: Array, before_m: Array | None) -> float:
 
 def _in_sight(
     pictures: dict[str, Picture], shown: dict[str, Shown], points: Array
-) -> NDArray[np.bool_]:
-    """Return which points (`N_LINE`,) at least one view shows."""
-    sight = np.zeros(len(points), bool)
+) -> dict[str, NDArray[np.bool_]]:
+    """Return which points (`N_LINE`,) each view shows."""
+    sight = {}
     for name, picture in pictures.items():
         _, ahead = picture.project(points)
         known = np.isfinite(spread_px(picture, shown[name], ahead))
-        sight |= known & (shown[name].visible > 0.0)
+        sight[name] = known & (shown[name].visible > 0.0)
     return sight

@@ -24,7 +24,7 @@ from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedu
 from tissue_sim.sensing.observation import N_POINTS
 
 GROUPS = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))  # of labelled points: clips, cut ends
-VIEWS = ("endoscope_left", "wrist_left_tip", "wrist_right_tip")
+VIEWS = ("endoscope_left", "endoscope_left_close", "wrist_left_tip", "wrist_right_tip")
 WEIGHTS_FILE, CHECKPOINT_FILE = "view.pt", "perception.safetensors"
 HEAT_PX = 4.0  # standard deviation of a heatmap's target
 DENSE_PX = 3.0  # of the evidence's targets
@@ -150,7 +150,7 @@ def loss(seen: Seen, frames: Frames) -> Tensor:
         + _radius_loss(seen.log_radius[:, :N_WIDE], frames.radius, weight[:, :N_WIDE])
         + _dense_loss(seen.dense, pixels, shown)
         + _offset_loss(seen.offset, pixels, shown)
-        + 0.1 * known(seen.flags, frames.flags.float())
+        + 0.5 * known(seen.flags, frames.flags.float())
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from controller.links import Rates
 from controller.safety.arm_motion import arm_motion
 from controller.safety.bounds import N_MOTION
-from controller.safety.clips_seen import ClipsSeen
+from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from controller.safety.exemption import worked_on
 from controller.safety.geometry.collision import NO_LINK, CollisionModel, NearPairs
 from controller.safety.jaws_seen import between_jaws_seen
@@ -56,7 +56,7 @@ class FilterSense:
 
     def __init__(self, registration: Registration) -> None:
         self._registration, self._obstacles = registration, ObstaclesSeen()
-        self._clips, self._between = ClipsSeen(), frozenset[str]()
+        self._between = frozenset[str]()
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
     def see(
@@ -65,7 +65,6 @@ class FilterSense:
         """Return the situation when joints (2, 7) are asked for and `start` was commanded."""
         instruments = INSTRUMENTS[seen.tools[LEFT_ARM]], INSTRUMENTS[seen.tools[RIGHT_ARM]]
         self._surroundings: Surroundings = self._obstacles.follow(seen)
-        self._clips.follow(seen)
         near = self._model.near(start, instruments, self._surroundings)
         motion = (asked - start).ravel()
         arms = arm_motion(start, motion, instruments, self._registration.T_world_rcm)
@@ -86,8 +85,8 @@ class FilterSense:
             instruction=instruction,
             worked_on=worked_on(instruction.task, seen),
             between_jaws=self._between,
-            lacking_clips=self._between and self._between & self._clips.lacking(seen),
-            crowded=self._between and self._clips.crowded(seen, self._between),
+            lacking_clips=self._between and self._between & lacking_clips(seen),
+            crowded=self._between and crowded_by_clips(seen, self._between),
         )
 
     def safe_share(self, situation: Situation, motion: Array) -> float:

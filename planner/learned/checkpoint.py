@@ -14,8 +14,8 @@ from tissue_sim.version import WORLD_VERSION
 
 SHIPPED = Path(__file__).with_name("planner.safetensors")
 FITS = {
-    "schema": 3,
     "world version": WORLD_VERSION,
+    "schema": 4,
     "observation size": VECTOR_SIZE,
     "instructions": len(TASKS) + len(CORRECTIONS),
 }

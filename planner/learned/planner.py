@@ -20,7 +20,7 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.next_task import clips_on
+from planner.seen.next_task import clips_needed_on, clips_on
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
@@ -106,7 +106,7 @@ class PlannerLearned:
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
         if _untouched(observation):
-            return self._room.why_call(due=task.kind in ("clip", "cut"))
+            return self._room.why_call(observation, due=task.kind in ("clip", "cut"))
         return None
 
     def _remember(self, observation: Observation) -> None:
@@ -121,7 +121,7 @@ class PlannerLearned:
         """Return the probability of each task.
 
         After a cut it is zero for grabbing. A clip that is one too many for the tube, or comes
-        before its turn, leaves its probability to the task that is due in its place.
+        before its turn, and a cut that is made leave it to the task that is due in their place.
         """
         if self._has_cut:
             logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
@@ -132,9 +132,11 @@ class PlannerLearned:
     def _due(self, k: int, observation: Observation) -> int:
         """Return the task, by its number, that is due where this one is asked for."""
         task = TASKS[k]
+        if task.kind == "cut" and observation.severed[("left", "right").index(task.tube)]:
+            return k + 1  # going back from it
         if task.kind != "clip" or task.clip is None or task.tube is None:
             return k
-        needed, there = self._room.needs(task.tube, observation), clips_on(task.tube, observation)
+        needed, there = clips_needed_on(task.tube, observation), clips_on(task.tube, observation)
         last = k + 2 * (USUAL_CLIPS - task.clip)  # the gallbladder's; each clip has its way back
         if there >= needed:
             return last + 1  # going back from it

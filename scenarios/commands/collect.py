@@ -79,13 +79,16 @@ class Collect:
 
     pictures: bool = False
     """Take labelled pictures for `calot train perception` instead of demonstrations; of the other
-    options only --out, --seed and --episodes matter."""
+    options only --out, --seed, --episodes and --checkpoint matter. With a checkpoint the learned
+    controller acts in every other episode."""
 
     def execute(self) -> int:
         """Collect missing episodes, build the dataset, and report; return the exit code."""
         if self.pictures:
             require_writable_folder(self.out, "--out")
-            return collect_pictures(self.seed, self.episodes, self.out)
+            if self.checkpoint:
+                require_checkpoint("diffusion", self.checkpoint)
+            return collect_pictures(self.seed, self.episodes, self.out, str(self.checkpoint or ""))
         self._require_possible()
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(

@@ -12,7 +12,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.loop.progress import ProgressDisplay
 
 
-def collect_pictures(first_seed: int, episodes: int, out: Path) -> int:
+def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str = "") -> int:
     """Take the missing labelled pictures, and report; return the exit code.
 
     Raises:
@@ -22,7 +22,7 @@ def collect_pictures(first_seed: int, episodes: int, out: Path) -> int:
 
     if not renderer_available():
         raise BadInputError("--pictures: there is no renderer here; see `calot doctor`")
-    asked = pictured(first_seed, episodes)
+    asked = pictured(first_seed, episodes, checkpoint)
     if len(asked) < episodes:
         raise BadInputError(
             f"--seed {first_seed} --episodes {episodes}: only {len(asked)} seeds are left;"

@@ -1,8 +1,9 @@
 """Frames with labels, from which perception learns: pictures, and where they show what.
 
-The expert shows whole procedures, with noise, failures and corrections. Patients for whom a person
-must be called are grabbed only. Short and long tubes are nearly as frequent as common ones, and no
-second artery is passed over: they are few.
+The expert shows whole procedures, with noise, failures and corrections; given a checkpoint, a
+learned controller acts in every other episode. Patients for whom a person must be called are
+grabbed only. Short and long tubes are nearly as frequent as common ones, and no second artery is
+passed over: they are few.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from scenarios.demonstration.mix import (
     NOMINAL,
     RECOVERIES,
     RECOVERY,
+    ROLLOUT,
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
@@ -52,13 +54,15 @@ AHEAD = 2  # how many more patients than the rarest a stratum may have
 GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
+AIM_M = 0.002  # standard deviation each way; assumed
 
 
-def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
+def pictured(first_seed: int, episodes: int, checkpoint: str = "") -> list[PlannedDemonstration]:
     """Plan episodes of training seeds from the first on, fewer where those end.
 
     A seed is passed over whose lengths are frequent already, unless it has a second artery; more
-    episodes only add some.
+    episodes only add some. A learned controller's checkpoint takes every other episode: what it
+    does wrong no expert shows.
     """
     taken: list[PlannedDemonstration] = []
     counts: Counter[tuple[int, int]] = Counter({stratum: 0 for stratum in STRATA})
@@ -69,7 +73,7 @@ def pictured(first_seed: int, episodes: int) -> list[PlannedDemonstration]:
         stratum, rare = stratum_of(anatomy), anatomy.second_artery is not None
         if rare or counts[stratum] <= min(counts.values()) + AHEAD:
             counts[stratum] += not rare
-            taken.append(_planned(seed, len(taken)))
+            taken.append(_planned(seed, len(taken), checkpoint))
     return taken
 
 
@@ -79,10 +83,13 @@ def stratum_of(anatomy: Anatomy) -> tuple[int, int]:
     return int(artery), int(np.searchsorted(DUCT_M, anatomy.duct_length_m))
 
 
-def _planned(seed: int, k: int) -> PlannedDemonstration:
-    kind = KINDS[k % len(KINDS)]
+def _planned(seed: int, k: int, checkpoint: str) -> PlannedDemonstration:
+    learned = bool(checkpoint) and k % 2 == 1
+    kind = (ROLLOUT, ROLLOUT + FAILING)[k // 2 % 2] if learned else KINDS[k % len(KINDS)]
     failure = RECOVERIES[k // len(KINDS) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
-    return PlannedDemonstration(seed=seed, kind=kind + failure)
+    return PlannedDemonstration(
+        seed=seed, kind=kind + failure, checkpoint=checkpoint if learned else ""
+    )
 
 
 def frames_path(demonstration: PlannedDemonstration, out: Path) -> Path:
@@ -115,7 +122,7 @@ def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
     for step in episode.steps():
         wait -= 1
         if wait <= 0:
-            yield labelled_frame(world, step.exact)
+            yield labelled_frame(world, step.exact, rng)
             wait = NEAR_STEPS if tip_to_tubes_m(step.exact) < NEAR_M else FAR_STEPS
         if grabs_only and step.time_s > GRAB_S:
             return
@@ -136,16 +143,23 @@ class PlannerGrabbing:
         """Do nothing: it remembers nothing."""
 
 
-def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
-    """Return pictures of all views and what they show, by name."""
+def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -> dict[str, Any]:
+    """Return pictures of all views and what they show, by name.
+
+    The endoscope's crop looks about as far beside the tubes as where perception believes them.
+    """
+    from tissue_sim.frames import transform
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
     from tissue_sim.sensing.cameras import T_world_camera
-    from tissue_sim.sensing.eyes import VIEWS
+    from tissue_sim.sensing.eyes import CLOSE, VIEWS
     from tissue_sim.sensing.observation import TUBE_POINTS
     from tissue_sim.sensing.shown import project, shown_points, visible
 
     assert world.view is not None, "a labelled frame needs a world with cameras"
-    taken = world.view.pictures(world, VIEWS, (COLOR_PICTURE, POSITION_PICTURE))
+    middle_m = np.concatenate([exact.left_tube_m, exact.right_tube_m]).mean(axis=0)
+    aimed_m = middle_m + AIM_M * rng.standard_normal(3)
+    aims_m = {CLOSE: transform(world.T_world_endoscope, aimed_m)}
+    taken = world.view.pictures(world, VIEWS, (COLOR_PICTURE, POSITION_PICTURE), aims_m)
     points, there, depths = shown_points(world, exact)
     wide_m = np.concatenate([np.repeat(exact.tube_radius_m, TUBE_POINTS), exact.sac_radius_m])
     frame: dict[str, Any] = {
@@ -158,7 +172,7 @@ def labelled_frame(world: World, exact: Observation) -> dict[str, Any]:
         "third_tube": exact.third_tube,
     }
     for spec in VIEWS:
-        T_world_eye = T_world_camera(world, spec.name)
+        T_world_eye = T_world_camera(world, spec.name, aims_m.get(spec.name))
         pixels, ahead = project(spec, T_world_eye, points)
         shown = there & visible(pixels, ahead, depths, taken[POSITION_PICTURE][spec.name])
         frame[f"rgb.{spec.name}"] = taken[COLOR_PICTURE][spec.name]

@@ -34,4 +34,5 @@ class SenseCameras:
         """
         if world.view is None:
             raise ValueError("sense cameras: the world has none: make it with render=True")
-        return self._perception.see(self._eyes.glance(world, world.view))
+        glance = self._eyes.glance(world, world.view, self._perception.aim_m)
+        return self._perception.see(glance)

@@ -59,6 +59,7 @@ def clipped(
         n_clips=left + right,
         severed=np.zeros(2, bool),
         tube_radius_m=np.array([0.0015, 0.0015]),
+        rest_length_m=np.array([0.028, 0.028]),
     )
 
 

@@ -34,9 +34,7 @@ def test_a_short_tube_is_cut_between_two_clips(duct, n_needed):
     """Take a tube with room for three clips if it is the artery, and for two if it is the duct."""
     along_m = 0.5 * (needed_m("duct") + needed_m("artery"))
     seen = clipped(left=1, duct=duct)
-    line = seen.left_tube_m.copy()
-    line[:, 1] = np.linspace(0.0, along_m, len(line))
-    seen = replace(seen, left_tube_m=line)
+    seen = replace(seen, rest_length_m=np.array([along_m, seen.rest_length_m[1]]))
     last = "third" if n_needed == 2 else "second"
     assert next_task("clip", "left", seen).text == f"clipping {last} clip left tube"
     with pytest.raises(NotNowError, match=f"has 1 of the {n_needed} clips"):

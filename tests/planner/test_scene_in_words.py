@@ -36,7 +36,7 @@ def test_following_the_words_leads_to_the_tube():
 def test_clips_cuts_and_tools_are_named():
     seen = replace(clipped(left=3, right=1), severed=np.array([True, False]), clip_loaded=False)
     words = scene_in_words(seen)
-    assert "Left tube (duct): 3 clips, in two parts, 100 % straight, 28 mm long." in words
+    assert "Left tube (duct): 3 clips, in two parts, 100 % straight, 28 mm long at rest." in words
     assert "Right tube (artery): 1 clips, in one part" in words
     assert "clip applier, jaws 0 degrees open, tissue force 0.0 N, without a clip" in words
     assert "without a clip" not in scene_in_words(replace(seen, tools=("grasper", "scissors")))

@@ -13,7 +13,7 @@ from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.perception.checkpoint import PerceptionConfig, PerceptionModel
-from controller.perception.network import FLAGS, N_LINE, NetworkConfig
+from controller.perception.network import N_LINE, NetworkConfig
 from controller.perception.prior import Prior
 from planner.learned.config import PlannerConfig
 from planner.learned.network import PlannerNetwork
@@ -80,10 +80,7 @@ def planner() -> PlannerLearned:
 
 
 def perception() -> PerceptionModel:
-    """Return an untrained perception whose prior is the patient, so that it sees something.
-
-    It sees no third tube, for which a person would be called.
-    """
+    """Return an untrained perception whose prior is the patient, so that it sees something."""
     torch.manual_seed(5)
     world = World()
     mean = world.reset(textbook_from_seed(SEED)).points_m()[:N_LINE].ravel()
@@ -99,10 +96,7 @@ def perception() -> PerceptionModel:
         radius_m=np.full(2, 0.002),
         sac_radius_m=np.full(5, 0.01),
     )
-    model = PerceptionModel(config, prior)
-    for network in model.networks.values():
-        network.flags[-1].bias.data[FLAGS.index("third tube")] = -3.0
-    return model.eval()
+    return PerceptionModel(config, prior).eval()
 
 
 def commands(world: World, sense: Sense, controller: Controller) -> np.ndarray:

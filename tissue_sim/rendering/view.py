@@ -5,7 +5,7 @@ Nothing here changes the field: a run with pictures equals the run without them,
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ import sapien
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
+from tissue_sim.frames import Array
 from tissue_sim.rendering.drawn_clips import DrawnClips
 from tissue_sim.rendering.drawn_leaks import DrawnLeaks
 from tissue_sim.rendering.drawn_strands import DrawnStrands
@@ -69,16 +70,25 @@ class FieldCameras:
         return self.pictures(field, [self._spec(name) for name in names])[COLOR_PICTURE]
 
     def pictures(
-        self, field: Field, specs: Sequence[CameraSpec], kinds: Sequence[str] = (COLOR_PICTURE,)
+        self,
+        field: Field,
+        specs: Sequence[CameraSpec],
+        kinds: Sequence[str] = (COLOR_PICTURE,),
+        aims_m: Mapping[str, Array] | None = None,
     ) -> dict[str, dict[str, NDArray]]:
         """Take pictures of any cameras now: kind -> camera name -> picture (height, width, ...).
 
-        Kinds are `COLOR_PICTURE`, here without its fourth channel, and `POSITION_PICTURE`.
+        Args:
+            field: what they show.
+            specs: the cameras.
+            kinds: `COLOR_PICTURE`, here without its fourth channel, and `POSITION_PICTURE`.
+            aims_m: points of the world at which crops look, by their names.
         """
         cameras = {spec.name: self._camera(spec) for spec in specs}
         self.update(field)
         for name, camera in cameras.items():
-            camera.entity.set_pose(sapien.Pose(T_world_camera(field, name)))
+            T = T_world_camera(field, name, (aims_m or {}).get(name))
+            camera.entity.set_pose(sapien.Pose(T))
         self._scene.update_render()
         for camera in cameras.values():
             camera.take_picture()

@@ -1,6 +1,7 @@
 """The cameras: a stereo endoscope, and one on each instrument's wrist.
 
-A wrist's camera can also be read out as a narrow crop, turned to the right instrument's tip.
+A camera can also be read out as a narrow crop, turned to a place: the wrists' to the right
+instrument's tip, the endoscope's to the tubes.
 """
 
 from __future__ import annotations
@@ -45,15 +46,22 @@ class CameraSpec:
 
 
 CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right")
-CROPS = {"wrist_left_tip": "wrist_left", "wrist_right_tip": "wrist_right"}
+CROPS = {
+    "endoscope_left_close": "endoscope_left",
+    "wrist_left_tip": "wrist_left",
+    "wrist_right_tip": "wrist_right",
+}
 CAMERAS = tuple(CameraSpec(name=name) for name in CAMERA_NAMES)
 
 
-def T_world_camera(field: Field, name: str) -> Array:
-    """Return a camera's pose now (4, 4): x ahead, y left, z up."""
+def T_world_camera(field: Field, name: str, aim_m: Array | None = None) -> Array:
+    """Return a camera's pose now (4, 4): x ahead, y left, z up.
+
+    A crop looks at the right tip, or at a point `aim_m` (3,) of the world.
+    """
     if name in CROPS:
         tip = field.arms.T_world_tool()[RIGHT_ARM, :3, 3]
-        return _turned(T_world_camera(field, CROPS[name]), tip)
+        return _turned(T_world_camera(field, CROPS[name]), tip if aim_m is None else aim_m)
     if name == "endoscope_left":
         return looking(field.T_world_endoscope)
     if name == "endoscope_right":

@@ -62,6 +62,7 @@ def exact_observation(field: Field) -> Observation:
         n_clips=len(field.record.clips),
         severed=np.array([len(field.tubes.severed_rings(s)) > 0 for s in (left, right)]),
         tube_radius_m=np.array([field.tubes.radius_m(s) for s in (left, right)]),
+        rest_length_m=np.array([field.tubes.length_m[s] for s in (left, right)]),
         third_tube=float(field.anatomy.second_artery is not None),
         sac_radius_m=ring_radii_m(x, field.organ.sac_rings[:SAC_POINTS]),
         T_world_endoscope=field.T_world_endoscope,

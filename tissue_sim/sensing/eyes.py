@@ -1,7 +1,8 @@
 """Pictures, encoders and motor currents of a field, with the errors of a real robot's.
 
-The views are the left eye of the endoscope and a narrow crop of each wrist's camera: the right eye
-adds nothing, and the wrists' wide pictures added less than they cost.
+The views are the left eye of the endoscope, whole and as a narrow crop at the tubes by turns, and a
+narrow crop of each wrist's camera: the right eye adds nothing, and the wrists' wide pictures added
+less than they cost.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
-from tissue_sim.frames import Array, exponential, inverse_pose, pose
+from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
 from tissue_sim.rendering.view import FieldCameras
 from tissue_sim.sensing.cameras import CROPS, CameraSpec, T_world_camera
@@ -21,8 +22,10 @@ from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
+WHOLE, CLOSE = "endoscope_left", "endoscope_left_close"
 VIEWS = (
-    CameraSpec(name="endoscope_left", width=160, height=120),
+    CameraSpec(name=WHOLE, width=160, height=120),
+    CameraSpec(name=CLOSE, width=160, height=120, fov_rad=float(np.deg2rad(26.0))),
     CameraSpec(name="wrist_left_tip", width=128, height=128, fov_rad=float(np.deg2rad(23.0))),
     CameraSpec(name="wrist_right_tip", width=128, height=128, fov_rad=float(np.deg2rad(29.0))),
 )
@@ -61,10 +64,14 @@ class Eyes:
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
         self._turn = np.stack([exponential(turn) for turn in turns])
         self._jaw_rad: Array | None = None
-        self._n = 0
+        self._n, self._looks = 0, 0
 
-    def glance(self, field: Field, view: FieldCameras) -> Glance:
-        """Return what is sensed now, with pictures in each `every`-th call."""
+    def glance(self, field: Field, view: FieldCameras, aim_m: Array | None = None) -> Glance:
+        """Return what is sensed now, with pictures in each `every`-th call.
+
+        Every other look has the endoscope's crop instead of its whole picture, if there is a point
+        to look at, `aim_m` (3,) in the endoscope's frame.
+        """
         told = exact_observation(field)  # of it only what encoders and motor currents tell
         looks, self._n = self._n % self._every == 0, self._n + 1
         errors_n = self._force_n + WHITE * self._model.force_n * self._rng.standard_normal(7)
@@ -79,16 +86,23 @@ class Eyes:
             clip_loaded=told.clip_loaded,
             T_world_endoscope=told.T_world_endoscope,
             shaft_offset_m=told.shaft_offset_m,
-            pictures=self._pictures(field, view, tips) if looks else {},
+            pictures=self._pictures(field, view, tips, aim_m) if looks else {},
         )
 
-    def _pictures(self, field: Field, view: FieldCameras, tips: Array) -> dict[str, Picture]:
-        rgb = view.pictures(field, VIEWS)[COLOR_PICTURE]
+    def _pictures(
+        self, field: Field, view: FieldCameras, tips: Array, aim_m: Array | None
+    ) -> dict[str, Picture]:
+        aims_m, left_out = {}, CLOSE
+        if aim_m is not None and self._looks % 2 == 1:
+            aims_m[CLOSE], left_out = transform(field.T_world_endoscope, aim_m), WHOLE
+        self._looks += 1
+        specs = [spec for spec in VIEWS if spec.name != left_out]
+        rgb = view.pictures(field, specs, aims_m=aims_m)[COLOR_PICTURE]
         to_endoscope = inverse_pose(field.T_world_endoscope)
         made = {}
-        for spec in VIEWS:
-            T = to_endoscope @ T_world_camera(field, spec.name)
-            if spec.name in CROPS:
+        for spec in specs:
+            T = to_endoscope @ T_world_camera(field, spec.name, aims_m.get(spec.name))
+            if CROPS.get(spec.name, WHOLE) != WHOLE:
                 T = self._believed(tips, LEFT_ARM if "left" in spec.name else RIGHT_ARM, T)
             made[spec.name] = Picture(
                 rgb=self._spoil(spec.name, rgb[spec.name]),

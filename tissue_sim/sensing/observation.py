@@ -54,6 +54,8 @@ class Observation:
         n_clips: closed so far; the last eight have places.
         severed: (2,) whether the left and the right tube are cut or torn through.
         tube_radius_m: (2,) outer radii of the left and the right tube.
+        rest_length_m: (2,) lengths of the left and the right tube before anything pulled at them.
+        rest_length_std_m: (2,) their standard deviations.
         third_tube: chance that a third tube runs to the gallbladder, 0 to 1.
         std_m: (`N_POINTS`,) standard deviation of each point's place along each axis.
         age_s: (`N_POINTS`,) time since a camera last saw the point.
@@ -81,6 +83,8 @@ class Observation:
     n_clips: int
     severed: NDArray[np.bool_]
     tube_radius_m: Array
+    rest_length_m: Array
+    rest_length_std_m: Array = field(default_factory=lambda: np.zeros(2))
     third_tube: float = 0.0
     sac_radius_m: Array = field(default_factory=lambda: np.zeros(SAC_POINTS))
     T_world_endoscope: Array = field(default_factory=lambda: np.eye(4))
@@ -123,6 +127,8 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
     "scissors": (1,),
     "severed": (2,),
     "tube_radius_m": (2,),
+    "rest_length_m": (2,),
+    "rest_length_std_m": (2,),
     "third_tube": (1,),
     "std_m": (N_POINTS,),
     "age_s": (N_POINTS,),
@@ -165,6 +171,8 @@ def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:
         n_clips=round(float(parts["n_clips"][0])),
         severed=parts["severed"] > 0.5,
         tube_radius_m=parts["tube_radius_m"],
+        rest_length_m=parts["rest_length_m"],
+        rest_length_std_m=parts["rest_length_std_m"],
         third_tube=float(parts["third_tube"][0]),
         std_m=parts["std_m"],
         age_s=parts["age_s"],

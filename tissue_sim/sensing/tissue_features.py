@@ -26,7 +26,7 @@ class Sitting(NamedTuple):
 
     Attributes:
         places_m: (B, `CLIPS_A_TUBE`, 3) of the first of them.
-        stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end.
+        stations_m: (B, `CLIPS_A_TUBE`) from the tube's fixed end, at rest.
         there: (B, `CLIPS_A_TUBE`) 1 where there is a clip; 0 where the other values mean nothing.
     """
 
@@ -39,12 +39,10 @@ class Foot(NamedTuple):
     """Where points are nearest to a tube.
 
     Attributes:
-        station_m: (B, m) from the tube's fixed end, along the observed points.
         share: (B, m) of the tube's length at rest, 0 to 1: the points are evenly spaced at rest.
         distance_m: (B, m) from the tube's centreline.
     """
 
-    station_m: Tensor
     share: Tensor
     distance_m: Tensor
 
@@ -58,12 +56,16 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     Returns:
         Features (B, ...): offsets from each tip in the endoscope's frame, the same in the tool's
         frame, coarse and fine, which clips exist, `along_tube` for both tubes, how uncertain and
-        hidden the points of tubes and sac are, and how wide the tubes.
+        hidden the points of tubes and sac are, and how wide and long the tubes.
     """
     slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
     tubes = [now["left_tube_m"], now["right_tube_m"]]
     closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
-    sitting = [clips_along(tube, now["clips_m"], closed) for tube in tubes]
+    lengths_m = now["rest_length_m"].split(1, dim=1)
+    sitting = [
+        clips_along(tube, length_m, now["clips_m"], closed)
+        for tube, length_m in zip(tubes, lengths_m, strict=True)
+    ]
     points = torch.cat(
         [*tubes, now["sac_m"], now["clips_m"], *(clips.places_m for clips in sitting)], dim=1
     )
@@ -76,21 +78,24 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     tip_m = tips[:, RIGHT_ARM, None, :, 3]
     return [
         off / FAR_M, off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), of_clips,
-        *(along_tube(*parts, tip_m) for parts in zip(tubes, sitting, strict=True)),
+        *(along_tube(*parts, tip_m) for parts in zip(tubes, lengths_m, sitting, strict=True)),
         torch.tanh(now["std_m"][:, :N_SEEN] / UNSURE_M), now["hidden"][:, :N_SEEN],
-        now["tube_radius_m"] / RADIUS_M,
+        now["tube_radius_m"] / RADIUS_M, now["rest_length_m"] / LENGTH_M,
+        torch.tanh(now["rest_length_std_m"] / UNSURE_M),
     ]  # fmt: skip
 
 
-def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
+def clips_along(tube_m: Tensor, length_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
     """Find the clips on a tube, in their order along it.
 
     Args:
         tube_m: (B, n, 3) points of its centreline.
+        length_m: (B, 1) at rest.
         clips_m: (B, m, 3) all clips.
         closed: (B, m) 1 where there is a clip, else 0.
     """
-    station_m, _, distance_m = foot(tube_m, clips_m)
+    share, distance_m = foot(tube_m, clips_m)
+    station_m = share * length_m
     sits = (distance_m < SITS_WITHIN_M) & (closed > 0)
     order = torch.where(sits, station_m, torch.inf)
     first = order.topk(CLIPS_A_TUBE, dim=1, largest=False).indices
@@ -101,14 +106,15 @@ def clips_along(tube_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
     )
 
 
-def along_tube(tube_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
+def along_tube(tube_m: Tensor, length_m: Tensor, clips: Sitting, tip_m: Tensor) -> Tensor:
     """Return how far a tip (B, 1, 3) is from the tube's ends and its clips, coarse and fine.
+
+    All are lengths of the tube at rest, as the judge measures them.
 
     The fine features are waves, as a network is insensitive to small differences in a number of
     order one (Tancik et al., "Fourier features let networks learn high frequency functions", 2020).
     """
-    length_m = (tube_m[:, 1:] - tube_m[:, :-1]).norm(dim=-1).sum(dim=1, keepdim=True)
-    station_m = foot(tube_m, tip_m).station_m
+    station_m = foot(tube_m, tip_m).share * length_m
     apart_m = torch.cat([station_m, length_m - station_m, station_m - clips.stations_m], dim=1)
     there = torch.cat([torch.ones_like(apart_m[:, :2]), clips.there], dim=1)
     angles = [2.0 * math.pi * apart_m / wave_m for wave_m in WAVES_M]
@@ -123,8 +129,5 @@ def foot(tube_m: Tensor, points_m: Tensor) -> Foot:
     off = points_m[:, :, None] - begin  # (B, m, n-1, 3)
     share = ((off * along).sum(-1) / along.square().sum(-1).clamp(min=1e-12)).clamp(0.0, 1.0)
     distance_m, nearest = (off - share[..., None] * along).norm(dim=-1).min(dim=-1)
-    lengths_m = along.norm(dim=-1)[:, 0]  # (B, n-1)
-    before_m = (lengths_m.cumsum(dim=1) - lengths_m)[:, None] + share * lengths_m[:, None]
-    rows = nearest[..., None]
-    at = (nearest + share.gather(-1, rows)[..., 0]) / (tube_m.shape[1] - 1)
-    return Foot(before_m.gather(-1, rows)[..., 0], at, distance_m)
+    beyond = share.gather(-1, nearest[..., None])[..., 0]
+    return Foot((nearest + beyond) / (tube_m.shape[1] - 1), distance_m)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array, exponential
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, POINTS, fields
+from tissue_sim.sensing.rest_length import RestLengths
 from tissue_sim.sensing.sensor_model import FAR_M, NEAR_M, SensorModel
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -53,6 +54,7 @@ class Tracker:
         self._third = model.third_tube * abs(float(rng.standard_normal()))
         self._past: deque[Floats] = deque(maxlen=round(model.delay_s / CONTROL_PERIOD_S) + 1)
         self._lost = np.zeros(N_POINTS, bool)
+        self._lengths = RestLengths()
         self._n = 0
 
     def see(self, exact: Floats) -> Floats:
@@ -66,6 +68,7 @@ class Tracker:
         seen = exact.copy()
         self._tell_points(seen)
         self._tell_tools(seen)
+        self._tell_lengths(seen)
         return seen
 
     def _tell_points(self, seen: Floats) -> None:
@@ -93,6 +96,16 @@ class Tracker:
         error_n = self._force_n + 0.1 * model.force_n * chance(7)
         parts["forces_n"] += error_n[:6].reshape(2, 3)
         parts["pinch_n"][0] = max(parts["pinch_n"][0] + error_n[6], 0.0)
+
+    def _tell_lengths(self, seen: Floats) -> None:
+        parts = fields(seen)
+        parts["rest_length_m"][:] = self._lengths.see(
+            self._at_m,
+            parts["std_m"],
+            pinch_n=float(parts["pinch_n"][0]),
+            n_clips=int(parts["n_clips"][0]),
+        )
+        parts["rest_length_std_m"][:] = self._lengths.std_m
 
     def _look(self, shown: Floats) -> None:
         """Take one look, which shows this vector."""

@@ -5,26 +5,28 @@ import pytest
 import torch
 from torch import Tensor
 
-from controller.diffusion.places import FINE_M, NUMBERS, TAUT_STRETCH, place_features
+from controller.diffusion.places import FINE_M, NUMBERS, place_features
 from tissue_sim.frames import exponential
 from tissue_sim.outcome.clip_rule import SPACING_M, clip_stations_m, needed_m
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, VECTOR_SIZE, fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
 LENGTH_M = 0.024  # at rest
+STRETCH = 1.08  # by traction
 FIRST = {3: 0, 2: 4}  # rows of the places for three clips, and for two
 
 
 def seen(*clips_m: float, length_m: float = LENGTH_M) -> dict[str, Tensor]:
     """Return two drawn tubes, the left one the duct, with clips at stations of it."""
     now = fields(torch.zeros(1, VECTOR_SIZE))
-    y = torch.linspace(0.0, TAUT_STRETCH * length_m, TUBE_POINTS)
+    y = torch.linspace(0.0, STRETCH * length_m, TUBE_POINTS)
     for name, x in (("left_tube_m", 0.0), ("right_tube_m", -0.012)):
         now[name][0] = torch.stack([torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1)
     now["sac_m"][0, 0] = now["left_tube_m"][0, -1]
+    now["rest_length_m"][:] = length_m
     now["tips_endoscope"][0, :, :, :3] = torch.eye(3)
     for k, station_m in enumerate(clips_m):
-        now["clips_m"][0, k] = torch.tensor([0.0, TAUT_STRETCH * station_m, 0.09])
+        now["clips_m"][0, k] = torch.tensor([0.0, STRETCH * station_m, 0.09])
     now["n_clips"][:] = len(clips_m)
     return now
 
@@ -39,19 +41,19 @@ def places_m(now: dict[str, Tensor], side: int = 0) -> Tensor:
 @pytest.mark.parametrize("n", NUMBERS)
 def test_clips_and_cut_belong_where_the_rule_puts_them(side: int, kind: str, n: int) -> None:
     stations = [float(s) for s in clip_stations_m(kind, np.array(LENGTH_M), n)]
-    found = places_m(seen(), side)[FIRST[n] :][: n + 1, 1] / TAUT_STRETCH
+    found = places_m(seen(), side)[FIRST[n] :][: n + 1, 1] / STRETCH
     cut_m = 0.5 * (stations[-2] + stations[-1])
     assert found.tolist() == pytest.approx([*stations, cut_m], abs=1e-6)
 
 
 def test_a_clip_too_high_moves_the_next_one_up() -> None:
     low_m = float(clip_stations_m("duct", np.array(LENGTH_M))[1])
-    found = places_m(seen(low_m))[1, 1] / TAUT_STRETCH
+    found = places_m(seen(low_m))[1, 1] / STRETCH
     assert float(found) == pytest.approx(low_m + SPACING_M, abs=1e-6)
 
 
 def test_the_cut_belongs_in_the_widest_gap_above_the_clips_that_stay() -> None:
-    found = places_m(seen(0.004, 0.009, 0.013, 0.019))[3, 1] / TAUT_STRETCH
+    found = places_m(seen(0.004, 0.009, 0.013, 0.019))[3, 1] / STRETCH
     assert float(found) == pytest.approx(0.016, abs=1e-6)
 
 

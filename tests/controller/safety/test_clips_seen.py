@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.safety.clips_seen import ClipsSeen
+from controller.safety.clips_seen import crowded_by_clips, lacking_clips
 from tests.planner.seen import clipped
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.patient.at_risk import AT_RISK
@@ -13,17 +13,17 @@ from tissue_sim.sensing.observation import N_POINTS, Observation
 
 
 def lacking(seen: Observation) -> set[str]:
-    clips = ClipsSeen()
-    clips.follow(seen)
-    return set(clips.lacking(seen)) - set(AT_RISK)
+    return set(lacking_clips(seen)) - set(AT_RISK)
 
 
 def of_length(length_m: float, *, std_m: float) -> Observation:
     """Return an observation with two clips on the left tube, the duct, of this length."""
     seen = clipped(left=2)
-    line = seen.left_tube_m.copy()
-    line[:, 1] = np.linspace(0.0, length_m, len(line))
-    return replace(seen, left_tube_m=line, std_m=np.full_like(seen.std_m, std_m))
+    return replace(
+        seen,
+        rest_length_m=np.array([length_m, seen.rest_length_m[1]]),
+        rest_length_std_m=np.full(2, std_m),
+    )
 
 
 def test_a_cut_needs_three_clips_on_a_long_tube_and_two_on_a_short_one():
@@ -39,18 +39,8 @@ def test_a_third_clip_is_demanded_only_where_it_surely_has_room(std_m, demanded)
     assert ("duct" in lacking(seen)) == demanded
 
 
-def test_traction_that_follows_demands_no_more():
-    short, pulled = (of_length(needed_m("duct") + d, std_m=0.0) for d in (-0.0005, 0.001))
-    clips, tube = ClipsSeen(), "duct"
-    clips.follow(replace(short, n_clips=0))
-    clips.follow(pulled)
-    assert tube not in clips.lacking(pulled)
-
-
 def test_structures_at_risk_always_lack_clips():
-    clips = ClipsSeen()
-    clips.follow(clipped(left=3, right=3))
-    assert set(AT_RISK) <= clips.lacking(clipped(left=3, right=3))
+    assert set(AT_RISK) <= lacking_clips(clipped(left=3, right=3))
 
 
 def beside_clip(tool: str, off_m: float, **changes) -> frozenset[str]:
@@ -62,9 +52,7 @@ def beside_clip(tool: str, off_m: float, **changes) -> frozenset[str]:
     tips[1, :3, :3] = along.T
     tips[1, :3, 3] = clip_m + [0.0, off_m, 0.0] + 0.004 * along.T[:, 2]
     seen = replace(seen, tips_endoscope=tips)
-    clips = ClipsSeen()
-    clips.follow(clipped())  # 28 mm long before any clip
-    return clips.crowded(seen, frozenset({"duct"}))
+    return crowded_by_clips(seen, frozenset({"duct"}))
 
 
 @pytest.mark.parametrize(
@@ -92,7 +80,4 @@ def test_an_applier_that_has_just_closed_is_not_too_near_to_its_own_clip():
 
 
 def test_clips_of_the_other_tube_crowd_nothing():
-    seen = clipped(right=1)
-    clips = ClipsSeen()
-    clips.follow(clipped())
-    assert clips.crowded(seen, frozenset({"duct"})) == set()
+    assert crowded_by_clips(clipped(right=1), frozenset({"duct"})) == set()

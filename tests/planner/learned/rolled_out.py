@@ -26,8 +26,10 @@ def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
     for side in ("left_tube_m", "right_tube_m"):
         seen[side][:, 0] = seen[side][0, 0]
     seen["sac_m"][:, 0, 0] = 0.01 * task
-    for name in ("n_clips", "clip_loaded", "scissors", "severed", "hidden"):
+    for name in ("n_clips", "clip_loaded", "scissors", "hidden"):
         seen[name][:] = 1.0
+    seen["severed"][:], seen["rest_length_m"][:], seen["rest_length_std_m"][:] = 0.0, 0.03, 0.0
+    seen["clips_m"] += 1.0  # on neither tube
     seen["forces_n"][:, 0, 0] = wanted
     return Rollout(
         states=states,

@@ -58,7 +58,9 @@ def test_it_follows_its_network_once_sure_or_when_the_network_repeats(
     data = Rollouts([as_run], CONFIG.history)
     at = torch.tensor(ROWS)
     prediction = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
-    chances, preferred = prediction.task.softmax(dim=-1), prediction.task.argmax(dim=-1).tolist()
+    logits, cuts = prediction.task.clone(), [s.task.kind == "go_back_from_cut" for s in said]
+    logits[1 + cuts.index(True) if any(cuts) else len(said) :, TASKS.index(GRAB)] = -torch.inf
+    chances, preferred = logits.softmax(dim=-1), logits.argmax(dim=-1).tolist()
     held_back = 0
     for k in range(1, len(said)):
         sure = chances[k].max() >= SURE or preferred[k] == preferred[k - 1]
@@ -223,13 +225,19 @@ def test_it_corrects_only_under_its_flag(network):
 @pytest.mark.parametrize("tube", ["left", "right"])
 def test_a_clip_that_has_no_place_gives_way_to_what_is_due(network, tube, length_m, clips, due):
     """The tube that is looked at is the duct."""
-    planner, seen = PlannerLearned(network), clipped(**{tube: clips}, duct=tube)
-    at_rest = clipped(duct=tube)
-    line = getattr(at_rest, f"{tube}_tube_m")
-    shorter = line[-1] + (line - line[-1]) * length_m / 0.028
-    planner._room.see(replace(at_rest, **{f"{tube}_tube_m": shorter}))
+    seen = replace(clipped(**{tube: clips}, duct=tube), rest_length_m=np.full(2, length_m))
+    planner = PlannerLearned(network)
     named = {name: f"clipping {name} clip {tube} tube" for name in ("first", "second", "third")}
     named["back"] = f"going back third clip {tube} tube"
     for name, expected in zip(("first", "second", "third"), due, strict=True):
         k = next(k for k, task in enumerate(TASKS) if task.text == named[name])
         assert TASKS[planner._due(k, seen)].text == named[expected]
+
+
+@pytest.mark.parametrize("tube", ["left", "right"])
+def test_a_cut_that_is_made_is_not_asked_for_again(network, tube):
+    planner, severed = PlannerLearned(network), np.array([tube == "left", tube == "right"])
+    cut = next(k for k, task in enumerate(TASKS) if task.kind == "cut" and task.tube == tube)
+    made = replace(clipped(left=3, right=3), severed=severed)
+    assert TASKS[planner._due(cut, made)].text == f"go back from the cut {tube} tube"
+    assert planner._due(cut, replace(made, severed=~severed)) == cut

@@ -43,6 +43,14 @@ def test_no_second_artery_is_passed_over():
     assert rare <= set(taken)
 
 
+def test_a_learned_controller_acts_in_every_other_episode():
+    taken = pictured(0, 32, "policy.safetensors")
+    assert [d.checkpoint for d in taken] == ["", "policy.safetensors"] * 16
+    assert [d.is_rollout for d in taken] == [False, True] * 16
+    assert [d.seed for d in taken] == [d.seed for d in pictured(0, 32)]
+    assert {d.scenario for d in taken if d.is_rollout} > {"nominal"}
+
+
 def test_only_training_seeds_are_pictured():
     assert pictured(TRAINING_SEEDS.stop - 2, 50)[-1].seed < TRAINING_SEEDS.stop
     assert pictured(TRAINING_SEEDS.stop, 5) == []

@@ -9,7 +9,7 @@ from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
 from tissue_sim.sensing.cameras import T_world_camera
 from tissue_sim.sensing.exact import exact_observation
-from tissue_sim.sensing.eyes import JAW_PLAY_RAD, USUAL, VIEWS, Eyes
+from tissue_sim.sensing.eyes import CLOSE, JAW_PLAY_RAD, USUAL, VIEWS, WHOLE, Eyes
 from tissue_sim.sensing.glance import Glance
 from tissue_sim.sensing.shown import N_SHOWN, project, shown_points, visible
 from tissue_sim.tools.arms import JointCommand
@@ -20,6 +20,7 @@ pytestmark = [
     pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here"),
 ]
 FAULTLESS = USUAL.scaled(0.0)
+AIM_M = np.array([0.004, -0.003, 0.09])
 
 
 @pytest.fixture(scope="module")
@@ -29,10 +30,10 @@ def world() -> World:
     return world
 
 
-def glances(world: World, model=USUAL, n: int = 1, every: int = 1) -> list[Glance]:
+def glances(world: World, model=USUAL, n: int = 1, every: int = 1, aim_m=None) -> list[Glance]:
     assert world.view is not None
     eyes = Eyes(np.random.default_rng(0), model, every)
-    return [eyes.glance(world, world.view) for _ in range(n)]
+    return [eyes.glance(world, world.view, aim_m) for _ in range(n)]
 
 
 def test_pictures_come_in_the_steps_in_which_it_looks(world: World):
@@ -40,12 +41,22 @@ def test_pictures_come_in_the_steps_in_which_it_looks(world: World):
 
 
 def test_a_picture_has_its_views_size_and_focal_length(world: World):
-    (glance,) = glances(world)
+    both = glances(world, n=2, aim_m=AIM_M)
+    pictures = both[0].pictures | both[1].pictures
     for spec in VIEWS:
-        picture = glance.pictures[spec.name]
+        picture = pictures[spec.name]
         assert picture.rgb.shape == (spec.height, spec.width, 3)
         assert picture.focal_px == spec.focal_px
         assert picture.rgb.std() > 10
+
+
+def test_the_endoscope_shows_the_whole_and_what_it_is_aimed_at_by_turns(world: World):
+    looks = [set(g.pictures) & {WHOLE, CLOSE} for g in glances(world, n=4, aim_m=AIM_M)]
+    assert looks == [{WHOLE}, {CLOSE}, {WHOLE}, {CLOSE}]
+    assert all(CLOSE not in g.pictures for g in glances(world, n=2))  # with nothing to aim at
+    close = glances(world, n=2, aim_m=AIM_M)[1].pictures[CLOSE]
+    assert close.project(AIM_M[None])[0][0] == pytest.approx([80, 60], abs=1e-6)
+    assert close.T_endoscope_camera[:3, 3] == pytest.approx(np.zeros(3), abs=1e-9)  # the same eye
 
 
 def test_both_crops_have_the_right_tip_in_their_middle(world: World):
@@ -70,12 +81,15 @@ def test_without_errors_the_robot_is_told_the_truth(world: World):
 
 
 def test_labels_and_a_glance_project_alike(world: World):
-    (glance,) = glances(world, FAULTLESS)
+    both = glances(world, FAULTLESS, n=2, aim_m=AIM_M)
+    pictures = both[0].pictures | both[1].pictures
     points, *_ = shown_points(world, exact_observation(world))
+    aims_m = {CLOSE: transform(world.T_world_endoscope, AIM_M)}
     for spec in VIEWS:
-        pixels, ahead = project(spec, T_world_camera(world, spec.name), points)
+        T_world_eye = T_world_camera(world, spec.name, aims_m.get(spec.name))
+        pixels, ahead = project(spec, T_world_eye, points)
         seen = transform(inverse_pose(world.T_world_endoscope), points)
-        there, away = glance.pictures[spec.name].project(seen)
+        there, away = pictures[spec.name].project(seen)
         assert away == pytest.approx(ahead)
         assert there[ahead > 0.005] == pytest.approx(pixels[ahead > 0.005])
 

@@ -11,6 +11,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS
 from tissue_sim.sensing.tissue_features import CLIPS_A_TUBE, LENGTH_M, along_tube, clips_along
 
 LONG_M = 0.021
+REST_M = torch.tensor([[LONG_M]])
 TUBE_M = torch.tensor([[[0.0, y, 0.09] for y in np.linspace(0.0, LONG_M, 8).tolist()]])
 
 
@@ -24,7 +25,7 @@ def at(*stations_m: float, beside_m: float = 0.0) -> tuple[torch.Tensor, torch.T
 
 @given(st.permutations([0.0041, 0.0047, 0.0102, 0.0188]))
 def test_clips_come_in_their_order_along_the_tube(stations_m):
-    clips = clips_along(TUBE_M, *at(*stations_m))
+    clips = clips_along(TUBE_M, REST_M, *at(*stations_m))
     assert clips.there.tolist() == [[1.0] * CLIPS_A_TUBE]
     assert clips.places_m[0, :, 1].tolist() == pytest.approx(sorted(stations_m))
     assert clips.stations_m[0].tolist() == pytest.approx(sorted(stations_m))
@@ -34,13 +35,13 @@ def test_clips_beside_the_tube_are_not_on_it():
     clips, closed = at(0.004, 0.010)
     other, _ = at(0.006, beside_m=0.008)
     clips[0, 2], closed[0, 2] = other[0, 0], 1.0
-    sitting = clips_along(TUBE_M, clips, closed)
+    sitting = clips_along(TUBE_M, REST_M, clips, closed)
     assert sitting.there.tolist() == [[1.0, 1.0, 0.0, 0.0]]
     assert sitting.places_m[0, :2, 1].tolist() == pytest.approx([0.004, 0.010])
 
 
 def test_slots_without_a_clip_hold_none():
-    assert not clips_along(torch.zeros(1, 8, 3), *at()).there.any()
+    assert not clips_along(torch.zeros(1, 8, 3), REST_M, *at()).there.any()
 
 
 @given(
@@ -54,14 +55,26 @@ def test_the_tips_place_along_the_tube_does_not_depend_on_the_view(tip, clip, be
     clips, closed = at(clip)
     R = torch.from_numpy(exponential(turn * np.array([0.6, 0.0, 0.8]))).float()
     turned = [p @ R.T + 0.03 for p in (TUBE_M, clips, torch.tensor([[[beside, tip, 0.09]]]))]
-    along = along_tube(turned[0], clips_along(turned[0], turned[1], closed), turned[2])[0]
+    sitting = clips_along(turned[0], REST_M, turned[1], closed)
+    along = along_tube(turned[0], REST_M, sitting, turned[2])[0]
     expected = [tip, LONG_M - tip, tip - clip, 0.0, 0.0, 0.0]
     assert (LENGTH_M * along[: len(expected)]).tolist() == pytest.approx(expected, abs=2e-6)
 
 
 def test_a_tenth_of_a_millimetre_along_the_tube_is_seen():
     """Check that a feature of order one changes by a tenth or more."""
-    sitting = clips_along(TUBE_M, *at(0.004))
-    a, b = (along_tube(TUBE_M, sitting, torch.tensor([[[0.0, y, 0.09]]])) for y in (0.0080, 0.0081))
+    sitting = clips_along(TUBE_M, REST_M, *at(0.004))
+    tips = (torch.tensor([[[0.0, y, 0.09]]]) for y in (0.0080, 0.0081))
+    a, b = (along_tube(TUBE_M, REST_M, sitting, tip) for tip in tips)
     assert (a - b).abs().max() > 0.1
     assert max(a.abs().max(), b.abs().max()) < 3.0
+
+
+@given(stretch=st.floats(1.0, 1.3))
+def test_lengths_along_the_tube_are_those_at_rest(stretch):
+    """Draw tube, clips and tip out together: what is told along the tube does not change."""
+    clips, closed = at(0.004, 0.011)
+    tip, out = torch.tensor([[[0.0, 0.008, 0.09]]]), torch.tensor([1.0, stretch, 1.0])
+    slack = along_tube(TUBE_M, REST_M, clips_along(TUBE_M, REST_M, clips, closed), tip)
+    drawn = clips_along(TUBE_M * out, REST_M, clips * out, closed)
+    torch.testing.assert_close(along_tube(TUBE_M * out, REST_M, drawn, tip * out), slack)

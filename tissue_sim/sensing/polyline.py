@@ -39,3 +39,12 @@ def place_on(line: Array, at: float, cut: float | None = None) -> Array:
     if cut is not None and k == int(cut):
         k = int(np.clip(k - 1 if at < cut else k + 1, 0, len(line) - 2))
     return line[k] + (at - k) * (line[k + 1] - line[k])
+
+
+def distance_to_line_m(points: Array, line: Array) -> Array:
+    """Return the distances (n,) of points (n, 3) from a polyline (m, 3)."""
+    start, way = line[:-1], np.diff(line, axis=0)
+    along = np.einsum("nmk,mk->nm", points[:, None] - start, way)
+    share = np.clip(along / np.maximum((way * way).sum(axis=1), 1e-12), 0.0, 1.0)
+    nearest = start + share[..., None] * way
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)
