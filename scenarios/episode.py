@@ -218,7 +218,7 @@ class Episode:
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
         with self._clock.stage("sense"):
-            self.observation = self.sense.observe(self.world)
+            self.observation = self.sense.observe(self.world, exact)
         return Step(
             time_s=self._time_s,
             instruction=self._instruction,

@@ -107,7 +107,7 @@ def begin(
         controller=controller or make_controller(config, world),
         inbox=inbox,
         effects=effects,
-        observation=sense.observe(world),
+        observation=sense.observe(world, world.observe()),
         config=replace(
             config,
             planner=name_of(planner) if planner else config.planner,

@@ -42,7 +42,7 @@ class DemonstrationRecorder:
     def on_reset(self, world: World) -> None:
         """Observe the first frame exactly."""
         self._world, self._truth = world, Occluded()
-        self._exact = self._truth.observe(world)
+        self._exact = self._truth.observe(world, world.observe())
         self._commanded = self._exact.joints
 
     def on_step(self, step: Step) -> None:
@@ -52,7 +52,7 @@ class DemonstrationRecorder:
         else:
             self._frames.append(self._frame(step))
             self._failed = self._failures.after(step, self._world)
-        self._exact = self._truth.observe(self._world)
+        self._exact = self._truth.observe(self._world, step.exact)
         self._commanded = step.command.joints
 
     def on_end(self, result: EpisodeResult) -> None:

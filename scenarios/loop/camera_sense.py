@@ -26,13 +26,13 @@ class SenseCameras:
         self._eyes = Eyes(np.random.default_rng([0x5EE, seed]), model, spoil=spoil)
         self._perception = Perception(perception)
 
-    def observe(self, world: World) -> Observation:
-        """Return what is perceived now.
+    def observe(self, world: World, exact: Observation) -> Observation:
+        """Return what is perceived now; of the exact state, encoders and currents tell a part.
 
         Raises:
             ValueError: the world has no cameras.
         """
         if world.view is None:
             raise ValueError("sense cameras: the world has none: make it with render=True")
-        glance = self._eyes.glance(world, world.view, self._perception.aim_m)
+        glance = self._eyes.glance(world, world.view, exact, self._perception.aim_m)
         return self._perception.see(glance)

@@ -58,8 +58,8 @@ class SenseThenScramble:
     def __init__(self, sense: Sense) -> None:
         self._sense = sense
 
-    def observe(self, world: ScrambledWorld) -> Observation:
-        seen = self._sense.observe(world)
+    def observe(self, world: ScrambledWorld, exact: Observation) -> Observation:
+        seen = self._sense.observe(world, exact)
         world.scramble()
         return seen
 
@@ -100,14 +100,14 @@ def perception() -> PerceptionModel:
 
 
 def commands(world: World, sense: Sense, controller: Controller) -> np.ndarray:
-    world.reset(textbook_from_seed(SEED))
+    exact = world.reset(textbook_from_seed(SEED))
     episode = Episode(
         config=EpisodeConfig(scenario="textbook", seed=SEED, sense="tracked"),
         world=world,
         planner=planner(),
         controller=controller,
         sense=sense,
-        observation=sense.observe(world),
+        observation=sense.observe(world, exact),
     )
     return np.stack([step.command.joints for step in islice(episode.steps(), STEPS)])
 

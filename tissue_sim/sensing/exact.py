@@ -27,9 +27,9 @@ _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 class SenseExact:
     """Tells the exact state."""
 
-    def observe(self, world: Field) -> Observation:
+    def observe(self, world: Field, exact: Observation) -> Observation:
         """Return the field's exact state."""
-        return exact_observation(world)
+        return exact
 
 
 def exact_observation(field: Field) -> Observation:

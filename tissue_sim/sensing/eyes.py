@@ -17,8 +17,8 @@ from tissue_sim.frames import Array, exponential, inverse_pose, pose, transform
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
 from tissue_sim.rendering.view import FieldCameras
 from tissue_sim.sensing.cameras import CROPS, CameraSpec, T_world_camera
-from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.glance import Glance, Picture
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -66,13 +66,15 @@ class Eyes:
         self._jaw_rad: Array | None = None
         self._n, self._looks = 0, 0
 
-    def glance(self, field: Field, view: FieldCameras, aim_m: Array | None = None) -> Glance:
+    def glance(
+        self, field: Field, view: FieldCameras, told: Observation, aim_m: Array | None = None
+    ) -> Glance:
         """Return what is sensed now, with pictures in each `every`-th call.
 
         Every other look has the endoscope's crop instead of its whole picture, if there is a point
-        to look at, `aim_m` (3,) in the endoscope's frame.
+        to look at, `aim_m` (3,) in the endoscope's frame. Of the exact state, `told`, only what
+        encoders and motor currents tell counts.
         """
-        told = exact_observation(field)  # of it only what encoders and motor currents tell
         looks, self._n = self._n % self._every == 0, self._n + 1
         errors_n = self._force_n + WHITE * self._model.force_n * self._rng.standard_normal(7)
         tips = told.tips_endoscope

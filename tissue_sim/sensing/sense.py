@@ -15,6 +15,6 @@ from tissue_sim.world import World
 class Sense(Protocol):
     """Observes one patient, once in each control step."""
 
-    def observe(self, world: World) -> Observation:
-        """Return what is sensed now."""
+    def observe(self, world: World, exact: Observation) -> Observation:
+        """Return what is sensed now; `exact` is the world's exact state now."""
         ...

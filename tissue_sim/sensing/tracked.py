@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_sim.field import Field
-from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.sensing.observation import Observation, observation_of
 from tissue_sim.sensing.occlusion import Occlusion
 from tissue_sim.sensing.sensor_model import SensorModel
@@ -24,9 +23,9 @@ class SenseTracked:
         self._tracker = Tracker(model, np.random.default_rng([0x5E45E, seed]))
         self._occluded = Occluded()
 
-    def observe(self, world: Field) -> Observation:
-        """Return what is sensed now."""
-        exact = self._occluded.observe(world)
+    def observe(self, world: Field, exact: Observation) -> Observation:
+        """Return what is sensed now; `exact` is the field's exact state now."""
+        exact = self._occluded.observe(world, exact)
         sensed = observation_of(self._tracker.see(exact.vector()), exact.time_s)
         return replace(
             sensed,
@@ -42,9 +41,8 @@ class Occluded:
     def __init__(self) -> None:
         self._occlusion, self._n = Occlusion(), 0
 
-    def observe(self, field: Field) -> Observation:
+    def observe(self, field: Field, exact: Observation) -> Observation:
         """Return the exact observation with its hidden points; call it in each control step."""
-        exact = exact_observation(field)
         if self._n % LOOK_STEPS == 0:
             self._hidden = self._occlusion.hidden(field, exact)
         self._n += 1

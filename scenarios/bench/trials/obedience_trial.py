@@ -176,7 +176,7 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
         planner=PlannerFixed(instruction=said),
         controller=episode.controller,
         sense=episode.sense,
-        observation=episode.sense.observe(world),
+        observation=episode.sense.observe(world, world.observe()),
     )
     fork.guarded_driver.driver.follow(world.target)
     try:

@@ -96,7 +96,7 @@ def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
     assert all((again[n] - part).norm() < 0.1 * part.norm() for n, part in kernels.items())
     world, model = World(render=True), load_perception(out / "perception.safetensors")
     world.reset(anatomy_from_seed(called.seed))
-    told = [SenseCameras(3, model).observe(world) for _ in range(2)]
+    told = [SenseCameras(3, model).observe(world, world.observe()) for _ in range(2)]
     assert (told[0].vector() == told[1].vector()).all()  # the same seed sees the same
     assert (told[0].std_m[: N_POINTS - 8] > 0.0).all()
     assert observation_of(told[0].vector(), 0.0).n_clips == 0

@@ -33,7 +33,7 @@ def world() -> World:
 def glances(world: World, model=USUAL, n: int = 1, every: int = 1, aim_m=None) -> list[Glance]:
     assert world.view is not None
     eyes = Eyes(np.random.default_rng(0), model, every)
-    return [eyes.glance(world, world.view, aim_m) for _ in range(n)]
+    return [eyes.glance(world, world.view, world.observe(), aim_m) for _ in range(n)]
 
 
 def test_pictures_come_in_the_steps_in_which_it_looks(world: World):
@@ -115,6 +115,6 @@ def test_a_jaws_encoder_lags_by_no_more_than_its_play(world: World):
     for k in range(20):
         joints = world.arms.joints
         joints[:, 6] = 0.3 + 0.2 * np.sin(0.5 * k)
-        world.step(JointCommand(joints=joints))
-        off.append(eyes.glance(world, world.view).joints[:, 6] - world.arms.joints[:, 6])
+        told = world.step(JointCommand(joints=joints))
+        off.append(eyes.glance(world, world.view, told).joints[:, 6] - world.arms.joints[:, 6])
     assert 0.0 < np.abs(off).max() <= 0.5 * JAW_PLAY_RAD + 1e-9
