@@ -190,11 +190,11 @@ def _offset_loss(offset: Tensor, pixels: Tensor, shown: Tensor) -> Tensor:
     total = offset.new_zeros(())
     for k, group in enumerate(GROUPS):
         off = pixels[:, group, :, None, None] - cells  # (b, n, 2, h, w)
-        away = off.norm(dim=2).masked_fill(~shown[:, group, None, None], torch.inf)
-        nearest_px, which = away.min(dim=1)
+        away = off.square().sum(dim=2).masked_fill(~shown[:, group, None, None], torch.inf)
+        nearest_px2, which = away.min(dim=1)
         which = which[:, None, None].expand(-1, -1, 2, -1, -1)
         wanted = off.gather(1, which)[:, 0]
-        near = (nearest_px < NEXT_PX)[:, None]
+        near = (nearest_px2 < NEXT_PX**2)[:, None]
         wanted = torch.where(near, wanted, 0.0)
         each = F.smooth_l1_loss(offset[:, k], wanted, reduction="none", beta=0.3)
         total = total + (near * each).sum() / near.sum().clamp(min=1)

@@ -40,11 +40,12 @@ def splashed(pictures: Tensor, share: Tensor, chance: torch.Generator) -> tuple[
     Returns:
         Pictures, and the patches' opacity (n, 1, height, width).
     """
-    field = _patches(pictures, chance)
-    ranked = field.flatten(1).sort(dim=1).values
+    field, some = _patches(pictures, chance), share > 0.0
+    ranked = field[some].flatten(1).sort(dim=1).values
     last = ranked.shape[1] - 1
-    edge = ranked.gather(1, ((1.0 - share) * last).long()[:, None])[:, :, None, None]
-    cover = ((field - edge) / SOFT).sigmoid() * (share > 0.0)[:, None, None, None]
+    edge = field.new_full((len(field), 1), torch.inf)
+    edge[some] = ranked.gather(1, ((1.0 - share[some]) * last).long()[:, None])
+    cover = ((field - edge[:, :, None, None]) / SOFT).sigmoid()
     blood = pictures.new_tensor(BLOOD)[None, :, None, None]
     return (1.0 - cover) * pictures + cover * blood, cover
 
