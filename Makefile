@@ -26,8 +26,12 @@ help:
 	@echo "make lock    resolve requirements.lock again"
 
 demo: .venv/.ready
-	video=$$($(BIN)/python -m tissue_sim.rendering.renderer_probe && echo "--video $(DEMO)/endoscope.mp4" || true)
-	$(BIN)/calot run --sense tracked --out $(DEMO) $$video
+	sees="cameras --video $(DEMO)/endoscope.mp4 --overlay"
+	if ! $(BIN)/python -m tissue_sim.rendering.renderer_probe; then
+	  echo "There is no renderer here (make cameras fetches one): a model of the cameras replaces them."
+	  sees=tracked
+	fi
+	$(BIN)/calot run --planner learned --controller diffusion --sense $$sees --out $(DEMO)
 
 cameras: .venv/.ready
 	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch

@@ -13,6 +13,7 @@ from controller.perception.prior import Prior
 from planner.learning.checkpoint import read_config, read_weights, write
 from tissue_sim.version import WORLD_VERSION
 
+SHIPPED = Path(__file__).with_name("perception.safetensors")
 FITS = {"world version": WORLD_VERSION, "schema": 4, "points": N_LINE}
 """What must be the same when a checkpoint is written and when it is read."""
 
@@ -63,12 +64,20 @@ def load_perception(path: Path) -> PerceptionModel:
     Raises:
         CheckpointError: the file has no perception that fits this world.
     """
+    model = PerceptionModel(checked_config(path))
+    read_weights(path, model)
+    return model.eval().requires_grad_(False)
+
+
+def checked_config(path: Path) -> PerceptionConfig:
+    """Return the configuration of a file's perception, without reading its weights.
+
+    Raises:
+        CheckpointError: as `load_perception` does.
+    """
     config = read_config(path, FITS, "perception")
     network = NetworkConfig(
         widths=tuple(config["network"]["widths"]), maps=config["network"]["maps"]
     )
     sizes = tuple((width, height) for width, height in config["sizes"])
-    made = PerceptionConfig(views=tuple(config["views"]), sizes=sizes, network=network)
-    model = PerceptionModel(made)
-    read_weights(path, model)
-    return model.eval().requires_grad_(False)
+    return PerceptionConfig(views=tuple(config["views"]), sizes=sizes, network=network)

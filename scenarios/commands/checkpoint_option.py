@@ -1,10 +1,10 @@
-"""`--checkpoint`, `--planner-checkpoint`: checked before anything starts."""
+"""Options that name checkpoints, of policies and of perception: checked before anything starts."""
 
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
-from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS
+from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS, PERCEIVING
 from scenarios.files.errors import BadInputError
 
 
@@ -22,6 +22,13 @@ def require_planner_checkpoint(planner: str, checkpoint: Path | None) -> None:
     """Check the checkpoint of a planner in the same way."""
     if _is_needed("--planner-checkpoint", "planner", planner, checkpoint, LEARNED_PLANNERS):
         _require_fit("--planner-checkpoint", "planner", checkpoint, "planner.learned.checkpoint")
+
+
+def require_perception_checkpoint(sense: str, checkpoint: Path | None) -> None:
+    """Check the checkpoint of a sense that perceives pictures in the same way."""
+    option = "--perception-checkpoint"
+    if _is_needed(option, "sense", sense, checkpoint, PERCEIVING):
+        _require_fit(option, "perception", checkpoint, "controller.perception.checkpoint")
 
 
 def _is_needed(

@@ -5,7 +5,11 @@ from pathlib import Path
 from rich.console import Console
 
 from scenarios.catalogue import ENDPOINT_PLANNERS, PERCEIVING, SENSES, WITNESS
-from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
+from scenarios.commands.checkpoint_option import (
+    require_checkpoint,
+    require_perception_checkpoint,
+    require_planner_checkpoint,
+)
 from scenarios.commands.endpoint_option import require_endpoint
 from scenarios.files.errors import BadInputError
 
@@ -32,26 +36,13 @@ def require_perception(sense: str, checkpoint: Path | None) -> None:
     """Check that a sense that perceives pictures has a fitting checkpoint and a renderer.
 
     Raises:
-        BadInputError: the checkpoint is missing, does not fit, or is not wanted; or no renderer.
+        BadInputError: the checkpoint does not fit or is not wanted; or there is no renderer.
     """
-    option = "--perception-checkpoint"
+    require_perception_checkpoint(sense, checkpoint)
     if sense not in PERCEIVING:
-        if checkpoint is not None:
-            raise BadInputError(f"{option}: sense {sense!r} takes none; {PERCEIVING[0]} does")
         return
-    if checkpoint is None:
-        raise BadInputError(
-            f"--sense {sense} needs {option} FILE; none comes with Calot yet: `calot train"
-            " perception` makes one"
-        )
-    from controller.perception.checkpoint import load_perception
-    from planner.learning.checkpoint import CheckpointError
     from tissue_sim.rendering.renderer_probe import renderer_available
 
-    try:
-        load_perception(checkpoint)
-    except CheckpointError as error:
-        raise BadInputError(f"{option}: {error}") from None
     if not renderer_available():
         raise BadInputError(
             f"--sense {sense} needs a renderer and there is none; see `calot doctor`"

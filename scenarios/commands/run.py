@@ -69,7 +69,8 @@ class Run:
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
     tracked, for the witness exact."""
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the perception, for --sense cameras."""
+    """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
+    Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None

@@ -35,7 +35,8 @@ class View:
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
     tracked, for the witness exact."""
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the perception, for --sense cameras."""
+    """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
+    Calot."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None

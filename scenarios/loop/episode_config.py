@@ -30,7 +30,8 @@ class EpisodeConfig:
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
         sense: A key of `scenarios.catalogue.SENSES`: how everybody who acts observes the world.
-        perception_checkpoint: File of the perception; only for the sense "cameras", which needs it.
+        perception_checkpoint: File of the perception, for the sense "cameras"; None for the one
+            that comes with Calot.
         task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
             is that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.
@@ -65,11 +66,6 @@ class EpisodeConfig:
         _require_policy("controller", self.controller, CONTROLLERS)
         _require_known("sense", self.sense, SENSES)
         _require_learned("sense", self.sense, self.perception_checkpoint, PERCEIVING)
-        if self.sense in PERCEIVING and self.perception_checkpoint is None:
-            raise ValueError(
-                f"sense {self.sense!r} needs a perception checkpoint; none comes with Calot yet:"
-                " `calot train perception` makes one"
-            )
         if self.sense != (needed := SENSE_OF.get(self.scenario, self.sense)):
             raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.ablation is not None:

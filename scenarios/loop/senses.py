@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from scenarios.catalogue import PERCEIVING
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from tissue_sim.sensing.exact import SenseExact
@@ -20,10 +19,11 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
     """
     if config.sense == "exact":
         return SenseExact()
-    if config.perception_checkpoint is not None:
-        from controller.perception.checkpoint import load_perception
+    if config.sense in PERCEIVING:
+        from controller.perception.checkpoint import SHIPPED, load_perception
+        from planner.learning.checkpoint import chosen
         from scenarios.loop.camera_sense import SenseCameras
 
-        perception = load_perception(Path(config.perception_checkpoint))
+        perception = load_perception(chosen(config.perception_checkpoint, SHIPPED, "perception"))
         return SenseCameras(config.seed, perception, spoil=effects.on_picture)
     return SenseTracked(config.seed, effects.on_senses(SensorModel()))

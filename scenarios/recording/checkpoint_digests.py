@@ -3,7 +3,7 @@
 from hashlib import sha256
 from pathlib import Path
 
-from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS
+from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS, PERCEIVING
 from scenarios.loop.episode_config import EpisodeConfig
 
 
@@ -26,4 +26,8 @@ def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
         from planner.learned.checkpoint import SHIPPED as PLANNER
 
         files["planner"] = config.planner_checkpoint or str(PLANNER)
+    if config.sense in PERCEIVING:
+        from controller.perception.checkpoint import SHIPPED as PERCEPTION
+
+        files["perception"] = config.perception_checkpoint or str(PERCEPTION)
     return {role: sha256(Path(f).read_bytes()).hexdigest() for role, f in files.items() if f}

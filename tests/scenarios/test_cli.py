@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from scenarios.catalogue import PERCEIVING, SCENARIOS, SENSE_OF, WITNESS
+from scenarios.catalogue import SCENARIOS, SENSE_OF, WITNESS
 from scenarios.cli import main, parse
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
@@ -125,9 +125,7 @@ def test_words_become_the_command_they_name():
 def test_every_scenario_is_reached_from_the_command_line(name):
     command = parse(["run", "--scenario", name])
     assert isinstance(command, Run)
-    sense = SENSE_OF.get(name, "tracked")
-    checkpoint = "some.safetensors" if sense in PERCEIVING else None
-    config = EpisodeConfig(scenario=command.scenario, sense=sense, perception_checkpoint=checkpoint)
+    config = EpisodeConfig(scenario=command.scenario, sense=SENSE_OF.get(name, "tracked"))
     assert config.perturbations == SCENARIOS[name].perturbations
 
 
