@@ -12,7 +12,7 @@ from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
 from controller.perception.network import N_LINE
 from controller.perception.radii import Radii
-from controller.perception.third_tube import ThirdTube, blind_logits
+from controller.perception.third_tube import ThirdTube
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.glance import Glance, Picture
@@ -42,7 +42,7 @@ class Perception:
         self._tips_m: Array | None = None
         self._age_s, self._hidden = np.zeros(N_POINTS), np.ones(N_POINTS, bool)
         self._sight: dict[str, NDArray[np.bool_]] = {}  # of each view's last look
-        self._third = ThirdTube(blind_logits(self._viewer, model.config))
+        self._third = ThirdTube()
 
     @property
     def aim_m(self) -> Array:

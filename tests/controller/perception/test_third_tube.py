@@ -1,5 +1,6 @@
-"""Laws of the chance of a third tube: a view that sees nothing changes nothing."""
+"""Laws of the chance of a third tube: only the close view tells, and staring proves nothing."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,10 +8,10 @@ import pytest
 
 from controller.perception.graph import Shown
 from controller.perception.network import FLAGS, N_LINE
-from controller.perception.third_tube import SHARE, ThirdTube
+from controller.perception.third_tube import SHARE, SHARE_TRAINED, VIEW, ThirdTube
 from tests.controller.perception.test_fusion import EYES, prior, shown
 
-BLIND = {"ahead": -1.2, "wrist": -0.4}  # logits of black pictures
+USUAL = math.log(SHARE_TRAINED / (1.0 - SHARE_TRAINED))  # logit of one who has learned nothing
 
 
 def saying(logit: float) -> Shown:
@@ -21,23 +22,27 @@ def saying(logit: float) -> Shown:
     return replace(seen, flags=flags)
 
 
-def chance(*looks: tuple[float, float]) -> float:
-    third = ThirdTube(BLIND)
-    for ahead, wrist in looks:
-        third.look({"ahead": saying(ahead), "wrist": saying(wrist)})
+def chance(*logits: float, view: str = VIEW) -> float:
+    third = ThirdTube()
+    for logit in logits:
+        third.look({view: saying(logit)})
     return third.chance
 
 
-def test_before_any_look_and_from_black_pictures_it_is_as_in_the_population():
+def test_before_any_look_and_from_one_that_tells_nothing_it_is_as_in_the_population():
     assert chance() == pytest.approx(SHARE)
-    assert chance((-1.2, -0.4)) == pytest.approx(SHARE)
+    assert chance(USUAL) == pytest.approx(SHARE)
 
 
-def test_a_blind_view_takes_nothing_from_one_that_sees():
-    assert chance((2.8, -0.4)) == pytest.approx(1.0 / (1.0 + (1.0 - SHARE) / SHARE * np.exp(-4.0)))
-    assert chance((2.8, 1.6)) > chance((2.8, -0.4)) > 0.5 > chance((-3.2, -0.4))
+def test_evidence_adds_to_the_populations_odds():
+    assert chance(USUAL + 4.0) == pytest.approx(1 / (1 + (1 - SHARE) / SHARE * np.exp(-4.0)))
+    assert chance(USUAL + 4.0) > 0.5 > chance(USUAL - 1.0)
+
+
+def test_another_view_tells_nothing():
+    assert chance(9.0, view="wrist_left_tip") == pytest.approx(SHARE)
 
 
 def test_looks_are_averaged_so_that_staring_proves_nothing():
-    assert chance(*[(0.8, -0.4)] * 50) == pytest.approx(chance((0.8, -0.4)))
-    assert chance((4.8, -0.4), (-3.2, -0.4)) == pytest.approx(chance((0.8, -0.4)))
+    assert chance(*[0.8] * 50) == pytest.approx(chance(0.8))
+    assert chance(4.8, -3.2) == pytest.approx(chance(0.8))
