@@ -1,4 +1,4 @@
-"""How long were the tubes before anything pulled at them? From what is seen of them.
+"""How long were the tubes before anything pulled at them? The observed points tell.
 
 Traction draws a tube out by up to 12 %, clips more; where clips and cut belong, how many clips have
 room and what the judge measures are lengths at rest.
