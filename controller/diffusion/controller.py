@@ -16,6 +16,7 @@ from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_o
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
+from controller.diffusion.holding import held
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
@@ -32,7 +33,8 @@ class ControllerDiffusion:
     The next chunk takes over when `play` motions of the running chunk have been played. It is
     computed from the observation `delay` steps before, as if computing took that long, and from
     the motions up to its start. Its first motions are blended with the remaining ones of the
-    running chunk, so that accelerations at the joint are like those inside chunks. New words drop
+    running chunk, so that accelerations at the joint are like those inside chunks. What a chunk
+    hardly moves stays where it is (`holding`). New words drop
     the running chunk; the next one starts at once from the played motions. All motions are in a
     frame that moves with the body (`body_frame`). If motions arrive late (`dead_time`), the
     observed tools are replaced by the poses they were asked to reach by then.
@@ -106,7 +108,8 @@ class ControllerDiffusion:
                 "noise": self._chance.standard_normal(shape, np.float32),
             }
         )
-        self._running = np.concatenate([committed, _faded(rest, actions_of(chunk.astype(float)))])
+        motions = actions_of(held(chunk.astype(float), jaws_rad[-1]))
+        self._running = np.concatenate([committed, _faded(rest, motions)])
         self._n_played = -n_committed  # motions of this chunk
 
     def _history(self) -> NDArray[np.float32]:

@@ -1,0 +1,47 @@
+"""Tests of holding: small motions do not add up, and larger ones are not changed."""
+
+import numpy as np
+import pytest
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.holding import HELD_M, HELD_RAD, UNTURNED, held
+from tissue_sim.frames import Array
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+STEPS = 16
+JAWS_RAD = np.array([0.1, 0.4])
+
+
+def chunk(move_m: float, jaw_rad: float) -> Array:
+    """Return a chunk in which both arms move and open steadily by so much."""
+    arms, share = np.zeros((STEPS, 2, ACTION_SIZE // 2)), np.linspace(0.0, 1.0, STEPS)
+    arms[..., TURN] = UNTURNED
+    arms[..., MOVE.start] = move_m * share[:, None]
+    arms[..., JAW] = JAWS_RAD + jaw_rad * share[:, None]
+    return arms.reshape(STEPS, ACTION_SIZE)
+
+
+def test_a_minute_of_small_errors_moves_neither_the_grasper_nor_any_jaw() -> None:
+    asked = chunk(0.5 * HELD_M, 0.5 * HELD_RAD)
+    arms = held(asked, JAWS_RAD).reshape(STEPS, 2, -1)
+    assert not arms[:, LEFT_ARM, MOVE].any()
+    assert (arms[..., JAW] == JAWS_RAD).all()
+    np.testing.assert_array_equal(
+        arms[:, RIGHT_ARM, MOVE], asked.reshape(STEPS, 2, -1)[:, RIGHT_ARM, MOVE]
+    )
+
+
+@pytest.mark.parametrize("jaw_rad", [2.0 * HELD_RAD, -2.0 * HELD_RAD])
+def test_what_is_meant_is_done(jaw_rad: float) -> None:
+    asked = chunk(2.0 * HELD_M, jaw_rad)
+    np.testing.assert_array_equal(held(asked, JAWS_RAD), asked)
+
+
+def test_one_jaw_may_hold_while_the_other_closes() -> None:
+    asked = chunk(0.0, 0.0).reshape(STEPS, 2, -1)
+    asked[:, RIGHT_ARM, JAW] -= np.linspace(0.0, 0.3, STEPS)
+    asked[:, LEFT_ARM, JAW] += 0.001
+    arms = held(asked.reshape(STEPS, -1), JAWS_RAD).reshape(STEPS, 2, -1)
+    assert (arms[:, LEFT_ARM, JAW] == JAWS_RAD[LEFT_ARM]).all()
+    np.testing.assert_array_equal(arms[:, RIGHT_ARM, JAW], asked[:, RIGHT_ARM, JAW])
