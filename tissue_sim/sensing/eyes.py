@@ -29,7 +29,7 @@ VIEWS = (
     CameraSpec(name="wrist_left_tip", width=128, height=128, fov_rad=float(np.deg2rad(23.0))),
     CameraSpec(name="wrist_right_tip", width=128, height=128, fov_rad=float(np.deg2rad(29.0))),
 )
-LOOK_STEPS = 3  # control steps from one look to the next
+LOOK_STEPS = 6  # control steps from one look to the next: ten looks a second err as much as five
 JAW_PLAY_RAD = 0.004  # assumed: backlash between a jaw and its encoder
 WHITE = 0.1  # assumed: share of a force's error that is new in each step; the rest is constant
 USUAL = SensorModel()
