@@ -104,15 +104,24 @@ def train_view(
     )
 
 
-def join_views(files: Sequence[Path], config: PerceptionTraining, out: Path) -> Path:
-    """Write the checkpoint of all trained views and of the prior; return its path."""
+def join_views(
+    files: Sequence[Path],
+    config: PerceptionTraining,
+    out: Path,
+    base: PerceptionModel | None = None,
+) -> Path:
+    """Write the checkpoint of all trained views and of the prior; return its path.
+
+    The prior is fitted to the files, but a fine-tuned perception keeps its own: few patients more
+    would make one that is too sure.
+    """
     sizes = {view: read_frames(files[:1], view).rgb.shape[2:0:-1] for view in VIEWS}
     perception = PerceptionConfig(
         views=VIEWS,
         sizes=tuple((width, height) for width, height in sizes.values()),
         network=config.network,
     )
-    model = PerceptionModel(perception, fit_prior(files))
+    model = PerceptionModel(perception, base.prior() if base else fit_prior(files))
     for view, network in model.networks.items():
         network.load_state_dict(torch.load(out / view / WEIGHTS_FILE, weights_only=True))
     save_perception(out / CHECKPOINT_FILE, model)

@@ -124,7 +124,7 @@ class Train:
             console.print(f"view {view}")
             steps = training.train_view(files, view, config, out / view, self.device, base)
             _show(steps, config.steps)
-        return training.join_views(files, config, out)
+        return training.join_views(files, config, out, base)
 
     def _scheduled(self, preset: ScheduleT) -> ScheduleT:
         return replace(

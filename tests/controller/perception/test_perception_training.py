@@ -1,0 +1,85 @@
+"""Tests of perception's training: it learns a picture, and fine-tuning keeps what it must keep."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.perception.checkpoint import load_perception
+from controller.perception.network import N_LINE, N_WIDE
+from controller.perception.training import PRESETS, VIEWS, fine_tuning, join_views, train_view
+from tissue_sim.sensing.observation import N_POINTS
+
+SMOKE = PRESETS["smoke"]
+SIZE = (64, 96)  # height, width
+N_SHOWN = N_POINTS + 4  # with the ends of both cuts
+
+
+def pictures(path: Path, seed: int, frames: int = 6) -> Path:
+    """Write made-up labelled frames, in which every point is a white dot at its place."""
+    rng = np.random.default_rng(seed)
+    pixels = rng.uniform(8.0, 56.0, (frames, N_SHOWN, 2)).astype(np.float32)
+    rgb = np.zeros((frames, *SIZE, 3), np.uint8)
+    for k, frame in enumerate(pixels.astype(int)):
+        rgb[k, frame[:, 1], frame[:, 0]] = 255
+    columns = {
+        "points_m": rng.normal(0.0, 0.01, (frames, N_POINTS, 3)).astype(np.float32),
+        "there": np.ones((frames, N_SHOWN), bool),
+        "severed": np.zeros((frames, 2), bool),
+        "third_tube": np.zeros(frames),
+        "radius_m": np.full((frames, 2), 0.0015, np.float32),
+        "sac_radius_m": np.full((frames, 5), 0.01, np.float32),
+    }
+    for view in VIEWS:
+        columns[f"rgb.{view}"] = rgb
+        columns[f"pixels.{view}"] = pixels
+        columns[f"visible.{view}"] = np.ones((frames, N_SHOWN), bool)
+        columns[f"radius.{view}"] = np.full((frames, N_WIDE), 3.0, np.float32)
+    np.savez(path, **columns)
+    return path
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("perception")
+    files = [pictures(folder / f"{seed}.npz", seed) for seed in (1, 2)]
+    for view in VIEWS:
+        assert len(list(train_view(files, view, SMOKE, folder / view))) == SMOKE.steps
+    return join_views(files, SMOKE, folder)
+
+
+def losses(files: list[Path], out: Path, steps: int) -> Iterator[float]:
+    config = replace(SMOKE, steps=steps)
+    return (step.loss for step in train_view(files, VIEWS[0], config, out))
+
+
+def test_the_loss_falls(tmp_path: Path) -> None:
+    found = list(losses([pictures(tmp_path / "a.npz", 3)], tmp_path, 40))
+    assert np.mean(found[-5:]) < 0.9 * np.mean(
+        found[:5]
+    )  # the dots are alike: where they lie is learnt
+
+
+def test_fine_tuning_moves_the_networks_and_keeps_the_prior(base: Path, tmp_path: Path) -> None:
+    before, files = load_perception(base), [pictures(tmp_path / "b.npz", 4)]
+    config, model = fine_tuning(SMOKE, base)
+    for view in VIEWS:
+        list(train_view(files, view, config, tmp_path / view, base=model))
+    after = load_perception(join_views(files, config, tmp_path, model))
+    np.testing.assert_array_equal(after.prior().mean, before.prior().mean)
+    np.testing.assert_array_equal(after.prior().spread, before.prior().spread)
+    weights = [next(m.networks[VIEWS[0]].parameters()) for m in (before, after)]
+    assert not (weights[0] == weights[1]).all()
+
+
+def test_a_new_perception_has_the_prior_of_its_patients(base: Path, tmp_path: Path) -> None:
+    files = [pictures(tmp_path / "c.npz", 5)]
+    for view in VIEWS:
+        list(train_view(files, view, SMOKE, tmp_path / view))
+    prior = load_perception(join_views(files, SMOKE, tmp_path)).prior()
+    with np.load(files[0]) as frames:
+        mean = frames["points_m"][:, :N_LINE].astype(float).mean(axis=0)
+    np.testing.assert_allclose(prior.mean, mean.ravel())
+    assert not np.array_equal(prior.mean, load_perception(base).prior().mean)
