@@ -67,6 +67,7 @@ class ControllerDiffusion:
         seen = self._body.see(observation.vector())
         self._seen.append(seen)
         self._dead_time.see(fields(seen)["tips_endoscope"][..., 3])
+        self._left_rests = instruction.task.kind != "grab" and instruction.correction is None
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()
@@ -108,8 +109,8 @@ class ControllerDiffusion:
                 "noise": self._chance.standard_normal(shape, np.float32),
             }
         )
-        motions = actions_of(held(chunk.astype(float), jaws_rad[-1]))
-        self._running = np.concatenate([committed, _faded(rest, motions)])
+        chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
+        self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 
     def _history(self) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""What a chunk hardly moves stays where it is: jaws, and the arm that holds the gallbladder.
+"""What a chunk hardly moves stays where it is: jaws, and an arm that only holds the gallbladder.
 
 A policy errs a little in each chunk. Where it should hold for a minute, errors of one sign add up:
 without this, grasping jaws opened by 0.04 rad a minute (median of 19 procedures), and the pinch
@@ -18,18 +18,21 @@ HELD_M, HELD_TURN_RAD = 1e-4, 0.002  # a grasper that is to move does so ten tim
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 
 
-def held(chunk: Array, jaws_rad: Array) -> Array:
+def held(chunk: Array, jaws_rad: Array, *, left_rests: bool) -> Array:
     """Return a chunk (n, 20) in which what hardly moves rests.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
         jaws_rad: (2,) last commanded before it.
+        left_rests: the words do not ask for anything of the left arm. As it grabs, it may pull
+            little by little.
     """
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     still = np.abs(arms[..., JAW] - jaws_rad).max(axis=0) < HELD_RAD
     arms[:, still, JAW] = jaws_rad[still]
     left = arms[:, LEFT_ARM]
     moves_m = np.linalg.norm(left[:, MOVE], axis=1).max()
-    if moves_m < HELD_M and np.abs(left[:, TURN] - UNTURNED).max() < HELD_TURN_RAD:
+    turns_rad = np.abs(left[:, TURN] - UNTURNED).max()
+    if left_rests and moves_m < HELD_M and turns_rad < HELD_TURN_RAD:
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
     return arms.reshape(chunk.shape)

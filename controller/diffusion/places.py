@@ -20,7 +20,7 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
 )
 from tissue_sim.sensing.observation import TUBE_POINTS
-from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, clips_along
+from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, clips_along, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
 
 FINE_M = 0.0015  # resolves a twentieth of a millimetre
@@ -40,13 +40,11 @@ def place_features(now: dict[str, Tensor]) -> list[Tensor]:
     slots = torch.arange(now["clips_m"].shape[1], device=now["n_clips"].device)
     closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
     tubes = now["left_tube_m"], now["right_tube_m"]
-    neck_m = now["sac_m"][:, 0]
-    ends_m = torch.stack([(tube[:, -1] - neck_m).norm(dim=-1) for tube in tubes], dim=1)
-    nearer_left = (ends_m[:, 0] <= ends_m[:, 1])[:, None]  # the duct continues the neck
+    duct_left = duct_is_left(now)[:, None]
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
     lengths_m = now["rest_length_m"].clamp(min=1e-6).split(1, dim=1)
-    for tube, length_m, is_duct in zip(tubes, lengths_m, (nearer_left, ~nearer_left), strict=True):
+    for tube, length_m, is_duct in zip(tubes, lengths_m, (duct_left, ~duct_left), strict=True):
         seen = clips_along(tube, length_m, now["clips_m"], closed)
         stations = torch.where(
             is_duct,

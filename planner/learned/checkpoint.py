@@ -15,7 +15,7 @@ from tissue_sim.version import WORLD_VERSION
 SHIPPED = Path(__file__).with_name("planner.safetensors")
 FITS = {
     "world version": WORLD_VERSION,
-    "schema": 4,
+    "schema": 5,
     "observation size": VECTOR_SIZE,
     "instructions": len(TASKS) + len(CORRECTIONS),
 }

@@ -1,4 +1,9 @@
-"""The features of one moment: the observation, and the time since the task was given."""
+"""The features of one moment: the observation, and the time since the task was given.
+
+The network is also told how far what is seen is from what each task's criterion asks for, and what
+is next on each tube by the clip rule. A planner that had to learn these from demonstrations left
+the grasp early, and stood still where a tube takes two clips.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +12,25 @@ from torch import Tensor
 
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
-from tissue_sim.sensing.observation import fields
-from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
+from tissue_sim.sensing.observation import MAX_CLIPS, fields
+from tissue_sim.sensing.tissue_features import (
+    FAR_M,
+    FORCE_N,
+    SLACK,
+    TOUCH_N,
+    clips_along,
+    duct_is_left,
+    grasp_features,
+    tissue_features,
+)
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
 ON_TUBE_M = 0.003
-SLACK = 0.02  # scale of what a tube's chord over its length lacks to `TAUT_MIN`
 NEAR_M = 0.005  # scale of what a tip lacks to have gone back
+DEEDS = USUAL_CLIPS + 2  # on a tube: its clips, its cut, and none
 LONG_S, VERY_LONG_S = 3.0, 12.0  # scales of the time since a task was given
 
 
@@ -29,7 +44,8 @@ def seen_features(frames: Tensor) -> Tensor:
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
         now["n_clips"], now["clip_loaded"], now["scissors"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),
-        straightness(left), straightness(right),
+        straightness(left), straightness(right), *grasp_features(now),
+        *(next_deed(now, k) for k in range(2)),
         retreat(tips[:, RIGHT_ARM, :, 3], torch.cat([left, right], dim=1)),
     ]  # fmt: skip
     return torch.cat([part.flatten(1) for part in parts], dim=1)
@@ -49,6 +65,27 @@ def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
         nearest, along = away.min(dim=-1)
         parts += [torch.tanh(nearest / ON_TUBE_M), along / (away.shape[-1] - 1.0)]
     return parts
+
+
+def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
+    """Return what is next on tube k: first, second, last clip, cut, none; one is 1 (B, `DEEDS`)."""
+    side = ("left", "right")[k]
+    length_m = now["rest_length_m"][:, k : k + 1]
+    closed = (torch.arange(MAX_CLIPS) < now["n_clips"]).to(length_m)
+    sitting = clips_along(now[f"{side}_tube_m"], length_m, now["clips_m"], closed)
+    there, needed = sitting.there.sum(dim=1), _needed(now, k)
+    deed = torch.where(there == needed - 1, USUAL_CLIPS - 1, there)
+    deed = torch.where(there >= needed, DEEDS - 2, deed)
+    deed = torch.where(now["severed"][:, k] > 0.5, DEEDS - 1, deed)
+    return torch.nn.functional.one_hot(deed.long(), DEEDS).to(length_m)
+
+
+def _needed(now: dict[str, Tensor], k: int) -> Tensor:
+    """Return (B,) how many clips tube k needs, as `planner.seen.next_task` decides it."""
+    duct = duct_is_left(now) if k == 0 else ~duct_is_left(now)
+    length_m = now["rest_length_m"][:, k] + now["rest_length_std_m"][:, k]
+    usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))
+    return torch.where(length_m < usual_m, FEWEST_CLIPS, USUAL_CLIPS)
 
 
 def straightness(tube_m: Tensor) -> Tensor:

@@ -28,6 +28,9 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
+MOST_CORRECTIONS = (
+    3  # among the remembered moments; assumed: one that has not helped by then does not
+)
 SURE = 0.7  # probability from which another task is given at once; assumed
 STALE_S = 3.0  # after `PATIENCE_S`: each time going back has its weight halved again; assumed
 GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
@@ -50,10 +53,11 @@ class PlannerLearned:
     later: a late change costs that second, an early one leaves the task undone. A task that has
     not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
     that stops just short of the place where the task ends would otherwise wait until time is up.
-    After the first cut it never grasps again: the tubes can no longer be spread. How many clips a
-    tube gets follows from its length as it was seen before anything pulled at it. It calls for a
-    person where the tubes have no room (`RoomSeen`), where the arms stand still, and where a clip
-    or a cut would be tried for the fourth time.
+    Corrections that have not helped for some seconds make room for the task itself. After the first
+    cut it never grasps again: the tubes can no longer be spread. How many clips a tube gets follows
+    from its length as it was seen before anything pulled at it. It calls for a person where the
+    tubes have no room (`RoomSeen`), where the arms stand still, and where a clip or a cut would be
+    tried for the fourth time.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -85,7 +89,8 @@ class PlannerLearned:
             return Instruction(
                 task=task, hold=True, call=True, remark=why, time_s=observation.time_s
             )
-        wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE
+        given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
+        wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE and given < MOST_CORRECTIONS
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
             task=task,

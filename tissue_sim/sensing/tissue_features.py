@@ -9,7 +9,13 @@ import torch
 from torch import Tensor
 
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS
-from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.thresholds import (
+    GRASP_MIN_TRACTION_N,
+    HELD_PINCH_N,
+    SPREAD_MIN_M,
+    TAUT_MIN,
+)
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
 LENGTH_M = 0.01
@@ -19,6 +25,9 @@ WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
 CLIPS_A_TUBE = 4  # one more than there should be
 SITS_WITHIN_M = 0.003  # of the centreline; the tubes are 4 to 8 mm apart or more, assumed
+SLACK = 0.02  # scale of what a tube's chord over its length lacks
+TRACTION_N, PINCH_N = 0.1, 0.3  # scales of what a grasp lacks to pull, and to hold
+GAP_M = 0.002  # scale of what lacks between tubes that are to be spread
 
 
 class Sitting(NamedTuple):
@@ -83,6 +92,43 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
         now["tube_radius_m"] / RADIUS_M, now["rest_length_m"] / LENGTH_M,
         torch.tanh(now["rest_length_std_m"] / UNSURE_M),
     ]  # fmt: skip
+
+
+def grasp_features(now: dict[str, Tensor]) -> list[Tensor]:
+    """Return (B, n) what the grasp lacks: straight tubes, a gap between them, a pull, a pinch.
+
+    Each feature is zero where the judge's threshold is just met.
+    """
+    tubes = torch.stack([now["left_tube_m"], now["right_tube_m"]], dim=1)  # (B, 2, n, 3)
+    chord_m = (tubes[:, :, -1] - tubes[:, :, 0]).norm(dim=-1)
+    taut = chord_m / now["rest_length_m"].clamp(min=1e-6) - TAUT_MIN
+    traction_n = now["forces_n"][:, LEFT_ARM].norm(dim=-1, keepdim=True)
+    return [
+        torch.tanh(taut / SLACK),
+        torch.tanh((gap_m(now) - SPREAD_MIN_M) / GAP_M),
+        torch.tanh((traction_n - GRASP_MIN_TRACTION_N) / TRACTION_N),
+        torch.tanh((now["pinch_n"] - HELD_PINCH_N) / PINCH_N),
+    ]
+
+
+def gap_m(now: dict[str, Tensor]) -> Tensor:
+    """Return (B, 1) the smallest distance between the tubes' walls over their middle halves."""
+    n = now["left_tube_m"].shape[1]
+    left, right = (now[f"{side}_tube_m"][:, n // 4 : n - n // 4] for side in ("left", "right"))
+    apart_m = torch.cdist(left, right).flatten(1).amin(dim=1, keepdim=True)
+    return apart_m - now["tube_radius_m"].sum(dim=1, keepdim=True)
+
+
+def duct_is_left(now: dict[str, Tensor]) -> Tensor:
+    """Return (B,) whether the left tube is the duct: its upper end is nearer to the neck.
+
+    The duct continues the gallbladder's neck and the artery enters its wall beside it.
+    """
+    neck_m = now["sac_m"][:, 0]
+    left_m, right_m = (
+        (now[name][:, -1] - neck_m).norm(dim=-1) for name in ("left_tube_m", "right_tube_m")
+    )
+    return left_m <= right_m
 
 
 def clips_along(tube_m: Tensor, length_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:

@@ -24,7 +24,7 @@ def chunk(move_m: float, jaw_rad: float) -> Array:
 
 def test_a_minute_of_small_errors_moves_neither_the_grasper_nor_any_jaw() -> None:
     asked = chunk(0.5 * HELD_M, 0.5 * HELD_RAD)
-    arms = held(asked, JAWS_RAD).reshape(STEPS, 2, -1)
+    arms = held(asked, JAWS_RAD, left_rests=True).reshape(STEPS, 2, -1)
     assert not arms[:, LEFT_ARM, MOVE].any()
     assert (arms[..., JAW] == JAWS_RAD).all()
     np.testing.assert_array_equal(
@@ -35,13 +35,20 @@ def test_a_minute_of_small_errors_moves_neither_the_grasper_nor_any_jaw() -> Non
 @pytest.mark.parametrize("jaw_rad", [2.0 * HELD_RAD, -2.0 * HELD_RAD])
 def test_what_is_meant_is_done(jaw_rad: float) -> None:
     asked = chunk(2.0 * HELD_M, jaw_rad)
-    np.testing.assert_array_equal(held(asked, JAWS_RAD), asked)
+    np.testing.assert_array_equal(held(asked, JAWS_RAD, left_rests=True), asked)
 
 
 def test_one_jaw_may_hold_while_the_other_closes() -> None:
     asked = chunk(0.0, 0.0).reshape(STEPS, 2, -1)
     asked[:, RIGHT_ARM, JAW] -= np.linspace(0.0, 0.3, STEPS)
     asked[:, LEFT_ARM, JAW] += 0.001
-    arms = held(asked.reshape(STEPS, -1), JAWS_RAD).reshape(STEPS, 2, -1)
+    arms = held(asked.reshape(STEPS, -1), JAWS_RAD, left_rests=True).reshape(STEPS, 2, -1)
     assert (arms[:, LEFT_ARM, JAW] == JAWS_RAD[LEFT_ARM]).all()
     np.testing.assert_array_equal(arms[:, RIGHT_ARM, JAW], asked[:, RIGHT_ARM, JAW])
+
+
+def test_as_it_grabs_the_left_arm_may_pull_little_by_little() -> None:
+    asked = chunk(0.5 * HELD_M, 0.5 * HELD_RAD)
+    arms = held(asked, JAWS_RAD, left_rests=False).reshape(STEPS, 2, -1)
+    np.testing.assert_array_equal(arms[..., MOVE], asked.reshape(STEPS, 2, -1)[..., MOVE])
+    assert (arms[..., JAW] == JAWS_RAD).all()

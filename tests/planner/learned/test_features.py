@@ -1,11 +1,18 @@
 """Tests of a planner's features besides points: how far a task's criterion is from being met."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.learned.features import retreat, straightness
+from planner.learned.features import DEEDS, next_deed, retreat, straightness
+from planner.seen.next_task import NotNowError, next_task
+from planner.task import Tube
+from tests.planner.seen import clipped
+from tissue_sim.sensing.observation import Observation, fields
 from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 
 POINTS = 8
@@ -48,3 +55,36 @@ def test_an_arm_has_gone_back_where_its_tip_is_that_far_from_the_nearest_tube(aw
     tubes_m = torch.cat([bent(0.0), bent(0.0) + torch.tensor([0.0, 0.0, 0.1])], dim=1)
     back = retreat(torch.tensor([[0.0, -away * RETRACTED_M, 0.0]]), tubes_m)
     assert back.item() == pytest.approx(torch.tanh(torch.tensor(3.0 * (away - 1.0))).item())
+
+
+@given(
+    clips=st.tuples(st.integers(0, 3), st.integers(0, 3)),
+    cut=st.tuples(st.booleans(), st.booleans()),
+    lengths_m=st.tuples(st.floats(0.012, 0.03), st.floats(0.012, 0.03)),
+    duct=st.sampled_from(["left", "right"]),
+)
+def test_what_is_next_on_a_tube_is_what_a_person_would_be_told(clips, cut, lengths_m, duct):
+    """Compare with `next_task`, which carries out a person's commands."""
+    seen = replace(
+        clipped(*clips, duct=duct),
+        severed=np.array(cut),
+        rest_length_m=np.array(lengths_m),
+        rest_length_std_m=np.array([0.0005, 0.0]),
+    )
+    for k, tube in enumerate(("left", "right")):
+        assert next_deed(parts_of(seen), k).argmax().item() == deed_of(tube, seen)
+
+
+def deed_of(tube: Tube, seen: Observation) -> int:
+    """Return the number of the deed that `next_task` allows."""
+    try:
+        task = next_task("clip", tube, seen)
+    except NotNowError:
+        severed = seen.severed[("left", "right").index(tube)]
+        return DEEDS - 1 if severed else DEEDS - 2
+    assert task.clip is not None
+    return task.clip - 1
+
+
+def parts_of(seen: Observation) -> dict[str, torch.Tensor]:
+    return fields(torch.from_numpy(seen.vector())[None])

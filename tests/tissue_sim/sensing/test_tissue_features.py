@@ -7,8 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_sim.frames import exponential
-from tissue_sim.sensing.observation import MAX_CLIPS
-from tissue_sim.sensing.tissue_features import CLIPS_A_TUBE, LENGTH_M, along_tube, clips_along
+from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, VECTOR_SIZE, fields
+from tissue_sim.sensing.tissue_features import (
+    CLIPS_A_TUBE,
+    LENGTH_M,
+    along_tube,
+    clips_along,
+    gap_m,
+    grasp_features,
+)
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
+from tissue_sim.tools.arms import LEFT_ARM
 
 LONG_M = 0.021
 REST_M = torch.tensor([[LONG_M]])
@@ -78,3 +87,33 @@ def test_lengths_along_the_tube_are_those_at_rest(stretch):
     slack = along_tube(TUBE_M, REST_M, clips_along(TUBE_M, REST_M, clips, closed), tip)
     drawn = clips_along(TUBE_M * out, REST_M, clips * out, closed)
     torch.testing.assert_close(along_tube(TUBE_M * out, REST_M, drawn, tip * out), slack)
+
+
+def straight(chord_share, apart_m=0.02, traction_n=0.0, pinch_n=0.0):
+    """Return parts in which two straight tubes are this share of their length at rest long."""
+    now = fields(torch.zeros(1, VECTOR_SIZE))
+    y = torch.linspace(0.0, 0.02, TUBE_POINTS)
+    for name, x in (("left_tube_m", 0.0), ("right_tube_m", apart_m)):
+        now[name][0] = torch.stack([torch.full_like(y, x), y, torch.full_like(y, 0.09)], dim=1)
+    now["rest_length_m"][:] = 0.02 / chord_share
+    now["tube_radius_m"][:] = torch.tensor([0.001, 0.0015])
+    now["forces_n"][:, LEFT_ARM, 1] = traction_n
+    now["pinch_n"][:] = pinch_n
+    return now
+
+
+@pytest.mark.parametrize("beyond", [-1.0, 0.0, 1.0])
+def test_what_a_grasp_lacks_is_zero_where_the_judge_is_just_content(beyond):
+    now = straight(
+        TAUT_MIN + 0.01 * beyond,
+        SPREAD_MIN_M + 0.0025 + 0.001 * beyond,
+        GRASP_MIN_TRACTION_N + 0.05 * beyond,
+        HELD_PINCH_N + 0.1 * beyond,
+    )
+    for feature in grasp_features(now):
+        assert (torch.sign(feature.round(decimals=4)) == beyond).all()
+
+
+@pytest.mark.parametrize("apart_m", [0.004, 0.008, 0.016])
+def test_a_gap_is_between_the_walls(apart_m):
+    assert gap_m(straight(1.0, apart_m)).item() == pytest.approx(apart_m - 0.0025, abs=1e-6)
