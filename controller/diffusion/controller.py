@@ -34,10 +34,10 @@ class ControllerDiffusion:
     computed from the observation `delay` steps before, as if computing took that long, and from
     the motions up to its start. Its first motions are blended with the remaining ones of the
     running chunk, so that accelerations at the joint are like those inside chunks. What a chunk
-    hardly moves stays where it is (`holding`). New words drop
-    the running chunk; the next one starts at once from the played motions. All motions are in a
-    frame that moves with the body (`body_frame`). If motions arrive late (`dead_time`), the
-    observed tools are replaced by the poses they were asked to reach by then.
+    hardly moves stays where it is (`holding`). New words drop the running chunk; the next one
+    starts at once from the played motions. All motions are in a frame that moves with the body
+    (`body_frame`). If motions arrive late (`dead_time`), the observed tools are replaced by the
+    poses they were asked to reach by then.
 
     Attributes:
         place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk

@@ -20,7 +20,13 @@ from tissue_sim.outcome.clip_rule import (
     needed_m,
 )
 from tissue_sim.sensing.observation import TUBE_POINTS
-from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, clips_along, duct_is_left
+from tissue_sim.sensing.tissue_features import (
+    FAR_M,
+    NEAR_M,
+    clips_along,
+    closed_clips,
+    duct_is_left,
+)
 from tissue_sim.tools.arms import RIGHT_ARM
 
 FINE_M = 0.0015  # resolves a twentieth of a millimetre
@@ -37,8 +43,7 @@ def place_features(now: dict[str, Tensor]) -> list[Tensor]:
     Returns:
         Features (B, ...) of both tubes.
     """
-    slots = torch.arange(now["clips_m"].shape[1], device=now["n_clips"].device)
-    closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
+    closed = closed_clips(now)
     tubes = now["left_tube_m"], now["right_tube_m"]
     duct_left = duct_is_left(now)[:, None]
     tip = now["tips_endoscope"][:, RIGHT_ARM]

@@ -13,13 +13,14 @@ from torch import Tensor
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
-from tissue_sim.sensing.observation import MAX_CLIPS, fields
+from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
     FAR_M,
     FORCE_N,
     SLACK,
     TOUCH_N,
     clips_along,
+    closed_clips,
     duct_is_left,
     grasp_features,
     tissue_features,
@@ -71,8 +72,7 @@ def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
     """Return what is next on tube k: first, second, last clip, cut, none; one is 1 (B, `DEEDS`)."""
     side = ("left", "right")[k]
     length_m = now["rest_length_m"][:, k : k + 1]
-    closed = (torch.arange(MAX_CLIPS) < now["n_clips"]).to(length_m)
-    sitting = clips_along(now[f"{side}_tube_m"], length_m, now["clips_m"], closed)
+    sitting = clips_along(now[f"{side}_tube_m"], length_m, now["clips_m"], closed_clips(now))
     there, needed = sitting.there.sum(dim=1), _needed(now, k)
     deed = torch.where(there == needed - 1, USUAL_CLIPS - 1, there)
     deed = torch.where(there >= needed, DEEDS - 2, deed)

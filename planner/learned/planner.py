@@ -28,9 +28,7 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
-MOST_CORRECTIONS = (
-    3  # among the remembered moments; assumed: one that has not helped by then does not
-)
+MOST_CORRECTIONS = 3  # among the remembered moments; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
 STALE_S = 3.0  # after `PATIENCE_S`: each time going back has its weight halved again; assumed
 GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")

@@ -9,12 +9,7 @@ import torch
 from torch import Tensor
 
 from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS
-from tissue_sim.thresholds import (
-    GRASP_MIN_TRACTION_N,
-    HELD_PINCH_N,
-    SPREAD_MIN_M,
-    TAUT_MIN,
-)
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
@@ -25,7 +20,7 @@ WAVES_M = 0.008, 0.004, 0.002  # resolve differences of a tenth of a millimetre
 FORCE_N, TOUCH_N = 2.0, 0.2
 CLIPS_A_TUBE = 4  # one more than there should be
 SITS_WITHIN_M = 0.003  # of the centreline; the tubes are 4 to 8 mm apart or more, assumed
-SLACK = 0.02  # scale of what a tube's chord over its length lacks
+SLACK = 0.02  # scale of what a tube's chord over its length lacks to `TAUT_MIN`
 TRACTION_N, PINCH_N = 0.1, 0.3  # scales of what a grasp lacks to pull, and to hold
 GAP_M = 0.002  # scale of what lacks between tubes that are to be spread
 
@@ -67,9 +62,8 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
         frame, coarse and fine, which clips exist, `along_tube` for both tubes, how uncertain and
         hidden the points of tubes and sac are, and how wide and long the tubes.
     """
-    slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
     tubes = [now["left_tube_m"], now["right_tube_m"]]
-    closed = (slots < now["n_clips"]).to(now["clips_m"].dtype)
+    closed = closed_clips(now)
     lengths_m = now["rest_length_m"].split(1, dim=1)
     sitting = [
         clips_along(tube, length_m, now["clips_m"], closed)
@@ -129,6 +123,12 @@ def duct_is_left(now: dict[str, Tensor]) -> Tensor:
         (now[name][:, -1] - neck_m).norm(dim=-1) for name in ("left_tube_m", "right_tube_m")
     )
     return left_m <= right_m
+
+
+def closed_clips(now: dict[str, Tensor]) -> Tensor:
+    """Return (B, `MAX_CLIPS`) 1 where there is a clip, else 0."""
+    slots = torch.arange(MAX_CLIPS, device=now["n_clips"].device)
+    return (slots < now["n_clips"]).to(now["clips_m"].dtype)
 
 
 def clips_along(tube_m: Tensor, length_m: Tensor, clips_m: Tensor, closed: Tensor) -> Sitting:
