@@ -21,7 +21,7 @@ from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
 from planner.language.interpreter import Reading
 from planner.override import Answer, PlannerOverridden
-from planner.seen.going_back import is_back
+from planner.seen.done import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
 from scenarios.loop.guided_arm import GuidedArm

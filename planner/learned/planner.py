@@ -11,26 +11,24 @@ import torch
 from numpy.typing import NDArray
 
 from planner.assessment import Assessment
-from planner.base import MOST_TRIES, PATIENCE_S, PLANNING_PERIOD_S, failed_too_often
+from planner.base import MOST_TRIES, PLANNING_PERIOD_S, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
+from planner.learned.due import due
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.next_task import clips_needed_on, clips_on
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
-from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
 FLAG_ABOVE = 0.5
 MOST_CORRECTIONS = 3  # among the remembered moments; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
-STALE_S = 3.0  # after `PATIENCE_S`: each time going back has its weight halved again; assumed
 GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
 
 
@@ -48,14 +46,12 @@ class PlannerLearned:
     """Gives the instruction that the network predicts from the last moments.
 
     It changes the task when the network is sure of another one, or still prefers it a second
-    later: a late change costs that second, an early one leaves the task undone. A task that has
-    not succeeded for `PATIENCE_S` is left more readily. For going back this grows with time: a tip
-    that stops just short of the place where the task ends would otherwise wait until time is up.
-    Corrections that have not helped for some seconds make room for the task itself. After the first
-    cut it never grasps again: the tubes can no longer be spread. How many clips a tube gets follows
-    from its length as it was seen before anything pulled at it. It calls for a person where the
-    tubes have no room (`RoomSeen`), where the arms stand still, and where a clip or a cut would be
-    tried for the fourth time.
+    later: a late change costs that second, an early one leaves the task undone. What is seen to be
+    done, or not, decides which tasks may be due (`due`). Corrections that have not helped for some
+    seconds make room for the task itself. After the first cut it never grasps again: the tubes can
+    no longer be spread. How many clips a tube gets follows from its length as it was seen before
+    anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`), where
+    the arms stand still, and where a clip or a cut would be tried for the fourth time.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -121,38 +117,20 @@ class PlannerLearned:
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
-        """Return the probability of each task.
+        """Return the probability of each task that may be due.
 
-        After a cut it is zero for grabbing. A clip that is one too many for the tube, or comes
-        before its turn, and a cut that is made leave it to the task that is due in their place.
+        What is asked for where another task is due counts for that one. After a cut nothing is
+        grabbed.
         """
         if self._has_cut:
             logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
         chances = logits.softmax(dim=-1)
-        due = torch.tensor([self._due(k, observation) for k in range(N_TASKS)])
-        return torch.zeros_like(chances).index_add(0, due, chances)
-
-    def _due(self, k: int, observation: Observation) -> int:
-        """Return the task, by its number, that is due where this one is asked for."""
-        task = TASKS[k]
-        if task.kind == "cut" and observation.severed[("left", "right").index(task.tube)]:
-            return k + 1  # going back from it
-        if task.kind != "clip" or task.clip is None or task.tube is None:
-            return k
-        needed, there = clips_needed_on(task.tube, observation), clips_on(task.tube, observation)
-        last = k + 2 * (USUAL_CLIPS - task.clip)  # the gallbladder's; each clip has its way back
-        if there >= needed:
-            return last + 1  # going back from it
-        if k == last:
-            return k - 2 if there == 1 and needed == USUAL_CLIPS else k
-        return last if task.clip >= needed else k
+        given = TASKS[self._task] if self._task < N_TASKS else None
+        owed = [due(asked, given, self._since_s, observation).index - 1 for asked in TASKS]
+        return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
 
     def _take_up(self, chances: torch.Tensor) -> None:
-        weights, overdue_s = chances.clone(), self._since_s - PATIENCE_S
-        if overdue_s > 0.0:
-            again = overdue_s / STALE_S if TASKS[self._task].goes_back else 0.0
-            weights[self._task] *= 0.5 ** (1.0 + again)
-        task = int(weights.argmax())
+        task = int(chances.argmax())
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task
         if sure and task != self._task:

@@ -1,4 +1,4 @@
-"""The next task of a deed on a tube: its next clip, or its cut. From the observation alone."""
+"""What is next: on a tube, and in the whole procedure. From the observation alone."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 
+SIDES: tuple[Tube, Tube] = ("left", "right")  # in the order of the procedure
 RATHER_MORE = 1.0  # standard deviations of a length; chosen on tuning patients
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
 
@@ -30,7 +31,7 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     """
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
-    if observation.severed[("left", "right").index(tube)]:
+    if observation.severed[SIDES.index(tube)]:
         raise NotNowError(f"the {tube} tube is cut already")
     if deed == "clip" and n_clips >= n_needed:
         raise NotNowError(f"the {tube} tube has its {n_needed} clips")
@@ -41,13 +42,22 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     return next(t for t in TASKS if (t.kind, t.tube, t.clip) == (deed, tube, clip))
 
 
+def next_of_all(observation: Observation) -> Task | None:
+    """Return the procedure's first clip or cut that is not seen to be done; None if all are."""
+    for tube, severed in zip(SIDES, observation.severed, strict=True):
+        if not severed:
+            lacks = clips_on(tube, observation) < clips_needed_on(tube, observation)
+            return next_task("clip" if lacks else "cut", tube, observation)
+    return None
+
+
 def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHER_MORE) -> int:
     """Return how many clips a tube needs by its length at rest, longer by some deviations.
 
     A third clip on a tube that is a little too short for it usually finds its place; a tube that
     has one too few is not done.
     """
-    k = ("left", "right").index(tube)
+    k = SIDES.index(tube)
     length_m = observation.rest_length_m[k] + stds * observation.rest_length_std_m[k]
     return clips_needed(structure_seen(tube, observation), float(length_m))
 

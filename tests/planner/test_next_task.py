@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.next_task import NotNowError, clips_on, next_task
+from planner.seen.next_task import NotNowError, clips_on, next_of_all, next_task
 from tests.planner.seen import clipped
 from tissue_sim.outcome.clip_rule import needed_m
 
@@ -57,3 +57,30 @@ def test_a_clip_that_fell_is_on_no_tube():
 def test_a_clip_between_tubes_that_are_close_is_on_the_nearer():
     seen = clipped(left=2, apart_m=0.002)
     assert (clips_on("left", seen), clips_on("right", seen)) == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("length_m", "left", "right", "due"),
+    [
+        (0.028, 0, 0, "clipping first clip left tube"),
+        (0.028, 1, 0, "clipping second clip left tube"),
+        (0.028, 2, 3, "clipping third clip left tube"),
+        (0.028, 3, 0, "go to the cutting position left tube"),
+        (0.017, 0, 0, "clipping first clip left tube"),
+        (0.017, 1, 0, "clipping third clip left tube"),
+        (0.017, 2, 0, "go to the cutting position left tube"),
+    ],
+)
+def test_the_left_tube_comes_first_by_what_it_lacks(length_m, left, right, due):
+    seen = replace(clipped(left, right), rest_length_m=np.full(2, length_m))
+    said = next_of_all(seen)
+    assert said is not None
+    assert said.text == due
+
+
+def test_a_cut_tube_is_followed_by_the_other_and_then_by_nothing():
+    seen = clipped(3, 1)
+    said = next_of_all(replace(seen, severed=np.array([True, False])))
+    assert said is not None
+    assert said.text == "clipping second clip right tube"
+    assert next_of_all(replace(seen, severed=np.array([True, True]))) is None

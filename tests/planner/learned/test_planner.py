@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -10,18 +11,27 @@ import torch
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
+from planner.learned.due import due
 from planner.learned.network import Moments, PlannerNetwork
-from planner.learned.planner import MOST_CORRECTIONS, STALE_S, SURE, PlannerLearned
+from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.seen import clipped
 from tissue_sim.periods import CONTROL_HZ
-from tissue_sim.sensing.observation import POINTS, VECTOR_SIZE, fields, observation_of
+from tissue_sim.sensing.observation import (
+    POINTS,
+    VECTOR_SIZE,
+    Observation,
+    fields,
+    observation_of,
+)
+from tissue_sim.thresholds import RETRACTED_M
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
 ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
+JOINTS = np.zeros((2, 7)), np.full((2, 7), 0.5)  # to and fro, so that nobody is called
 
 
 @pytest.fixture(scope="module")
@@ -58,19 +68,16 @@ def test_it_follows_its_network_once_sure_or_when_the_network_repeats(
     data = Rollouts([as_run], CONFIG.history)
     at = torch.tensor(ROWS)
     prediction = network(data.moments(at, torch.full_like(at, 30), torch.ones_like(at)))
-    logits, cuts = prediction.task.clone(), [s.task.kind == "go_back_from_cut" for s in said]
-    logits[1 + cuts.index(True) if any(cuts) else len(said) :, TASKS.index(GRAB)] = -torch.inf
-    chances, preferred = logits.softmax(dim=-1), logits.argmax(dim=-1).tolist()
-    held_back = 0
+    asked = prediction.task.softmax(dim=-1)
+    chances = torch.stack([due_of(asked[k], said[:k], states) for k in range(len(said))])
+    preferred = chances.argmax(dim=-1).tolist()
     for k in range(1, len(said)):
         sure = chances[k].max() >= SURE or preferred[k] == preferred[k - 1]
         assert said[k].task == (TASKS[preferred[k]] if sure else said[k - 1].task)
         assert said[k].confidence == pytest.approx(
             chances[k, said[k].task.index - 1].item(), abs=1e-5
         )
-        held_back += said[k].task != TASKS[preferred[k]]
     assert said[0].task == TASKS[preferred[0]]
-    assert bool(held_back) == (sharpness == 1.0)
     failure = network.failure_chance(prediction)
     np.testing.assert_allclose([s.assessment.failure_chance for s in said], failure, atol=1e-5)
 
@@ -84,52 +91,57 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
     return other.requires_grad_(False)
 
 
-@pytest.mark.parametrize("chance", [0.6, 0.9, 0.99])
-def test_going_back_without_success_is_left_later_if_the_network_is_surer(network, chance):
-    due_s = PATIENCE_S + STALE_S * (max(math.log2(chance / (1.0 - chance)), 1.0) - 1.0)
-    said = said_for(due_s + 8.0, torn(network, GOING_BACK, CUT, chance))
-    left_s = said.index(CUT)
-    assert due_s < left_s <= due_s + 3.0  # the second time in a row it switches
-    assert set(said[:left_s]) == {GOING_BACK}
-    assert said[-1] == GOING_BACK
+@pytest.mark.parametrize(("chance", "waits"), [(0.6, True), (0.9, False)])
+def test_it_waits_a_second_where_it_is_not_sure(network, chance, waits):
+    planner, seen, first = PlannerLearned(torn(network, GRAB, CLIP, 0.99)), clipped(), TASKS[1]
+    assert planner.plan(seen).task == GRAB
+    planner._network = torn(network, CLIP, GRAB, chance)
+    said = [planner.plan(replace(seen, time_s=float(s))).task for s in (1, 2)]
+    assert said == [GRAB if waits else first, first]
 
 
-@pytest.mark.parametrize(("chance", "stays"), [(0.6, False), (0.9, True)])
-def test_a_cut_without_success_is_left_only_for_a_task_that_is_nearly_as_likely(
-    network, chance, stays
-):
-    said = said_for(60.0, torn(network, CUT, GOING_BACK, chance))
-    assert (set(said) == {CUT}) == stays
-    assert set(said[: int(PATIENCE_S)]) == {CUT}
+def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
+    """Return what is due of what is asked for after `said`, one instruction each second."""
+    given, row = (said[-1].task if said else None), len(said) * CONTROL_HZ
+    since_s = float(sum(1 for _ in takewhile(lambda s: s.task == given, reversed(said))))
+    chances = torch.zeros(len(TASKS))
+    for task, chance in zip(TASKS, asked, strict=True):
+        owed = due(task, given, since_s, observation_of(states[row], float(len(said))))
+        chances[owed.index - 1] += chance
+    return chances
 
 
-@pytest.mark.parametrize(("before", "after"), [(CUT, GRAB), (BACK_FROM_CUT, CLIP)])
-def test_after_a_cut_it_never_asks_to_grasp_again(network, before, after):
-    planner, state = PlannerLearned(torn(network, before, CLIP, 0.99)), rollout().states[0]
-    assert planner.plan(observation_of(state, 0.0)).task == before
+def test_after_a_cut_it_never_asks_to_grasp_again(network):
+    planner, ready = PlannerLearned(torn(network, CUT, CLIP, 0.99)), back(clipped(left=3))
+    assert planner.plan(ready).task == CUT
+    made = replace(ready, severed=np.array([True, False]))
+    assert planner.plan(replace(made, time_s=1.0)).task == BACK_FROM_CUT
     planner._network = torn(network, GRAB, CLIP, 0.9)
-    assert {planner.plan(observation_of(state, float(s))).task for s in range(2, 8)} == {after}
+    assert {planner.plan(replace(made, time_s=float(s))).task for s in range(2, 8)} == {CLIP}
     planner.reset()
-    assert planner.plan(observation_of(state, 0.0)).task == GRAB
+    assert planner.plan(ready).task == GRAB
+
+
+def back(seen: Observation) -> Observation:
+    """Return the observation with the right tip far from both tubes."""
+    seen.tips_endoscope[1, :3, 3] = seen.left_tube_m[0] - [0.0, 0.0, 2.0 * RETRACTED_M]
+    return seen
 
 
 def test_a_clip_that_has_been_tried_three_times_is_left_to_a_person(network):
-    planner, times = PlannerLearned(network), 0
-    at_home = observation_of(rollout().states[0], 0.0)
-    for k in range(2 * MOST_TRIES + 1):
-        wanted = (CLIP, GOING_BACK)[k % 2]
-        planner._network = torn(network, wanted, GRAB, 0.99)
-        said = planner.plan(replace(at_home, time_s=float(k)))
-        times += wanted is CLIP
-        assert said.call == (times > MOST_TRIES), k
+    planner, times = PlannerLearned(torn(network, TASKS[1], GRAB, 0.99)), 0
+    before = TASKS[0]
+    for second in range(round((MOST_TRIES + 1) * (PATIENCE_S + 4.0))):
+        at_home = replace(back(clipped()), time_s=float(second), joints=JOINTS[second % 2])
+        said = planner.plan(at_home)
+        times += said.task == TASKS[1] != before
+        before = said.task
+        assert said.call == (times > MOST_TRIES), second
+        if said.call:
+            break
+    assert times == MOST_TRIES + 1
     assert said.hold
     assert "3 times" in said.remark
-
-
-def said_for(time_s: float, network: PlannerNetwork) -> list[Task]:
-    """Return the tasks given once a second; the arms go to and fro, so that nobody is called."""
-    planner, states = PlannerLearned(network), rollout().states[[0, 1]]
-    return [planner.plan(observation_of(states[s % 2], float(s))).task for s in range(int(time_s))]
 
 
 def torn(network: PlannerNetwork, one: Task, other: Task, chance: float) -> PlannerNetwork:
@@ -210,36 +222,3 @@ def test_it_corrects_only_under_its_flag(network):
         corrected = [s.correction is not None for s in said]
         windows = [corrected[k : k + CONFIG.history] for k in range(len(said) - CONFIG.history)]
         assert max(sum(window) for window in windows) == n_corrected
-
-
-@pytest.mark.parametrize(
-    ("length_m", "clips", "due"),
-    [
-        (0.028, 0, ["first", "second", "third"]),
-        (0.028, 1, ["first", "second", "second"]),
-        (0.028, 2, ["first", "second", "third"]),
-        (0.028, 3, ["back", "back", "back"]),
-        (0.017, 0, ["first", "third", "third"]),
-        (0.017, 1, ["first", "third", "third"]),
-        (0.017, 2, ["back", "back", "back"]),
-    ],
-)
-@pytest.mark.parametrize("tube", ["left", "right"])
-def test_a_clip_that_has_no_place_gives_way_to_what_is_due(network, tube, length_m, clips, due):
-    """The tube that is looked at is the duct."""
-    seen = replace(clipped(**{tube: clips}, duct=tube), rest_length_m=np.full(2, length_m))
-    planner = PlannerLearned(network)
-    named = {name: f"clipping {name} clip {tube} tube" for name in ("first", "second", "third")}
-    named["back"] = f"going back third clip {tube} tube"
-    for name, expected in zip(("first", "second", "third"), due, strict=True):
-        k = next(k for k, task in enumerate(TASKS) if task.text == named[name])
-        assert TASKS[planner._due(k, seen)].text == named[expected]
-
-
-@pytest.mark.parametrize("tube", ["left", "right"])
-def test_a_cut_that_is_made_is_not_asked_for_again(network, tube):
-    planner, severed = PlannerLearned(network), np.array([tube == "left", tube == "right"])
-    cut = next(k for k, task in enumerate(TASKS) if task.kind == "cut" and task.tube == tube)
-    made = replace(clipped(left=3, right=3), severed=severed)
-    assert TASKS[planner._due(cut, made)].text == f"go back from the cut {tube} tube"
-    assert planner._due(cut, replace(made, severed=~severed)) == cut

@@ -1,0 +1,41 @@
+"""What is due where the network asks for a task: what is seen to be done, or not, decides.
+
+The network was trained where tasks change in time. Once it was late, what it had said before made
+it repeat itself: it asked for 20 s to go back from a clip with the arm back, and left a cut that
+was not made. Clips are counted, cuts and the tip are seen, so it need not guess these.
+"""
+
+from __future__ import annotations
+
+from planner.base import PATIENCE_S
+from planner.seen.done import has_slipped, is_done
+from planner.seen.next_task import next_of_all
+from planner.task import TASKS, Task
+from tissue_sim.sensing.observation import Observation
+
+GRAB = TASKS[0]
+
+
+def due(asked: Task, given: Task | None, since_s: float, seen: Observation) -> Task:
+    """Return the task that is due where the network asks for one.
+
+    A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
+    slipped and the network agrees; then the arm goes back. Going back lasts until the tip is seen
+    back, or has taken too long: an arm may stop just short of it. Then follows the first clip or
+    cut that is not done. To grab, and that the grab is done, is up to the network.
+
+    Args:
+        asked: by the network.
+        given: the task in force; None if there is none yet.
+        since_s: for how long.
+        seen: now.
+    """
+    if given is None or given == GRAB:
+        return GRAB if asked == GRAB else next_of_all(seen) or asked
+    over = since_s > PATIENCE_S or is_done(given, seen)
+    if given.goes_back:
+        after = GRAB if asked == GRAB else next_of_all(seen) or given
+        return after if over else given
+    slipped = (asked == GRAB or asked.goes_back) and has_slipped(seen)
+    way_back = TASKS[given.index]
+    return way_back if over or slipped else given

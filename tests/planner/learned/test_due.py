@@ -1,0 +1,80 @@
+"""Tests of what is due: what is seen to be done ends a task, whatever the network asks for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.base import PATIENCE_S
+from planner.learned.due import GRAB, due
+from planner.task import TASKS, Task
+from tests.planner.seen import clipped
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import HELD_PINCH_N, RETRACTED_M
+
+NAMED = {task.text: task for task in TASKS}
+FIRST, SECOND = NAMED["clipping first clip left tube"], NAMED["clipping second clip left tube"]
+BACK = NAMED["going back first clip left tube"]
+CUT, BACK_FROM_CUT = TASKS[7], TASKS[8]
+BEFORE_S, LATE_S = PATIENCE_S - 1.0, PATIENCE_S + 0.1
+
+
+def seen(left: int = 0, right: int = 0, *, back: bool = False, held: bool = True) -> Observation:
+    """Return an observation with clips, the right tip at the tubes or back, the grasp held."""
+    made = clipped(left, right)
+    made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
+    made.tips_endoscope[1, 2, 3] -= 1.1 * RETRACTED_M if back else 0.0
+    return replace(made, pinch_n=(1.2 if held else 0.8) * HELD_PINCH_N)
+
+
+@pytest.mark.parametrize("asked", TASKS)
+@pytest.mark.parametrize(
+    ("given", "now"),
+    [(FIRST, seen()), (BACK, seen(1)), (CUT, seen(3)), (SECOND, seen(1))],
+)
+def test_what_is_not_done_goes_on(given: Task, now: Observation, asked: Task) -> None:
+    assert due(asked, given, BEFORE_S, now) == given
+
+
+@pytest.mark.parametrize("asked", TASKS)
+@pytest.mark.parametrize(("given", "now"), [(FIRST, seen(1)), (SECOND, seen(2))])
+def test_a_clip_that_is_seen_is_left_by_the_way_back(
+    given: Task, now: Observation, asked: Task
+) -> None:
+    assert due(asked, given, 0.0, now) == TASKS[given.index]
+
+
+@pytest.mark.parametrize("asked", TASKS[1:])
+def test_an_arm_that_is_back_goes_on_with_what_is_not_done(asked: Task) -> None:
+    assert due(asked, BACK, 0.0, seen(1, back=True)) == SECOND
+    assert due(asked, BACK, 0.0, seen(0, back=True)) == FIRST  # the clip fell
+
+
+@pytest.mark.parametrize("asked", TASKS[1:])
+def test_what_takes_too_long_is_tried_again(asked: Task) -> None:
+    assert due(asked, CUT, LATE_S, seen(3)) == BACK_FROM_CUT
+    assert due(asked, BACK_FROM_CUT, 0.0, seen(3, back=True)) == CUT
+    assert due(asked, BACK, LATE_S, seen(1)) == SECOND  # it stopped just short
+
+
+@pytest.mark.parametrize(("asked", "leaves"), [(BACK, True), (GRAB, True), (FIRST, False)])
+def test_a_clip_is_left_when_the_gallbladder_slipped_and_the_network_agrees(
+    asked: Task, leaves: bool
+) -> None:
+    assert due(asked, FIRST, 1.0, seen(held=False)) == (BACK if leaves else FIRST)
+
+
+def test_it_grabs_again_where_the_network_asks_for_it_and_the_arm_is_back() -> None:
+    assert due(GRAB, BACK, 1.0, seen()) == BACK
+    assert due(GRAB, BACK, 1.0, seen(back=True)) == GRAB
+
+
+def test_that_the_grab_is_done_is_up_to_the_network() -> None:
+    for given in (None, GRAB):
+        assert due(GRAB, given, 60.0, seen(back=True)) == GRAB
+        assert {due(asked, given, 1.0, seen(back=True)) for asked in TASKS[1:]} == {FIRST}
+
+
+def test_when_all_is_cut_the_last_way_back_is_the_last_task() -> None:
+    now = replace(seen(3, 3, back=True), severed=np.array([True, True]))
+    assert {due(asked, TASKS[-1], 1.0, now) for asked in TASKS[1:]} == {TASKS[-1]}
