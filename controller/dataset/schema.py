@@ -12,7 +12,7 @@ from planner.task import TASKS
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-SCHEMA_VERSION = 3  # raise it when a column is added, dropped or changes its meaning
+SCHEMA_VERSION = 4  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 

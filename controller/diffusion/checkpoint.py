@@ -14,7 +14,7 @@ from tissue_sim.version import WORLD_VERSION
 SHIPPED = Path(__file__).with_name("policy.safetensors")
 FITS = {
     "world version": WORLD_VERSION,
-    "schema": 5,
+    "schema": 6,
     "observation size": VECTOR_SIZE,
     "action size": ACTION_SIZE,
 }

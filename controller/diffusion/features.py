@@ -1,13 +1,21 @@
-"""The features of an observation: tools, tissue in each tool's frame, where clips and cut go."""
+"""The features of an observation: tools, tissue from each tool, where clips and cut go."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
 
-from controller.diffusion.places import place_features
+from controller.diffusion.gallbladder import gallbladder_features
+from controller.diffusion.jaw_sides import side_features
+from controller.diffusion.places import place_features, places_on
 from tissue_sim.sensing.observation import fields
-from tissue_sim.sensing.tissue_features import FAR_M, FORCE_N, TOUCH_N, tissue_features
+from tissue_sim.sensing.tissue_features import (
+    FAR_M,
+    FORCE_N,
+    TOUCH_N,
+    grasp_features,
+    tissue_features,
+)
 
 MOTION_M = 0.005
 LAG_RAD = 0.05  # scale of a jaw's lag behind its command, which tells how hard it presses
@@ -22,7 +30,9 @@ class Features(nn.Module):
         parts = [*_tools(now, jaw_rad), *tissue_features(now)]
         for old in past:
             parts += _motion(old, now)
-        parts += place_features(now)
+        places = places_on(now)
+        parts += [*place_features(now, places), *side_features(now, places), *grasp_features(now)]
+        parts += gallbladder_features(now, places)
         return torch.cat([part.flatten(1) for part in parts], dim=1)
 
 

@@ -6,6 +6,8 @@ learn the rule from demonstrations, and placed clips 0.4 mm off even if it was t
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import torch
 from torch import Tensor
 
@@ -34,39 +36,75 @@ SPARE_M = 0.004
 NUMBERS = (USUAL_CLIPS, FEWEST_CLIPS)  # of clips on a tube: the words and the spare length choose
 
 
-def place_features(now: dict[str, Tensor]) -> list[Tensor]:
+class Places(NamedTuple):
+    """Where the clips of a tube and its cut belong: for three clips (4 places), and for two (3).
+
+    The last two places are the lowest for the upper clip of three and of two that leave room for
+    the cut.
+
+    Attributes:
+        points_m: (B, 9, 3) on the centreline, endoscope frame.
+        along: (B, 9, 3) unit vectors along the tube, from its fixed end up.
+        spare_m: (B, 2) what the tube is longer than each of `NUMBERS` clips needs.
+    """
+
+    points_m: Tensor
+    along: Tensor
+    spare_m: Tensor
+
+
+def places_on(now: dict[str, Tensor]) -> tuple[Places, Places]:
+    """Return the places on the left and on the right tube.
+
+    Args:
+        now: parts of `Observation.vector()`, batched (B, ...).
+    """
+    closed = closed_clips(now)
+    left, lengths_m = duct_is_left(now)[:, None], now["rest_length_m"].clamp(min=1e-6)
+    left_m, right_m = lengths_m.split(1, dim=1)
+    return (
+        _places(now["left_tube_m"], left_m, left, now["clips_m"], closed),
+        _places(now["right_tube_m"], right_m, ~left, now["clips_m"], closed),
+    )
+
+
+def _places(
+    tube_m: Tensor, length_m: Tensor, is_duct: Tensor, clips_m: Tensor, closed: Tensor
+) -> Places:
+    seen = clips_along(tube_m, length_m, clips_m, closed)
+    stations = torch.where(
+        is_duct,
+        _stations("duct", length_m, seen.stations_m, seen.there),
+        _stations("artery", length_m, seen.stations_m, seen.there),
+    )
+    points_m, along = _points(tube_m, stations / length_m)
+    return Places(points_m, along, _spare_m(is_duct, length_m))
+
+
+def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
     """Return where clips and cut belong, from the right tip, coarse and fine, and what is spare.
 
     Args:
         now: parts of `Observation.vector()`, batched (B, ...).
+        places: on both tubes.
 
     Returns:
         Features (B, ...) of both tubes.
     """
-    closed = closed_clips(now)
-    tubes = now["left_tube_m"], now["right_tube_m"]
-    duct_left = duct_is_left(now)[:, None]
     tip = now["tips_endoscope"][:, RIGHT_ARM]
     features = []
-    lengths_m = now["rest_length_m"].clamp(min=1e-6).split(1, dim=1)
-    for tube, length_m, is_duct in zip(tubes, lengths_m, (duct_left, ~duct_left), strict=True):
-        seen = clips_along(tube, length_m, now["clips_m"], closed)
-        stations = torch.where(
-            is_duct,
-            _stations("duct", length_m, seen.stations_m, seen.there),
-            _stations("artery", length_m, seen.stations_m, seen.there),
-        )
-        off = _points(tube, stations / length_m) - tip[:, None, :, 3]
+    for on_tube in places:
+        off = on_tube.points_m - tip[:, None, :, 3]
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
         features += [
             off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), torch.tanh(off_tool / FINE_M),
-            torch.tanh(_spare_m(is_duct, length_m) / SPARE_M),
+            torch.tanh(on_tube.spare_m / SPARE_M),
         ]  # fmt: skip
     return features
 
 
 def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Tensor:
-    """Return (B, 7) where the clips of a tube and its cut belong, for each number of clips.
+    """Return (B, 9) where the clips of a tube and its cut belong, for each number of clips.
 
     What sits farther up than the rule wants it moves the next clip up with it.
 
@@ -77,7 +115,7 @@ def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Te
         there: (B, m) 1 where there is a clip.
     """
     highest_m = length_m - HIGH_MARGIN_M + NEARER_M
-    found: list[Tensor] = []
+    found, lowest = list[Tensor](), list[Tensor]()
     for n in NUMBERS:
         planned = clip_stations_m(kind, length_m, n)
         found.append(planned[0])
@@ -86,8 +124,14 @@ def _stations(kind: str, length_m: Tensor, clips_m: Tensor, there: Tensor) -> Te
             above_m = torch.maximum(planned[k], clips_m[:, k - 1, None] + room_m)
             moved_m = torch.minimum(above_m, highest_m)
             found.append(torch.where(there[:, k - 1, None] > 0, moved_m, planned[k]))
+        lowest.append(_low(n, planned, clips_m, there) + CUT_ROOM_M)
         found.append(_cut(n, planned, clips_m, there))
-    return torch.cat(found, dim=1)
+    return torch.cat([*found, *lowest], dim=1)
+
+
+def _low(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:
+    """Return (B, 1) where the upper one of the clips that stay sits, or belongs."""
+    return torch.where(there[:, n - 2, None] > 0, clips_m[:, n - 2, None], planned[n - 2])
 
 
 def _cut(n: int, planned: tuple[Tensor, ...], clips_m: Tensor, there: Tensor) -> Tensor:
@@ -109,10 +153,15 @@ def _spare_m(is_duct: Tensor, length_m: Tensor) -> Tensor:
     return torch.where(is_duct, *kinds)
 
 
-def _points(tube_m: Tensor, share: Tensor) -> Tensor:
-    """Return the points (B, m, 3) at shares (B, m) of tubes (B, n, 3), straight on beyond them."""
+def _points(tube_m: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
+    """Return points and directions (B, m, 3) at shares (B, m) of tubes (B, n, 3).
+
+    Beyond its ends a tube goes straight on.
+    """
     at = share * (TUBE_POINTS - 1)
     first = at.detach().floor().clamp(0, TUBE_POINTS - 2).long()
     rows = first[..., None].expand(-1, -1, 3)
     low, high = tube_m.gather(1, rows), tube_m.gather(1, rows + 1)
-    return low + (at - first)[..., None] * (high - low)
+    way = high - low
+    along = way / way.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    return low + (at - first)[..., None] * way, along

@@ -29,7 +29,6 @@ class SenseTracked:
         sensed = observation_of(self._tracker.see(exact.vector()), exact.time_s)
         return replace(
             sensed,
-            sac_radius_m=exact.sac_radius_m * self._tracker.sac_radius,
             T_world_endoscope=exact.T_world_endoscope,
             shaft_offset_m=exact.shaft_offset_m,
         )

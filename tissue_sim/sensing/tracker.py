@@ -34,7 +34,6 @@ class Tracker:
 
     Attributes:
         model: the sizes of its errors.
-        sac_radius: factor on the observed radius of the gallbladder.
     """
 
     def __init__(self, model: SensorModel, rng: np.random.Generator) -> None:
@@ -50,7 +49,7 @@ class Tracker:
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
         self._hand_eye = np.stack([exponential(turn) for turn in turns])
         self._radius = 1.0 + model.tube_radius * np.clip(rng.standard_normal(2), -2.0, 2.0)
-        self.sac_radius = 1.0 + model.sac_radius * float(np.clip(rng.standard_normal(), -2.0, 2.0))
+        self._sac_radius = 1.0 + model.sac_radius * np.clip(rng.standard_normal(), -2.0, 2.0)
         self._third = model.third_tube * abs(float(rng.standard_normal()))
         self._past: deque[Floats] = deque(maxlen=round(model.delay_s / CONTROL_PERIOD_S) + 1)
         self._lost = np.zeros(N_POINTS, bool)
@@ -81,6 +80,7 @@ class Tracker:
         parts["std_m"][:], parts["age_s"][:], parts["hidden"][:] = std_m, self._age_s, self._unseen
         parts["severed"][:] = self._severed_now
         parts["tube_radius_m"][:] *= self._radius
+        parts["sac_radius_m"][:] *= self._sac_radius
         parts["third_tube"][0] = abs(parts["third_tube"][0] - self._third)
 
     def _creep_m(self) -> Array:

@@ -5,9 +5,9 @@ import pytest
 import torch
 from torch import Tensor
 
-from controller.diffusion.places import FINE_M, NUMBERS, place_features
+from controller.diffusion.places import FINE_M, NUMBERS, place_features, places_on
 from tissue_sim.frames import exponential
-from tissue_sim.outcome.clip_rule import SPACING_M, clip_stations_m, needed_m
+from tissue_sim.outcome.clip_rule import CUT_ROOM_M, SPACING_M, clip_stations_m, needed_m
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, VECTOR_SIZE, fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -31,9 +31,13 @@ def seen(*clips_m: float, length_m: float = LENGTH_M) -> dict[str, Tensor]:
     return now
 
 
+def features(now: dict[str, Tensor]) -> list[Tensor]:
+    return place_features(now, places_on(now))
+
+
 def places_m(now: dict[str, Tensor], side: int = 0) -> Tensor:
     """Return the places (n, 3) on a tube relative to the right tip, in the tool's frame."""
-    coarse, *_ = place_features(now)[4 * side : 4 * side + 4]
+    coarse, *_ = features(now)[4 * side : 4 * side + 4]
     return 0.03 * coarse[0]
 
 
@@ -57,6 +61,15 @@ def test_the_cut_belongs_in_the_widest_gap_above_the_clips_that_stay() -> None:
     assert float(found) == pytest.approx(0.016, abs=1e-6)
 
 
+@pytest.mark.parametrize(("n", "row"), [(3, 7), (2, 8)])
+def test_the_lowest_place_of_the_upper_clip_leaves_room_for_the_cut(n: int, row: int) -> None:
+    low_m = float(clip_stations_m("duct", np.array(LENGTH_M), n)[-2])
+    sitting = [0.006, 0.0105][: n - 1]
+    for clips_m, below_m in (((), low_m), (sitting, sitting[-1])):
+        found = places_m(seen(*clips_m))[row, 1] / STRETCH
+        assert float(found) == pytest.approx(below_m + CUT_ROOM_M, abs=1e-6)
+
+
 def test_places_do_not_depend_on_the_view() -> None:
     """Turn and move the scene and both tools together."""
     now, turned = seen(0.006, 0.011), seen(0.006, 0.011)
@@ -65,7 +78,7 @@ def test_places_do_not_depend_on_the_view() -> None:
         turned[name][:] = now[name] @ R.T + 0.02
     turned["tips_endoscope"][..., :3] = R
     turned["tips_endoscope"][..., 3] = 0.02
-    for a, b in zip(place_features(now), place_features(turned), strict=True):
+    for a, b in zip(features(now), features(turned), strict=True):
         torch.testing.assert_close(a, b, atol=2e-3, rtol=0.0)
 
 
@@ -75,17 +88,17 @@ def test_a_twentieth_of_a_millimetre_is_seen_at_the_place() -> None:
     at = places_m(now)[0]
     now["tips_endoscope"][:, RIGHT_ARM, :, 3] = at
     moved["tips_endoscope"][:, RIGHT_ARM, :, 3] = at + torch.tensor([0.0, 5e-5, 0.0])
-    fine, other = place_features(now)[2], place_features(moved)[2]
+    fine, other = features(now)[2], features(moved)[2]
     assert float((fine - other)[0, 0].abs().max()) == pytest.approx(5e-5 / FINE_M, rel=0.1)
 
 
 @pytest.mark.parametrize("n", NUMBERS)
 def test_what_is_spare_is_zero_on_a_tube_with_just_room(n: int) -> None:
-    spare = place_features(seen(length_m=needed_m("duct", n)))[3]
+    spare = features(seen(length_m=needed_m("duct", n)))[3]
     assert float(spare[0, NUMBERS.index(n)]) == pytest.approx(0.0, abs=1e-3)
 
 
 def test_no_clip_and_no_tube_break_nothing() -> None:
     now = fields(torch.zeros(1, VECTOR_SIZE))
-    assert all(part.isfinite().all() for part in place_features(now))
+    assert all(part.isfinite().all() for part in features(now))
     assert now["clips_m"].shape[1] == MAX_CLIPS

@@ -157,3 +157,14 @@ def test_an_episode_is_sensed_again_with_other_errors():
 def test_a_size_below_zero_is_refused(name: str):
     with pytest.raises(ValueError, match="must be positive"):
         replace(SensorModel(), **{name: -1.0})
+
+
+def test_the_gallbladder_seems_as_much_too_thick_everywhere_all_the_time():
+    thick = replace(SEEN, sac_radius_m=np.linspace(0.004, 0.012, 5)).vector()
+    model, true_m = SensorModel(), fields(thick)["sac_radius_m"]
+    factors = []
+    for seed in range(N_EPISODES):
+        share = fields(tracked(model, [thick] * 3, seed))["sac_radius_m"] / true_m
+        assert share == pytest.approx(share[0, 0], rel=1e-5)
+        factors.append(share[0, 0])
+    assert np.std(factors) == pytest.approx(model.sac_radius, rel=0.2)
