@@ -10,6 +10,7 @@ from controller.perception.clips import Clips
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
+from controller.perception.motion import share_of_motion
 from controller.perception.network import N_LINE
 from controller.perception.radii import Radii
 from controller.perception.third_tube import ThirdTube
@@ -25,8 +26,6 @@ from tissue_sim.sensing.observation import (
 )
 from tissue_sim.sensing.rest_length import RestLengths
 
-STILL = 0.03  # share of the usual motion while both tips rest
-RESTING_M_S, MOVING_M_S = 0.001, 0.010  # tips' speeds; between them the share rises
 BIAS_M = 3e-4  # measured on tuning patients: what all looks have in common
 _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 
@@ -52,7 +51,7 @@ class Perception:
     def see(self, glance: Glance) -> Observation:
         """Return what is perceived now."""
         tips_m = glance.tips_endoscope[:, :3, 3]
-        self._lines.wait(CONTROL_PERIOD_S, _share(tips_m, self._tips_m))
+        self._lines.wait(CONTROL_PERIOD_S, share_of_motion(tips_m, self._tips_m, glance.pinch_n))
         self._tips_m = tips_m.copy()
         self._clips.step(glance, self._lines, CONTROL_PERIOD_S)
         self._cuts.step(glance, self._lines)
@@ -112,15 +111,6 @@ class Perception:
             hidden=self._hidden & ~none,
             images={name: picture.rgb for name, picture in glance.pictures.items()},
         )
-
-
-def _share(tips_m: Array, before_m: Array | None) -> float:
-    """Return the share of the usual motion of tissue at these tips (2, 3), and those before."""
-    if before_m is None:
-        return 1.0
-    speed = float(np.linalg.norm(tips_m - before_m, axis=1).max()) / CONTROL_PERIOD_S
-    rising = (speed - RESTING_M_S) / (MOVING_M_S - RESTING_M_S)
-    return STILL + (1.0 - STILL) * float(np.clip(rising, 0.0, 1.0))
 
 
 def _in_sight(
