@@ -26,6 +26,7 @@ TOLD_OBSERVATIONS = (
 OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and constants
     "tissue_sim.frames",
     "tissue_sim.outcome.clip_rule",
+    "tissue_sim.patient.at_risk",  # usual radii, the same for every patient
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
     "tissue_sim.sensing.glance",

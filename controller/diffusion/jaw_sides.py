@@ -11,16 +11,15 @@ import torch
 from torch import Tensor
 
 from controller.diffusion.places import Places
-from controller.expert.approach import FIRM_ROOM_M, OFF_CENTRE_M
-from controller.expert.targets import CLEARANCE_M
-from tissue_sim.outcome.jaws import MOUTHS
+from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 LOW = (0, 1, 4)  # of the places: the two low clips of three, and the low one of two
-APPLIER, MOUTH_M = INSTRUMENTS["clip_applier"], MOUTHS["clip_applier"][0]
+APPLIER, MOUTH_M = INSTRUMENTS["clip_applier"], CLIP_LENGTH_M
 FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
 ROOM_M = 0.001  # scale of the room beside a finger
@@ -153,7 +152,7 @@ def _in_jaws(places: Places, forward: Tensor, lines_m: Tensor) -> tuple[Tensor, 
 def _half_opening_rad(tube_radius_m: Tensor) -> Tensor:
     """Return half the opening (B,) that barely clears a tube, as the expert opens its jaws."""
     lever_m = APPLIER.yaw_to_tip_m - 0.5 * MOUTH_M
-    return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(max=0.9).asin()
+    return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(0.0, 0.9).asin()
 
 
 def free_side(spare_m: Tensor) -> Tensor:

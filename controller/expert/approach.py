@@ -9,6 +9,7 @@ import numpy as np
 
 from controller.expert.jaw_room import catches_another, firm_room_m, sac_room_m
 from controller.expert.motion import before
+from controller.jaw_margins import FIRM_ROOM_M, OFF_CENTRE_M
 from controller.kinematics import Unreachable, inverse_kinematics
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -16,10 +17,8 @@ from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
-OFF_CENTRE_M = 0.0013  # the tube nearer to one finger, so that the other finger's side stays free
 WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this
 SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
-FIRM_ROOM_M = 0.0006  # to a structure at risk or the other arm: the filter keeps 0.5 mm
 STANDOFF_M = 0.020  # in front of the tool's target
 REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches
 TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.expert.approach import USUAL, Approach
+from controller.jaw_margins import CLEARANCE_M
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.outcome import clip_rule
 from tissue_sim.outcome.clip_rule import (
@@ -34,7 +35,6 @@ GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have cl
 GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the middle of the radius behind the axis
 GRASP_OPEN_RAD, GRASP_ROOM_M = 1.0, 0.0026  # usual opening; room beside a wide infundibulum
 LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-CLEARANCE_M = 0.0018  # between tube and finger on either side
 TAUT = 0.990
 MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
 LIFT = 0.35  # share of the pull towards the endoscope, off the liver

@@ -7,9 +7,10 @@ from torch import Tensor
 
 from controller.diffusion.jaw_sides import OFFS_M, free_side, lines_at_risk_m, rooms_m
 from controller.diffusion.places import Places, places_on
-from controller.expert.approach import FIRM_ROOM_M, Approach
+from controller.expert.approach import Approach
 from controller.expert.jaw_room import firm_room_m
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad
+from controller.jaw_margins import FIRM_ROOM_M
 from tests.planner.seen import clipped
 from tissue_sim.frames import inverse_pose, transform
 from tissue_sim.patient.anatomy import anatomy_from_seed
