@@ -6,6 +6,7 @@ from math import degrees
 
 import numpy as np
 
+from planner.command import TUBES
 from planner.seen.duct_side import structure_seen
 from planner.seen.next_task import clips_on
 from planner.task import Tube
@@ -15,7 +16,6 @@ from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 AXES = (("left", "right"), ("higher", "lower"), ("further away", "nearer"))  # of the endoscope
-TUBES: tuple[Tube, Tube] = ("left", "right")
 
 
 def scene_in_words(observation: Observation) -> str:

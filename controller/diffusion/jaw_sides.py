@@ -19,7 +19,7 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS
 
 LOW = (0, 1, 4)  # of the places: the two low clips of three, and the low one of two
-APPLIER, MOUTH_M = INSTRUMENTS["clip_applier"], CLIP_LENGTH_M
+APPLIER = INSTRUMENTS["clip_applier"]
 FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
 ROOM_M = 0.001  # scale of the room beside a finger
@@ -146,12 +146,12 @@ def _in_jaws(places: Places, forward: Tensor, lines_m: Tensor) -> tuple[Tensor, 
     y = torch.linalg.cross(z, x)
     off = lines_m[:, None] - points_m[:, :, None]
     along, across, ahead = ((off * axis[:, :, None]).sum(-1) for axis in (x, y, z))
-    return along, across, ahead - 0.5 * MOUTH_M
+    return along, across, ahead - 0.5 * CLIP_LENGTH_M
 
 
 def _half_opening_rad(tube_radius_m: Tensor) -> Tensor:
     """Return half the opening (B,) that barely clears a tube, as the expert opens its jaws."""
-    lever_m = APPLIER.yaw_to_tip_m - 0.5 * MOUTH_M
+    lever_m = APPLIER.yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
     return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(0.0, 0.9).asin()
 
 

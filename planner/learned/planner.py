@@ -15,7 +15,7 @@ from planner.base import MOST_TRIES, PLANNING_PERIOD_S, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
-from planner.learned.due import due
+from planner.learned.due import GRAB, due
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
@@ -29,7 +29,6 @@ from tissue_sim.sensing.rest_frame import RestFrame
 FLAG_ABOVE = 0.5
 MOST_CORRECTIONS = 3  # among the remembered moments; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
-GRAB = next(k for k, task in enumerate(TASKS) if task.kind == "grab")
 
 
 class _Moment(NamedTuple):
@@ -123,7 +122,7 @@ class PlannerLearned:
         grabbed.
         """
         if self._has_cut:
-            logits = logits.index_fill(0, torch.tensor(GRAB), -torch.inf)
+            logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None
         owed = [due(asked, given, self._since_s, observation).index - 1 for asked in TASKS]

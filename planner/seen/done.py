@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from planner.seen.next_task import SIDES, clips_needed_on, clips_on
+from planner.command import TUBES
+from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
@@ -20,7 +21,7 @@ def is_done(task: Task, seen: Observation) -> bool:
     if task.goes_back:
         return is_back(seen)
     if task.clip is None:
-        return bool(seen.severed[SIDES.index(task.tube)])
+        return bool(seen.severed[TUBES.index(task.tube)])
     needed = clips_needed_on(task.tube, seen)
     return clips_on(task.tube, seen) >= (needed if task.clip == USUAL_CLIPS else task.clip)
 

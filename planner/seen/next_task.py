@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from planner.command import Deed
+from planner.command import TUBES, Deed
 from planner.seen.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 
-SIDES: tuple[Tube, Tube] = ("left", "right")  # in the order of the procedure
 RATHER_MORE = 1.0  # standard deviations of a length; chosen on tuning patients
 ON_TUBE_M = 0.004  # from a clip's middle to the tube's centreline; assumed, about a tube's width
 
@@ -31,7 +30,7 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     """
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
-    if observation.severed[SIDES.index(tube)]:
+    if observation.severed[TUBES.index(tube)]:
         raise NotNowError(f"the {tube} tube is cut already")
     if deed == "clip" and n_clips >= n_needed:
         raise NotNowError(f"the {tube} tube has its {n_needed} clips")
@@ -44,7 +43,7 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
 
 def next_of_all(observation: Observation) -> Task | None:
     """Return the procedure's first clip or cut that is not seen to be done; None if all are."""
-    for tube, severed in zip(SIDES, observation.severed, strict=True):
+    for tube, severed in zip(TUBES, observation.severed, strict=True):
         if not severed:
             lacks = clips_on(tube, observation) < clips_needed_on(tube, observation)
             return next_task("clip" if lacks else "cut", tube, observation)
@@ -57,7 +56,7 @@ def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHE
     A third clip on a tube that is a little too short for it usually finds its place; a tube that
     has one too few is not done.
     """
-    k = SIDES.index(tube)
+    k = TUBES.index(tube)
     length_m = observation.rest_length_m[k] + stds * observation.rest_length_std_m[k]
     return clips_needed(structure_seen(tube, observation), float(length_m))
 

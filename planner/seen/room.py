@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from planner.command import TUBES
 from planner.seen.duct_side import structure_seen
-from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import Observation
 
 SURE = 2.0  # standard deviations; within them it is decided when the first clip is due
 LIKELY = 0.5  # chance of a third tube, or share of looks in which the tubes cross
-SIDES: tuple[Tube, Tube] = ("left", "right")
 
 
 class RoomSeen:
@@ -40,7 +39,7 @@ class RoomSeen:
         """
         reasons = []
         for side, length_m, std_m in zip(
-            SIDES, seen.rest_length_m, seen.rest_length_std_m, strict=True
+            TUBES, seen.rest_length_m, seen.rest_length_std_m, strict=True
         ):
             tube = structure_seen(side, seen)
             needs_m = needed_m(tube, FEWEST_CLIPS)
