@@ -29,7 +29,9 @@ def new_session(
     return SessionState(config=config, out=out, pace=pace, watcher=watcher, restarts=restarts)
 
 
-def page_of(session: SessionState, host: str, port: int | None) -> AbstractContextManager[None]:
+def page_of(
+    session: SessionState, host: str, port: int | None, say_port: int | None = None
+) -> AbstractContextManager[None]:
     """Serve the page while the block lasts, and print its address.
 
     Raises:
@@ -37,6 +39,14 @@ def page_of(session: SessionState, host: str, port: int | None) -> AbstractConte
     """
     from scenarios.viewer.open_page import serve
     from scenarios.viewer.page_process import PageProcess
+    from scenarios.viewer.port import choose_port
 
     console = Console(stderr=True)
-    return serve(lambda free: PageProcess(session, host=host, port=free), host, port, console)
+    if say_port is not None:
+        choose_port(host, say_port, "--say-port")
+    return serve(
+        lambda free: PageProcess(session, host=host, port=free, say_port=say_port),
+        host,
+        port,
+        console,
+    )

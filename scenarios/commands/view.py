@@ -48,9 +48,11 @@ class View:
     out: Path = Path("runs/view")
     """Folder for the recorded episodes, and for interventions that are kept as training data."""
     host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
-    """Address to listen on: everybody who can reach it can correct the robot."""
+    """Address to listen on; beyond this machine a token in the printed address is asked for."""
     port: Annotated[int | None, at_least(1)] = None
     """Port to listen on; the default is the first free one from 8080 on."""
+    say_port: Annotated[int | None, at_least(1)] = None
+    """Port that takes `POST /say` from a speech recogniser or another program; none by default."""
     camera: bool = False
     """Whether the endoscope's picture is shown, too; needs a renderer, and slows the loop down."""
     start: bool = False
@@ -69,7 +71,7 @@ class View:
         session = new_session(
             config, self.out, paused=not self.start, restarts=True, camera=self.camera
         )
-        with page_of(session, self.host, self.port), suppress(KeyboardInterrupt):
+        with page_of(session, self.host, self.port, self.say_port), suppress(KeyboardInterrupt):
             say_who_acts(self.planner, self.controller, self._sense)
             watch_episodes(session)
         return 0

@@ -8,12 +8,15 @@ from typing import Protocol
 
 from rich.console import Console
 
+from scenarios.viewer.gate import Gate
 from scenarios.viewer.port import FIRST_PORT, choose_port
 
 
 class Served(Protocol):
     """A page whose server runs while its `with` block lasts."""
 
+    @property
+    def gate(self) -> Gate: ...
     @property
     def port(self) -> int: ...
     def __enter__(self) -> Served: ...
@@ -32,7 +35,11 @@ def serve(
     with make(choose_port(host, port)) as page:
         if port is None and page.port != FIRST_PORT:
             console.print(f"port {FIRST_PORT} is taken; using {page.port}", highlight=False)
-        console.print(
-            f"open http://{host}:{page.port} in a browser; press Ctrl-C to end", highlight=False
-        )
+        token = page.gate.token
+        if token:
+            warning = "warning: others can reach this address; who has it can move the robot"
+            console.print(warning, highlight=False, soft_wrap=True)
+        address = f"http://{host}:{page.port}" + (f"/?token={token}" if token else "")
+        told = f"open {address} in a browser; press Ctrl-C to end"
+        console.print(told, highlight=False, soft_wrap=True)
         yield

@@ -12,6 +12,7 @@ import viser
 
 from scenarios.loop.inbox import interpreter
 from scenarios.viewer.frame import Frame
+from scenarios.viewer.gate import Gate, guarded
 from scenarios.viewer.panels.camera import CameraPanel
 from scenarios.viewer.panels.corrections import CELLS, CorrectionPanel
 from scenarios.viewer.panels.disturb import DisturbPanel
@@ -39,9 +40,9 @@ LEFT_PX, RIGHT_PX = 290, 320
 class Page:
     """Serves while its `with` block lasts. Draws nothing while no tab is open."""
 
-    def __init__(self, ask: Asks, *, host: str, port: int) -> None:
+    def __init__(self, ask: Asks, gate: Gate, *, host: str, port: int) -> None:
         self._ask = ask
-        with redirect_stdout(StringIO()):  # hides viser's banner
+        with guarded(gate), redirect_stdout(StringIO()):  # hides viser's banner
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         theme(self.server.gui, dark=True)
         self._scene = Scene(self.server.scene)

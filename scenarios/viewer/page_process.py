@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Lock, Thread
@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
 from scenarios.files.errors import BadInputError
+from scenarios.viewer.gate import Gate, gate_for
 from scenarios.viewer.session_state import SessionState
 
 P = ParamSpec("P")
@@ -22,11 +23,17 @@ GONE = EOFError, ConnectionError  # the other end of the connection is closed
 class PageProcess:
     """Serves while its `with` block lasts. If the process dies, the episode continues."""
 
-    def __init__(self, session: SessionState, *, host: str, port: int) -> None:
+    def __init__(
+        self, session: SessionState, *, host: str, port: int, say_port: int | None = None
+    ) -> None:
+        """Serve the session; `say_port` also takes `POST /say`."""
+        self.gate = gate_for(host)
         spawn = get_context("spawn")
         self._life, life = spawn.Pipe()
         self._asked, line = spawn.Pipe()
-        self._process = spawn.Process(target=_serve, args=(life, line, host, port), daemon=True)
+        self._process = spawn.Process(
+            target=_serve, args=(life, line, self.gate, host, port, say_port), daemon=True
+        )
         self._answering = Thread(
             target=answer, args=(self._asked, session), name="calot-session", daemon=True
         )
@@ -94,10 +101,17 @@ def answer(connection: Connection, session: SessionState) -> None:
             connection.send(reply)
 
 
-def _serve(life: Connection, line: Connection, host: str, port: int) -> None:
+def _serve(
+    life: Connection, line: Connection, gate: Gate, host: str, port: int, say_port: int | None
+) -> None:
     """Run the page in its process: send its port, and serve until the connection closes."""
     from scenarios.viewer.page import Page
+    from scenarios.viewer.say_server import SayServer
 
-    with Page(SessionLink(line), host=host, port=port) as page, suppress(*GONE):
+    ask = SessionLink(line)
+    with ExitStack() as served, suppress(*GONE):
+        page = served.enter_context(Page(ask, gate, host=host, port=port))
+        if say_port is not None:
+            served.enter_context(SayServer(ask, gate, host=host, port=say_port))
         life.send(page.port)
         life.recv()

@@ -9,17 +9,18 @@ from scenarios.files.errors import BadInputError
 
 FIRST_PORT = 8080
 PORTS = 100  # number of ports to try
+OTHERWISE = {"--port": "leave out --port to use a free one", "--say-port": "name a free one"}
 
 
-def choose_port(host: str, asked: int | None = None) -> int:
-    """Return the requested port, or the first free one from `FIRST_PORT` on.
+def choose_port(host: str, asked: int | None = None, option: str = "--port") -> int:
+    """Return the port that `option` requests, or the first free one from `FIRST_PORT` on.
 
     Raises:
         BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
     """
     if asked is not None:
         if error := _why_not(host, asked):
-            raise BadInputError(f"--port {asked}: {error}; leave out --port to use a free one")
+            raise BadInputError(f"{option} {asked}: {error}; {OTHERWISE[option]}")
         return asked
     ports = range(FIRST_PORT, FIRST_PORT + PORTS)
     for port in ports:

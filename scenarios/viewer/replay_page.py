@@ -14,6 +14,7 @@ from typing import Self
 
 import viser
 
+from scenarios.viewer.gate import gate_for, guarded
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
@@ -33,7 +34,8 @@ class ReplayPage:
     def __init__(
         self, recordings: Sequence[RecordingFrames], names: Sequence[str], *, host: str, port: int
     ):
-        with redirect_stdout(StringIO()):  # hides viser's banner
+        self.gate = gate_for(host)
+        with guarded(self.gate), redirect_stdout(StringIO()):  # hides viser's banner
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         self._recordings, self._names = tuple(recordings), tuple(names)
         self._scenes = stage(self.server, recordings)

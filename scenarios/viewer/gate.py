@@ -1,0 +1,93 @@
+"""Who may reach the page: this machine's own pages, or who knows the token.
+
+Any website that a browser shows may open a WebSocket to this machine; only its `Origin` tells it
+from the page (RFC 6455, section 10.2). A name that an attacker points at this machine passes for
+the same origin, so `Host` is checked as well.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.cookies import SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
+COOKIE = "calot"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """Decides on requests by their headers.
+
+    Attributes:
+        token: that must be known, in the address or in the cookie which the page sets then; "" on
+            an address that only this machine can reach.
+    """
+
+    token: str = ""
+
+    def refusal(self, headers: Mapping[str, str], path: str) -> str | None:
+        """Return why a request is refused; None if it may pass."""
+        host, origin = headers.get("Host", ""), headers.get("Origin")
+        if not self.token and _name(f"//{host}") not in LOOPBACK:
+            return f"host {host!r} is not this machine"
+        if origin is not None and urlsplit(origin).netloc != host:
+            return f"origin {origin!r} is not this page"
+        if self.token and not self._is_known(headers, path):
+            return "the token of the printed address is missing"
+        return None
+
+    def _is_known(self, headers: Mapping[str, str], path: str) -> bool:
+        cookie = SimpleCookie(headers.get("Cookie", "")).get(COOKIE)
+        said = [*parse_qs(urlsplit(path).query).get("token", []), cookie.value if cookie else ""]
+        return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in said)
+
+    def before(self, process: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Any]:
+        """Return what answers a request of `websockets`: a refusal, or what `process` does."""
+
+        def answer(connection: Any, request: Any) -> Any:
+            if (why := self.refusal(request.headers, request.path)) is not None:
+                return connection.respond(HTTPStatus.FORBIDDEN, f"Calot: {why}\n")
+            response = process(connection, request) if process else None
+            if response is not None and self.token:
+                response.headers["Set-Cookie"] = f"{COOKIE}={self.token}; HttpOnly; SameSite=Strict"
+            return response
+
+        return answer
+
+
+def gate_for(host: str) -> Gate:
+    """Return the gate for an address to listen on, with a new token beyond this machine."""
+    return Gate(token="" if host in LOOPBACK else secrets.token_urlsafe(16))
+
+
+@contextmanager
+def guarded(gate: Gate) -> Iterator[None]:
+    """Put the gate before every `websockets` server that is started while the block lasts.
+
+    viser has no setting for it.
+    """
+    from websockets.asyncio import server
+
+    serve = server.serve
+
+    def serve_guarded(*args: Any, process_request: Any = None, **settings: Any) -> Any:
+        return serve(*args, process_request=gate.before(process_request), **settings)
+
+    server.serve = serve_guarded  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        yield
+    finally:
+        server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _name(address: str) -> str:
+    try:
+        return urlsplit(address).hostname or ""
+    except ValueError:
+        return ""

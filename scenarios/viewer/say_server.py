@@ -1,0 +1,93 @@
+"""`POST /say`: an external speech recogniser, or any program, speaks to the episode."""
+
+from __future__ import annotations
+
+import json
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from types import TracebackType
+from typing import Any, Self
+
+from scenarios.loop.inbox import LONGEST, read
+from scenarios.viewer.gate import Gate
+from scenarios.viewer.session_state import Asks, SessionState
+
+MOST_BYTES = 4 * LONGEST + 100  # of a body: UTF-8, and the JSON around it
+
+
+class SayServer:
+    """Serves while its `with` block lasts."""
+
+    def __init__(self, ask: Asks, gate: Gate, *, host: str, port: int) -> None:
+        self._server = ThreadingHTTPServer((host, port), _handler(ask, gate))
+        self._serving = Thread(target=self._server.serve_forever, name="calot-say", daemon=True)
+
+    @property
+    def port(self) -> int:
+        """Return the port on which it listens."""
+        return self._server.server_address[1]
+
+    def __enter__(self) -> Self:
+        self._serving.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+
+
+def text_in(body: bytes, kind: str) -> str:
+    """Return the text of a body: plain, or JSON {"text": TEXT}.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if "json" not in kind:
+        return body.decode("utf-8")
+    content = json.loads(body)
+    if not isinstance(content, dict) or not isinstance(content.get("text"), str):
+        raise ValueError('JSON must be {"text": TEXT}')
+    return content["text"]
+
+
+def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        """Answers in JSON how the text is read; the robot's reply stands in the page's log."""
+
+        def do_POST(self) -> None:
+            """Read the text, and submit it."""
+            if (why := gate.refusal(dict(self.headers), self.path)) is not None:
+                return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
+            if self.path.partition("?")[0] != "/say":
+                return self._answer(HTTPStatus.NOT_FOUND, {"error": "only POST /say is served"})
+            length = self.headers.get("Content-Length", "")
+            if not length.isdigit() or int(length) > MOST_BYTES:
+                why = f"a body of at most {MOST_BYTES} bytes, with its length, is needed"
+                return self._answer(HTTPStatus.BAD_REQUEST, {"error": why})
+            try:
+                text = text_in(self.rfile.read(int(length)), self.headers.get("Content-Type", ""))
+            except ValueError as error:
+                return self._answer(HTTPStatus.BAD_REQUEST, {"error": str(error)})
+            reading = read(text)
+            ask(SessionState.hear, reading)
+            command = reading.command and reading.command.text
+            return self._answer(HTTPStatus.OK, {"command": command, "reply": reading.reply})
+
+        def _answer(self, status: HTTPStatus, content: dict[str, Any]) -> None:
+            body = json.dumps(content).encode()
+            self.send_response(status)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Keep the terminal for the run."""
+
+    return Handler

@@ -1,0 +1,119 @@
+"""Tests of who may reach the page and `POST /say`: its own pages, or who has the token."""
+
+import json
+import urllib.error
+import urllib.request
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from scenarios.loop.inbox import LONGEST
+from scenarios.viewer.gate import Gate, gate_for
+from scenarios.viewer.page_process import PageProcess
+from scenarios.viewer.port import choose_port
+from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
+
+HOST = "127.0.0.1"
+TOKEN = Gate(token="s3cret")
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """Yield a session, its page's port, and the port of `POST /say`."""
+    with running_session(tmp_path_factory.mktemp("gate")) as session:
+        say_port = choose_port(HOST)
+        page = PageProcess(session, host=HOST, port=choose_port(HOST), say_port=say_port + 1)
+        with page:
+            yield session, page.port, say_port + 1
+
+
+@pytest.mark.parametrize(
+    ("headers", "passes"),
+    [
+        ({"Host": "127.0.0.1:8080"}, True),
+        ({"Host": "localhost:8080", "Origin": "http://localhost:8080"}, True),
+        ({"Host": "localhost:8080", "Origin": "https://evil.example"}, False),
+        ({"Host": "localhost:8080", "Origin": "http://localhost:9999"}, False),
+        ({"Host": "localhost:8080", "Origin": "null"}, False),
+        ({"Host": "evil.example:8080", "Origin": "http://evil.example:8080"}, False),
+        ({"Host": "[", "Origin": "x"}, False),
+        ({}, False),
+    ],
+)
+def test_on_this_machine_only_its_own_page_passes(headers, passes):
+    assert (Gate().refusal(headers, "/") is None) == passes
+
+
+@pytest.mark.parametrize(
+    ("path", "cookie", "passes"),
+    [
+        ("/?token=s3cret", "", True),
+        ("/", "calot=s3cret", True),
+        ("/", "", False),
+        ("/?token=", "calot=", False),
+        ("/?token=other", "calot=other", False),
+    ],
+)
+def test_beyond_this_machine_the_token_is_asked_for(path, cookie, passes):
+    headers = {"Host": "theatre:8080", "Cookie": cookie}
+    assert (TOKEN.refusal(headers, path) is None) == passes
+
+
+def test_only_an_address_that_others_reach_has_a_token():
+    assert gate_for("127.0.0.1").token == gate_for("localhost").token == ""
+    assert len({gate_for("0.0.0.0").token for _ in range(3)} - {""}) == 3
+
+
+def test_another_sites_page_cannot_open_the_pages_websocket(served):
+    _, port, _ = served
+    address = f"ws://{HOST}:{port}"
+    with pytest.raises(InvalidStatus) as refused:
+        connect(address, origin="https://evil.example")
+    assert refused.value.response.status_code == 403
+    connect(address, origin=f"http://{HOST}:{port}", subprotocols=["viser-v0"]).close()
+
+
+def said(port, body, kind="text/plain", **headers):
+    """POST a body; return the status and the answer."""
+    request = urllib.request.Request(
+        f"http://{HOST}:{port}/say", data=body, headers={"Content-Type": kind, **headers}
+    )
+    try:
+        with urllib.request.urlopen(request) as response:
+            return response.status, json.load(response)
+    except urllib.error.HTTPError as error:
+        return error.code, json.load(error)
+
+
+def test_what_another_program_says_is_heard_by_the_episode(served):
+    session, _, port = served
+    session.pace.go_on()
+    for body, kind in ((b"don't cut", "text/plain"), (b'{"text": "wait"}', "application/json")):
+        status, answer = said(port, body, kind)
+        assert status == 200
+        assert answer["command"] in ("stop", "pause")
+    wait_until(lambda: any(line.kind == "said" for line in session.watcher.status().lines))
+    run_to(session, 0.5)
+    lines = [line for line in session.watcher.status().lines if line.kind == "said"]
+    assert [line.text for line in lines] == ["“don't cut”", "“wait”"]
+    assert all("I hold" in line.detail for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "headers", "status"),
+    [
+        (b"stop", "text/plain", {"Origin": "https://evil.example"}, 403),
+        (b"stop", "text/plain", {"Host": "evil.example"}, 403),
+        (b"x" * (5 * LONGEST), "text/plain", {}, 400),
+        (b"\xff\xfe", "text/plain", {}, 400),
+        (b"[1]", "application/json", {}, 400),
+        (b"{", "application/json", {}, 400),
+        (b'{"text": 3}', "application/json", {}, 400),
+    ],
+)
+def test_a_foreign_or_bad_request_is_refused_with_the_reason(served, body, kind, headers, status):
+    _, _, port = served
+    found, answer = said(port, body, kind, **headers)
+    assert found == status
+    assert answer["error"]
