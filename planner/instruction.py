@@ -41,6 +41,10 @@ class Instruction:
         call: The planner declines and asks for a person, who finds the reason in `remark`. It goes
             with `hold`, and ends the episode.
         remark: Of the source, for a person to read: why this instruction, or why to hold.
+        left_m: How far a person's correction of an arm has still to go; None for all others, which
+            last until the source says something else.
+        speed: Share of the usual speed that a person wants, above 0, at most 1.
+        forbidden: What a person forbade, in words ("cut duct"), until a person allows it.
 
     Raises:
         ValueError: The planner overrides interlocks, a correction is given with a hold, or a call
@@ -57,6 +61,9 @@ class Instruction:
     hold: bool = False
     call: bool = False
     remark: str = ""
+    left_m: float | None = None
+    speed: float = 1.0
+    forbidden: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.overrides and self.source != "human":

@@ -14,13 +14,16 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from controller.action import ToolAction, hold
 from controller.base import Controller
+from controller.correction import carried_out
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
-from planner.language.interpreter import Reading
-from planner.override import Answer, PlannerOverridden
+from planner.language.reading import Reading
+from planner.person.override import PlannerOverridden
 from planner.seen.done import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
@@ -30,9 +33,11 @@ from scenarios.loop.stage_clock import StageClock
 from scenarios.loop.step import Outcome, Step
 from scenarios.loop.task_record import TaskRecord
 from scenarios.perturbation.effects import Effects
+from tissue_sim.frames import Array
 from tissue_sim.outcome import nurse
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
+from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -78,6 +83,9 @@ class Episode:
         self._chunk: deque[ToolAction] = deque()
         self._guided: GuidedArm | None = None  # a person leads this arm now
         self._heard: list[Heard] = []  # observers do not know these yet
+        self._told: list[str] = []
+        self._exchanging = False
+        self._held_jaw_rad: Array | None = None  # since a hold began
 
     def steps(self) -> Iterator[Step]:
         """Run the loop: plan, hear, exchange tools when needed, act; until done or out of time.
@@ -119,18 +127,18 @@ class Episode:
             return self._override.plan(replace(self.observation, stands_still=stands))
 
     def _hear(self) -> None:
-        """Take in what people said, and drop what has lapsed of it."""
+        """Take in what people said, and what has become of their orders."""
         for reading in self.inbox.take(self._time_s):
             self._heard.append(self._answer(reading))
         for perturbation in self.inbox.disturbances():
             self.effects.add(perturbation)
-        self._follow(self._override.in_force(self._time_s))
+        self._told += self._override.follow(self.observation, exchanging=self._exchanging)
+        self._follow(self._override.in_force(self.observation))
 
     def _answer(self, reading: Reading) -> Heard:
-        if reading.command is None:
-            answer = Answer(instruction=None, reply=reading.reply)
-        else:
-            answer = self._override.instruct(reading.command, self.observation, reading.confidence)
+        answer = self._override.hear(reading, self.observation)
+        if reading.forbids is not None:
+            self.guarded_driver.forbid(reading.forbids.in_words, self._time_s)
         return Heard(
             time_s=self._time_s,
             reading=reading,
@@ -160,15 +168,31 @@ class Episode:
         """
         if self._instruction.hold:
             self.controller.reset()
-            stay = hold(self.guarded_driver.joints[:, 6])
+            stay = self._stay()
             return stay, self._guided_by_person(stay)
+        self._held_jaw_rad = None
         if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
             self._chunk.clear()
             self.controller.reset()
             self._guided = None
             return None, led
         asked = self._chosen_action()
+        jaw_rad = self.guarded_driver.joints[:, 6]
+        asked = carried_out(asked, self._instruction, jaw_rad)
         return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
+
+    def _stay(self) -> ToolAction:
+        """Return the action that holds both arms, with jaws where they are as the hold begins.
+
+        Jaws lag behind their command, so one that closes would go on; a grasper that holds keeps
+        its command, which is its grip.
+        """
+        if self._held_jaw_rad is None:
+            seen, commanded = self.observation, self.guarded_driver.joints[:, 6]
+            grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
+            open_rad = np.maximum(commanded, seen.joints[:, 6])
+            self._held_jaw_rad = np.where(grips, commanded, open_rad)
+        return hold(self._held_jaw_rad)
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""
@@ -193,11 +217,13 @@ class Episode:
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.guarded_driver.joints
         self._chunk.clear()
+        self._exchanging = True
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             self._hear()
             if self._instruction.hold:  # the rest of the exchange follows later
                 break
             yield self._step(command, exchange=True)
+        self._exchanging = False
         self.guarded_driver.restart(self.world.target)
         self.controller.reset()
         self.exchange_s += self._time_s - start_s
@@ -214,6 +240,7 @@ class Episode:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered, before = self.guarded_driver.news(), self.observation
         heard, self._heard = tuple(self._heard), []
+        told, self._told = tuple(self._told), []
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
@@ -236,6 +263,7 @@ class Episode:
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
+            told=told,
             guided=guided,
             ahead=tuple(self._chunk),
             spent_s=self._clock.read(),

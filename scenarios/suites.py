@@ -104,11 +104,17 @@ WRONG_SIDE = (  # the second tube has no clips yet
 CONTRADICTIONS = (
     (2.0, "move the right arm up and down"),
     (6.0, "open and close the right gripper"),
-    (10.0, "clip it but do not clip it"),
     (15.0, "move right arm to the left and to the right"),
     (20.0, "raise the right arm but keep it down"),
-    (25.0, "move the right arm higher, no, lower"),
 )
+WARNINGS = (  # each holds both arms, whatever else it says, until the person says to go on
+    (3.0, "no no no"),
+    (10.0, "be careful, you are too close to the bile duct"),
+    (17.0, "move the right arm higher, no, lower"),
+    (24.0, "arrête"),
+    (31.0, "that's the wrong tube"),
+)
+GO_ON = ("carry on", "resume", "go on please", "go on", "continue")
 SEEN_BY_CAMERAS = ("dye", "camera-shift", "camera-turn")
 LATE_CORRECTIONS = (  # the opposite follows while the first is being obeyed
     (5.0, "move right arm to the left"),
@@ -153,6 +159,13 @@ def _unfit(*said: tuple[float, str]) -> Iterator[tuple[float, str, None]]:
 
 def _plain(*said: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
     return ((time_s, text, text) for time_s, text in said)
+
+
+def _holding(*warnings: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
+    """Yield warnings, and two seconds after each the words to go on."""
+    for (time_s, text), on in zip(warnings, GO_ON, strict=True):
+        yield time_s, text, "stop"
+        yield time_s + 2.0, on, "resume"
 
 
 SUITES: dict[str, Suite] = {
@@ -204,6 +217,7 @@ SUITES: dict[str, Suite] = {
                 _audit("nonsense", *_unfit(*NONSENSE)),
                 _audit("wrong-side", *_unfit(*WRONG_SIDE)),
                 _audit("contradiction", *_unfit(*CONTRADICTIONS)),
+                _audit("warning", *_holding(*WARNINGS)),
                 _audit("late-correction", *_plain(*LATE_CORRECTIONS)),
             ),
         ),

@@ -90,6 +90,8 @@ class SafetyFilter:
                 time_s=seen.time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
             )
             return Allowed(joints=start, entry=entry, clearance_m=np.inf)
+        if instruction.speed != 1.0:
+            asked = start + instruction.speed * (asked - start)
         asked = self._way_out.lead(start, asked, instruction.task, seen)
         backing = self._way_out.backing
         situation = self._sense.see(start, self.rate, asked, instruction, seen)

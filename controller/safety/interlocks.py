@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from controller.safety.bounds import (
     EACH_JOINT,
     JOINTS,
+    N_MOTION,
     NO_BOUNDS,
     Bounds,
     Limit,
     at_least,
+    between,
 )
 from controller.safety.geometry.collision import NearPairs
 from controller.safety.limits.tip_speed import TIP_SPEED_M_S, tip_box
@@ -24,6 +26,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 NEAR_AT_RISK_M = 0.008  # assumed
 SLOW_M_S = 0.02  # assumed: a surgeon's speed beside what must not be injured
 _RIGHT_JAW = 13
+_JAWS = {"left": 6, "right": _RIGHT_JAW}
 _TIP_ROWS = 3  # of each arm in a box
 
 
@@ -64,6 +67,29 @@ class RoomBesideClips:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ForbiddenByAPerson:
+    """Keeps jaws from what a person forbade: to close on a tube, or to open."""
+
+    name: str = "forbidden by a person"
+
+    def bounds(self, situation: Situation) -> Bounds:
+        forbidden = situation.instruction.forbidden
+        if not forbidden:
+            return NO_BOUNDS
+        act = "cut" if situation.instruments[RIGHT_ARM].name == "scissors" else "clip"
+        shut = sorted(
+            name for name in situation.between_jaws if {act, f"{act} {name}"} & set(forbidden)
+        )
+        stay = [j for side, j in _JAWS.items() if {"open", f"open {side} gripper"} & set(forbidden)]
+        lower, upper = np.full(N_MOTION, -np.inf), np.full(N_MOTION, np.inf)
+        lower[[_RIGHT_JAW] if shut else []] = 0.0
+        upper[stay] = 0.0
+        rows = np.flatnonzero(np.isfinite(lower) | np.isfinite(upper))
+        what = [f"{JOINTS[j]} on {', '.join(shut)}" if j not in stay else JOINTS[j] for j in rows]
+        return between(EACH_JOINT[rows], lower[rows], upper[rows], what) if len(rows) else NO_BOUNDS
+
+
+@dataclass(frozen=True, kw_only=True)
 class SlowNearAtRisk:
     """Slows an arm near the common bile duct or the hepatic artery."""
 
@@ -94,6 +120,7 @@ INTERLOCKS: tuple[Limit, ...] = (
     ClipsBeforeCut(),
     OnlyWhatIsMeant(),
     RoomBesideClips(),
+    ForbiddenByAPerson(),
     SlowNearAtRisk(),
 )
 

@@ -1,61 +1,70 @@
-"""From free text to a command or a question back; a misunderstood sentence moves nothing."""
+"""From free text to a command or a question back; warnings come before everything else."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import replace
 from functools import cached_property
-from typing import Literal
 from unicodedata import normalize
 
-from planner.command import Command
+from planner.command import COMMANDS, Command
+from planner.correction import opposite
 from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
+from planner.language.reading import By, Reading, Said
+from planner.language.rules.compound import in_order, names_an_act, parts_of
+from planner.language.rules.dangers import danger_in
+from planner.language.rules.forbidding import allowed_in, forbidden_in
+from planner.language.rules.foreign import in_english
+from planner.language.rules.questions import question_in
+from planner.language.rules.relative import without_other_arm
+from planner.language.rules.sides import without_side
+from planner.language.rules.sizes import without_size
+from planner.language.rules.speeds import speed_in
+from planner.language.rules.warning import in_plain_letters, warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
+from planner.task import TASKS
 
-MAX_CHARACTERS = 200
+MAX_CHARACTERS = 200  # longer texts are not understood,
+LONGEST = 1000  # but warnings are heard in them
 MAX_GUESSES = 3
+MOST_PARTS = 6  # of a sentence with several commands
 MIN_CHANCE = 0.05  # probability of a guess worth offering; assumed
+RETREAT = re.compile(
+    r"\b(back|retreat|withdraw|come (back|out|away)|pull (back|out)|get out|retract)\b"
+)
+_YES = re.compile(
+    r"((yes|yeah|yep|yup|correct|exactly|affirmative|indeed|ja|genau|oui|si|sure|that one"
+    r"|是|是的|对|对的)"
+    r"( please| exactly| do that| do it| bitte| thanks)*)"
+)
+STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
 _UNLISTED = "qqqq the left arm higher"
-
-By = Literal["grammar", "classifier", "button", "nobody"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Reading:
-    """How a text was understood.
-
-    Attributes:
-        text: As it was said.
-        command: The meaning; None if it is not clear.
-        guesses: Possible commands, the likeliest first; empty if there is a command.
-        confidence: Of the command, or of the first guess, 0 to 1.
-        by: What found the command.
-        reply: To the person, one line.
-    """
-
-    text: str
-    command: Command | None = None
-    guesses: tuple[Command, ...] = ()
-    confidence: float = 0.0
-    by: By = "nobody"
-    reply: str
 
 
 class Interpreter:
     """Reads free text; it loads the sentence encoder when a sentence first needs it."""
 
     def read(self, text: str) -> Reading:
-        """Return the meaning of any text; never raise."""
-        if trouble := _trouble(text):
+        """Return the meaning of any text; never raise. Of a very long one the beginning counts."""
+        return replace(self._read(text[:LONGEST]), text=text)
+
+    def _read(self, text: str) -> Reading:
+        english = without_other_arm(in_english(text))
+        danger = danger_in(english)
+        if warns(text) or warns(english):
+            return self._warned(text, english, danger)
+        if trouble := _trouble(text, english):
             return _not_understood(text, trouble)
-        parsed = parse(text)
-        if parsed.refusal:
-            return _not_understood(text, parsed.refusal)
-        command = spelt_out(parsed.filled)
-        if command and not (parsed.unknown and command.moves):
-            return _understood(text, command, 1.0, "grammar")
-        return self._guess(text, parsed)
+        if _YES.fullmatch(in_plain_letters(text)):
+            return Reading(text=text, agrees=True, by="rule", reply="There is nothing to agree to.")
+        if danger:
+            return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
+        if speed := speed_in(english):
+            return Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=f"{speed}")
+        reading = self._several(text, english) or self._one(text, english)
+        return replace(reading, allows=allowed_in(english))
 
     def warm_up(self) -> None:
         """Load the sentence encoder, so that the first unknown word does not wait for seconds."""
@@ -65,21 +74,141 @@ class Interpreter:
     def _heads(self) -> SlotHeads:
         return load()
 
-    def _guess(self, text: str, parsed: Parse) -> Reading:
+    def _warned(self, text: str, english: str, danger: str) -> Reading:
+        """Return the reading of a warning: hold, and ask what was meant by the rest."""
+        said = _by_grammar(english)
+        question = question_in(english)
+        if question and said is None and not danger and asks_calmly(english):
+            return _asked(text, question)
+        if said in (STOP, PAUSE):
+            reading = _understood(text, said, 1.0, "grammar")
+        else:
+            reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
+        forbids = None if danger else forbidden_in(english)
+        rest = None if danger or forbids else _by_grammar(without_warning(english))
+        meant = rest if rest is not None and rest.moves else None
+        return replace(
+            reading,
+            forbids=forbids,
+            guesses=() if meant is None or reading.by != "warning" else (meant,),
+            reply=_what_is_held(reading, danger, forbids and forbids.text, meant),
+        )
+
+    def _several(self, text: str, english: str) -> Reading | None:
+        """Return the reading of several commands in order, all of them or none."""
+        parts = parts_of(english)
+        if not 1 < len(parts) <= MOST_PARTS:
+            return None
+        read = list[Said | None]()
+        for part in parts:
+            read.append(_sized(part) or _way_back(part, read[-1] if read else None))
+        said = tuple(one for one in read if one is not None)
+        said = tuple(one for one in said if one.command.word not in ("resume", "repeat")) or said
+        if len({one.command.text for one in said}) < 2:
+            missed = [p for one, p in zip(read, parts, strict=True) if one is None]
+            half = said and " and " in english and any(map(names_an_act, missed))
+            return self._half(text, said) if half else None
+        if _contradict(said):
+            return None
+        whole = None if in_order(english) else _sized(english)
+        moves = all(one.command.correction for one in said)
+        first_acts = said[0].command.deed or said[0].command.task
+        both_meant = moves or (first_acts and " and " in english)
+        if whole is not None and whole.command != said[0].command and not both_meant:
+            return None
+        if any(one is None for one in read):
+            return self._half(text, said)
+        first, *then = said
+        words = ", then ".join(_in_words(one) for one in said)
+        return Reading(
+            text=text,
+            command=first.command,
+            size_m=first.size_m,
+            side=first.side,
+            then=tuple(then),
+            confidence=1.0,
+            by="grammar",
+            reply=f"Understood: {words}.",
+        )
+
+    def _half(self, text: str, said: tuple[Said, ...]) -> Reading:
+        """Ask back where only some parts of a sentence are understood: half is never done."""
+        return _asked_back(text, tuple(one.command for one in said)[:MAX_GUESSES], 0.5)
+
+    def _one(self, text: str, english: str) -> Reading:
+        sized = without_size(english)
+        plain, side = without_side(sized.text)
+        parsed = parse(plain)
+        command = None if parsed.refusal else spelt_out(parsed.filled)
+        if command and not (parsed.unknown and command.moves):
+            return replace(_understood(text, command, 1.0, "grammar", sized.size_m), side=side)
+        if (question := question_in(english)) is not None:
+            return _asked(text, question)
+        if parsed.refusal:
+            return _not_understood(text, parsed.refusal)
+        return self._guess(text, sized.text, parsed, sized.size_m)
+
+    def _guess(self, text: str, english: str, parsed: Parse, size_m: float | None) -> Reading:
         from planner.language.sentence_encoder import embed  # PyTorch: seconds, once
 
         if not parsed.filled:
             return _not_understood(text, "no word of it names a motion, a clip, a cut or a side")
-        ranked = self._heads.ranked(embed(normalised(text)).numpy(), parsed.filled)
+        ranked = self._heads.ranked(embed(normalised(english)).numpy(), parsed.filled)
         confidence, best = ranked[0] if ranked else (0.0, None)
         sure = self._heads.thresholds[openness(parsed)]
         if best and confidence >= sure and may_be_filled(parsed, best):
-            return _understood(text, best, confidence, "classifier")
+            return _understood(text, best, confidence, "classifier", size_m)
         guesses = tuple(c for chance, c in ranked[:MAX_GUESSES] if chance >= MIN_CHANCE)
         return _asked_back(text, guesses, confidence)
 
 
-def _trouble(text: str) -> str:
+def asks_calmly(english: str) -> bool:
+    """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
+    return not warns(english.lower().replace("wrong", "").replace("are you sure", ""))
+
+
+def _by_grammar(english: str) -> Command | None:
+    """Return the command that an English sentence spells out; None if it does not."""
+    parsed = parse(without_size(english).text)
+    command = None if parsed.refusal else spelt_out(parsed.filled)
+    return None if command is None or (parsed.unknown and command.moves) else command
+
+
+def _sized(part: str) -> Said | None:
+    sized = without_size(part)
+    plain, side = without_side(sized.text)
+    command = _by_grammar(plain)
+    if command is None:
+        return None
+    return Said(command=command, size_m=sized.size_m if command.correction else None, side=side)
+
+
+def _contradict(said: tuple[Said, ...]) -> bool:
+    """Return whether motions without a size undo each other: "up and down"."""
+    ways = [one.command.correction for one in said if one.size_m is None]
+    return any(a and b and a == opposite(b) for a in ways for b in ways)
+
+
+def _way_back(part: str, before: Said | None) -> Said | None:
+    """Return the command to go back that follows a clip or a cut: "then retreat"."""
+    cut = before and before.command.deed == "cut"
+    if before and cut and RETREAT.search(part):
+        return Said(command=COMMANDS[f"go back from the {before.command.text}"])
+    task = before and before.command.task
+    if not task or task.goes_back or task.tube is None or not RETREAT.search(part):
+        return None
+    back = TASKS[task.index].text
+    if before and before.command.structure:
+        back = back.replace("left tube", before.command.structure)
+    return Said(command=COMMANDS[back])
+
+
+def _in_words(said: Said) -> str:
+    size = "" if said.size_m is None else f" by {1e3 * said.size_m:g} mm"
+    return f"{said.command.text}{size}"
+
+
+def _trouble(text: str, english: str) -> str:
     """Return why a text cannot be read at all; empty if it can."""
     if not text.strip():
         return "nothing was said"
@@ -87,23 +216,51 @@ def _trouble(text: str) -> str:
         return f"it is longer than {MAX_CHARACTERS} characters"
     if not text.strip().isprintable():
         return "it has characters that cannot be read"
-    if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", text)):
-        return "it is not in English"
+    if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", english)):
+        return "it is in no language that is understood"
     return ""
 
 
-def _understood(text: str, command: Command, confidence: float, by: By) -> Reading:
-    reply = f"Understood: {command.text}."
-    return Reading(text=text, command=command, confidence=confidence, by=by, reply=reply)
+def _understood(
+    text: str, command: Command, confidence: float, by: By, size_m: float | None = None
+) -> Reading:
+    said = Said(command=command, size_m=size_m if command.correction else None)
+    return Reading(
+        text=text,
+        command=command,
+        size_m=said.size_m,
+        confidence=confidence,
+        by=by,
+        reply=f"Understood: {_in_words(said)}.",
+    )
+
+
+def _what_is_held(
+    reading: Reading, danger: str, forbidden: str | None, meant: Command | None
+) -> str:
+    if danger:
+        return f"Refused: {danger}."
+    if forbidden:
+        return f"Forbidden until you allow it: {forbidden.removeprefix('no ')}."
+    if reading.by != "warning":
+        return reading.reply
+    return f'Did you mean "{meant.text}"?' if meant else "What is wrong? Say what to do, or resume."
+
+
+def _asked(text: str, question) -> Reading:
+    return Reading(
+        text=text, question=question, confidence=1.0, by="rule", reply=f"Question: {question}."
+    )
 
 
 def _not_understood(text: str, why: str) -> Reading:
-    return Reading(text=text, reply=f"Not understood: {why}. Nothing moves.")
+    return Reading(text=text, reply=f"Not understood: {why}.")
 
 
 def _asked_back(text: str, guesses: tuple[Command, ...], confidence: float) -> Reading:
     if not guesses:
         return _not_understood(text, "it may mean too many things, or none")
     meant = " or ".join(f'"{guess.text}"' for guess in guesses)
-    reply = f"Did you mean {meant}? Nothing moves."
-    return Reading(text=text, guesses=guesses, confidence=confidence, reply=reply)
+    return Reading(
+        text=text, guesses=guesses, confidence=confidence, reply=f"Did you mean {meant}?"
+    )

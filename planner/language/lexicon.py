@@ -85,7 +85,12 @@ def _sided() -> dict[str, Meaning]:
     }
     on = {f"{before} {side}": Meaning("which", side) for before in ("on", "at") for side in _SIDES}
     both = {f"both {noun}": Meaning("arm", "both") for noun in _NOUNS["arm"]}
-    heard = {f"write {noun}": Meaning("arm", "right") for noun in _NOUNS["arm"]}
+    heard = {
+        f"{wrong} {n}": Meaning(slot, "right")
+        for wrong in ("write", "rite", "wright")
+        for slot, ns in _NOUNS.items()
+        for n in ns
+    }
     bare = {side: Meaning("side", side) for side in _SIDES}
     return of_noun | on | both | heard | bare
 

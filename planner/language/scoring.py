@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from planner.command import COMMANDS, Command
+from planner.language.reading import Reading, Said
+from planner.language.rules.sizes import LARGE_M, SMALL_M
 
 OUT_OF_SCOPE, ASK_BACK = "-", "?"
 _EXPECTED = {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
@@ -81,3 +83,72 @@ def _meant(row: Row) -> Command | None:
 def _seen(command: Command | None) -> Command | None:
     """Return the command with its tube; the duct is the left one, as in most patients."""
     return command and command.seen(duct="left")
+
+
+VAGUE = {"small": f"{1e3 * SMALL_M:g} mm", "large": f"{1e3 * LARGE_M:g} mm"}
+_USUAL = {"duct": "left", "artery": "right"}
+_OF_TUBES = {"left tube": "duct", "right tube": "artery"}  # as in most patients
+
+
+def as_written(reading: Reading) -> str:
+    """Return a reading as the protocol of the sentence sets writes it."""
+    if reading.by == "rule" and reading.reply.startswith("Refused"):
+        return "refuse"
+    if reading.question:
+        return f"question: {reading.question}"
+    if reading.speed:
+        return f"speed: {reading.speed}"
+    if reading.by == "warning" or reading.forbids:
+        refused = reading.reply.startswith("Refused")
+        return "refuse" if refused else _held(reading)
+    if reading.command is None:
+        return "ask" if reading.guesses else "none"
+    first = Said(command=reading.command, size_m=reading.size_m, side=reading.side)
+    for said in (first, *reading.then):
+        if said.side and said.side != _USUAL.get(said.command.structure or ""):
+            return "ask"  # the robot sees another side
+    return " ; ".join(_sized(said) for said in (first, *reading.then))
+
+
+def is_right(expected: str, written: str) -> bool:
+    """Return whether a reading is the expected one.
+
+    A tube and its structure are the same; so are all ways to hold, and all that changes
+    nothing. Lengths count to half a millimetre.
+    """
+    return _plain(expected) == _plain(written)
+
+
+def holds(written: str) -> bool:
+    """Return whether the arms stay under a reading."""
+    return _plain(written).startswith("hold")
+
+
+def _held(reading: Reading) -> str:
+    return f"hold: {reading.forbids.text}" if reading.forbids else "hold"
+
+
+def _sized(said: Said) -> str:
+    if said.size_m is None:
+        return said.command.text
+    size_mm = f"{1e3 * said.size_m:.1f}".removesuffix(".0")
+    return f"{said.command.text} @ {size_mm} mm"
+
+
+def _plain(written: str) -> str:
+    if written in ("stop", "pause", "hold"):
+        return "hold"
+    if written in ("ask", "none"):
+        return "changes nothing"
+    parts = []
+    for part in written.split(" ; "):
+        command, at, size = part.partition(" @ ")
+        known = COMMANDS[command].seen(duct="left").text if command in COMMANDS else command
+        size = VAGUE.get(size, size)
+        half_mm = f"{round(2.0 * float(size.removesuffix(' mm'))) / 2:g}" if size else ""
+        parts.append(f"{known}{at}{half_mm}")
+    joined = " ; ".join(parts)
+    for tube, structure in _OF_TUBES.items():
+        joined = joined.replace(f"no clip {tube}", f"no clip {structure}")
+        joined = joined.replace(f"no cut {tube}", f"no cut {structure}")
+    return joined

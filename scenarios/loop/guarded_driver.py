@@ -77,6 +77,10 @@ class GuardedDriver:
         altered, self._news = tuple(self._news), []
         return altered
 
+    def forbid(self, act: str, time_s: float) -> None:
+        """Note in the ledger that a person forbade an act."""
+        self._note(Entry(time_s=time_s, limits=(f"forbidden by a person: {act}",)))
+
     def _note(self, entry: Entry) -> None:
         self.ledger.note(entry)
         self._news.append(entry)

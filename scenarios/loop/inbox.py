@@ -12,7 +12,8 @@ from typing import TypeVar
 
 from planner.command import Command
 from planner.instruction import Instruction
-from planner.language.interpreter import Interpreter, Reading
+from planner.language.interpreter import Interpreter
+from planner.language.reading import Reading
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation

@@ -38,6 +38,7 @@ class Step:
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
+        told: What the robot says by itself: how orders ended.
         guided: the arm that a person led, and its goal.
         ahead: What is left of the controller's chunk.
         spent_s: Time on the clock by stage, since the step before.
@@ -56,6 +57,7 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     heard: tuple[Heard, ...] = ()
+    told: tuple[str, ...] = ()
     guided: GuidedArm | None = None
     ahead: Chunk = ()
     spent_s: Mapping[str, float] = field(default_factory=dict)

@@ -16,7 +16,9 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.inbox import Heard
     from scenarios.loop.step import Step
 
-Kind = Literal["planner", "human", "said", "asked back", "injury", "filter", "disturbance", "end"]
+Kind = Literal[
+    "planner", "human", "said", "asked back", "injury", "filter", "disturbance", "told", "end"
+]
 KEPT = 200  # newest lines; the recording keeps all of them
 SMOOTHING = 0.05  # weight of a new step in the smoothed stage times
 
@@ -128,6 +130,9 @@ class EventLog:
     def _said(self, step: Step) -> None:
         for heard in step.heard:
             self._add(heard.time_s, _kind(heard), f"“{heard.text}”", heard.reply)
+
+        for told in step.told:
+            self._add(step.time_s, "told", told)
 
     def _altered(self, entry: Entry) -> None:
         n_before = len(self._ledger.entries)

@@ -18,6 +18,7 @@ _TAGS: dict[Kind, tuple[str, str]] = {  # label and colour
     "injury": ("INJURY", "#e03131"),
     "filter": ("filter", "#9c36b5"),
     "disturbance": ("disturbed", "#b08900"),
+    "told": ("robot", "#0b7285"),
     "end": ("end", "#2f9e44"),
 }
 

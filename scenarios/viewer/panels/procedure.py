@@ -11,7 +11,7 @@ from scenarios.viewer.event_log import EpisodeStatus, progress_of, verdict
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.tools.arms import LEFT_ARM
 
-_PLANNER, _HUMAN = "#1c7ed6", "#e8590c"
+_PLANNER, _HUMAN, _FORBIDDEN = "#1c7ed6", "#e8590c", "#c92a2a"
 
 
 class ProcedurePanel:
@@ -43,7 +43,7 @@ def _now(status: EpisodeStatus, paused: bool) -> str:
     state = " · paused" if paused else " · the nurse has the right arm" if status.exchange else ""
     guided = "" if status.guided_arm is None else _guided(status.guided_arm)
     now = f'<div class="now">{escape(instruction.text)}</div>{_source(instruction)}'
-    return f"{now} {clock}{state}{guided}"
+    return f"{now} {clock}{state}{guided}{_limits(instruction)}"
 
 
 def _source(instruction: Instruction) -> str:
@@ -51,6 +51,17 @@ def _source(instruction: Instruction) -> str:
     who = "you" if instruction.source == "human" else "planner"
     sure = f"{instruction.confidence:.0%} sure"
     return f'<span class="tag" style="background: {colour}">{who}</span> {sure} ·'
+
+
+def _limits(instruction: Instruction) -> str:
+    """Return what a person forbade, why the arms hold, and at which speed they move."""
+    told = [f"forbidden: {act}" for act in instruction.forbidden]
+    told += [instruction.remark] if instruction.hold and instruction.remark else []
+    told += [f"speed {instruction.speed:.0%}"] if instruction.speed != 1.0 else []
+    return "".join(
+        f'<br><span class="tag" style="background: {_FORBIDDEN}">{escape(one)}</span>'
+        for one in told
+    )
 
 
 def _guided(arm: int) -> str:

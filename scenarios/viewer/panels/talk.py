@@ -7,14 +7,16 @@ from html import escape
 
 import viser
 
-from planner.language.interpreter import Reading
+from planner.language.reading import Reading
 from scenarios.loop.inbox import read
+from scenarios.viewer.event_log import Kind, LogLine
 from scenarios.viewer.panels.style import pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 LATE_S = 0.5  # how long to wait for typed text that arrives after Enter
 SHOWN = 120  # characters of the text
 HOLD, GO_ON = "pause", "resume"  # commands of the two buttons
+SPOKEN: tuple[Kind, ...] = ("said", "asked back", "told")
 _NONE = "-"
 
 
@@ -23,6 +25,7 @@ class TalkPanel:
 
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask = ask
+        self._shown: LogLine | None = None
         with gui.add_folder("Tell the robot"):
             pad(gui, "two")
             form = gui.add_form(None)
@@ -50,7 +53,7 @@ class TalkPanel:
         reading = read(text)
         self._ask(SessionState.hear, reading)
         self._reply.content = _html(_answer(reading))
-        unclear = reading.command is None and bool(reading.guesses)
+        unclear = bool(reading.guesses)
         if unclear:
             self._guesses.options = tuple(guess.text for guess in reading.guesses)
         self._guesses.visible = unclear
@@ -69,7 +72,16 @@ class TalkPanel:
             self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
 
     def update(self, state: State) -> None:
-        """Do nothing: the log panel shows what the text led to."""
+        """Show the robot's newest reply, which says what the arms do now."""
+        spoken = [line for line in state.status.lines if line.kind in SPOKEN]
+        if spoken and spoken[-1] != self._shown:
+            self._shown = spoken[-1]
+            self._reply.content = _html(_reply(spoken[-1]))
+
+
+def _reply(line: LogLine) -> str:
+    quoted = f'<span class="dim">{escape(line.text)}</span><br>' if line.detail else ""
+    return f"{quoted}→ <b>{escape(line.detail or line.text)}</b>"
 
 
 def _answer(reading: Reading) -> str:

@@ -340,6 +340,14 @@ def test_a_person_may_have_the_scissors_close_and_the_ledger_says_so(world, blad
     assert allowed.entry.limits == ()
 
 
+def test_a_person_slows_the_arms(world):
+    asked = HOME.copy()
+    asked[:, :2] += 1e-3
+    said = Instruction(task=TASKS[0], speed=0.25)
+    allowed = filter_of(world).allow(HOME, asked, said, world.observe())
+    np.testing.assert_allclose(allowed.joints - HOME, 0.25 * (asked - HOME), atol=1e-12)
+
+
 def test_nobody_else_sets_interlocks_aside():
     with pytest.raises(ValueError, match="only a person may set interlocks aside"):
         Instruction(task=TASKS[0], overrides=frozenset({"only what is meant"}))

@@ -1,5 +1,7 @@
 """Tests of the interlocks, one plain rule in each test."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from controller.safety.interlocks import (
     NEAR_AT_RISK_M,
     SLOW_M_S,
     ClipsBeforeCut,
+    ForbiddenByAPerson,
     OnlyWhatIsMeant,
     RoomBesideClips,
     SlowNearAtRisk,
@@ -61,6 +64,49 @@ def test_jaws_close_on_what_the_instruction_names_or_on_nothing(kind, between, a
     bounds = OnlyWhatIsMeant().bounds(seen)
     assert keeps(bounds, CLOSES) == allowed
     assert keeps(bounds, OPENS)
+
+
+@pytest.mark.parametrize(
+    ("forbidden", "between", "closes"),
+    [
+        ("cut", ["duct"], False),
+        ("cut duct", ["duct"], False),
+        ("cut artery", ["duct"], True),
+        ("clip duct", ["duct"], True),
+        ("cut duct", ["artery"], True),
+        ("cut duct", [], True),
+    ],
+)
+def test_blades_do_not_close_on_what_a_person_forbade_to_cut(forbidden, between, closes):
+    said = replace(instruction("cut"), forbidden=(forbidden,))
+    seen = situation(instruments=SCISSORS, instruction=said, between_jaws=frozenset(between))
+    bounds = ForbiddenByAPerson().bounds(seen)
+    assert keeps(bounds, CLOSES) == closes
+    assert keeps(bounds, OPENS)
+
+
+def test_an_applier_does_not_close_on_what_a_person_forbade_to_clip():
+    said = replace(instruction("clip"), forbidden=("clip",))
+    seen = situation(instruction=said, between_jaws=frozenset({"duct"}))
+    assert not keeps(ForbiddenByAPerson().bounds(seen), CLOSES)
+
+
+@pytest.mark.parametrize(
+    ("forbidden", "left_opens", "right_opens"),
+    [
+        ("open left gripper", False, True),
+        ("open right gripper", True, False),
+        ("open", False, False),
+        ("cut", True, True),
+    ],
+)
+def test_a_gripper_that_must_stay_shut_does_not_open(forbidden, left_opens, right_opens):
+    bounds = ForbiddenByAPerson().bounds(
+        situation(instruction=replace(instruction("cut"), forbidden=(forbidden,)))
+    )
+    assert keeps(bounds, 0.1 * np.eye(N_MOTION)[6]) == left_opens
+    assert keeps(bounds, OPENS) == right_opens
+    assert keeps(bounds, CLOSES)
 
 
 def test_on_the_way_back_jaws_close_on_nothing():

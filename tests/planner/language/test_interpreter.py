@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
-from planner.correction import OPPOSITE
+from planner.correction import OPPOSITE, opposite
 from planner.language import sentence_encoder
 from planner.language.grammar import may_be_filled, parse
 from planner.language.interpreter import Interpreter
 from planner.language.slots import candidates
-from tests.planner.language.sayings import ARMS, OPPOSITES, mirrored, moves, orders, tasks
+from tests.planner.language.sayings import ARMS, OPPOSITES, deeds, mirrored, moves, orders, tasks
 
 INTERPRETER = Interpreter()
 
@@ -100,22 +100,50 @@ def test_too_turns_what_follows_only(sentence, text):
 @given(
     orders,
     st.sampled_from(
-        ["don't {}", "do not {}", "never {}", "please don't {}", "no, don't {}", "{}? No",
-         "you must not {}", "why did you {}", "should we {}?", "is it time to {}", "{}?",
-         "if it bleeds {}", "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
+        ["why did you {}", "should we {}?", "is it time to {}", "{}?", "if I nod {}",
+         "the nurse will {}", "I would {}", "when I say so {}", "he said {}"]
     ),
 )  # fmt: skip
-def test_denials_questions_suppositions_and_reports_move_nothing(sentence, frame):
+def test_questions_suppositions_and_reports_move_nothing(sentence, frame):
     reading = INTERPRETER.read(frame.format(sentence))
     assert reading.command is None
-    assert reading.reply.startswith("Not understood: it")
+    assert reading.question or reading.reply.startswith("Not understood: it")
+
+
+@given(
+    orders,
+    st.sampled_from(
+        ["don't {}", "do not {}", "never {}", "please don't {}", "no, don't {}", "{}? No",
+         "you must not {}", "no, {}", "wait, {}", "careful, {}", "wrong, {}", "whoa, {}",
+         "if it bleeds {}", "nein, {}", "arrête, {}", "¡cuidado! {}", "attenzione, {}", "别 {}"]
+    ),
+)  # fmt: skip
+def test_denials_alarms_and_doubts_hold_whatever_else_is_said(sentence, frame):
+    reading = INTERPRETER.read(frame.format(sentence))
+    assert reading.command is not None
+    assert reading.command.word in ("stop", "pause")
+    assert reading.then == ()
+
+
+@given(deeds, st.sampled_from(["don't {}", "never {}", "whoa, do not {} yet"]))
+def test_a_prohibition_names_the_act(sentence, frame):
+    forbidden = INTERPRETER.read(frame.format(sentence)).forbids
+    assert forbidden is not None
+    assert forbidden.act == ("cut" if sentence.startswith(("cut", "divide")) else "clip")
+    assert forbidden.on in sentence
+
+
+def test_no_followed_by_an_order_forbids_nothing_and_asks_whether_that_is_meant():
+    reading = INTERPRETER.read("no, clip the duct")
+    assert reading.forbids is None
+    assert [guess.text for guess in reading.guesses] == ["clip duct"]
 
 
 @given(
     orders,
     st.sampled_from(
         ["{} if you don't mind", "when you're ready, {}", "good. {}", "{} so I can see better",
-         "would you be so kind as to {}", "{}, mate", "no, {}", "I want you to {}"]
+         "would you be so kind as to {}", "{}, mate", "I want you to {}"]
     ),
 )  # fmt: skip
 def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
@@ -131,7 +159,6 @@ def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
         ("the robot opened the left gripper", None),
         ("the duct is divided", None),
         ("the left tube should be clipped by now", None),
-        ("the left tube was cut too close to the clip", None),
         ("you could have cut the artery", None),
     ],
 )
@@ -174,10 +201,61 @@ def test_an_unknown_thing_is_not_taken_for_a_known_one(sentence):
 
 
 @given(moves, moves)
-def test_two_orders_that_differ_are_asked_back(one, other):
-    both = {command_text(one), command_text(other)}
-    if len(both) == 2:
-        assert command_text(f"{one} and {other}") is None
+def test_two_motions_are_made_in_their_order_unless_the_second_undoes_the_first(one, other):
+    first, second = (INTERPRETER.read(text).command for text in (one, other))
+    reading = INTERPRETER.read(f"{one} and {other}")
+    if first == second:
+        assert (reading.command, reading.then) == (first, ())
+    elif second.correction == opposite(first.correction):
+        assert reading.command is None
+    else:
+        assert [reading.command, *(said.command for said in reading.then)] == [first, second]
+
+
+@pytest.mark.parametrize(
+    ("sentence", "said"),
+    [
+        ("open the left gripper and move it up a bit",
+         [("open left gripper", None), ("move left arm higher", 1.5)]),
+        ("right arm left 4 mm, down 1",
+         [("move right arm to the left", 4.0), ("move right arm lower", 1.0)]),
+        ("clip the duct, and after that clip the artery",
+         [("clip duct", None), ("clip artery", None)]),
+        ("second clip duct, come back, third clip duct",
+         [("clipping second clip duct", None), ("going back second clip duct", None),
+          ("clipping third clip duct", None)]),
+    ],
+)  # fmt: skip
+def test_several_commands_are_read_in_their_order_each_with_its_size(sentence, said):
+    reading = INTERPRETER.read(sentence)
+    found = [(reading.command.text, reading.size_m)]
+    found += [(one.command.text, one.size_m) for one in reading.then]
+    assert [(text, m and pytest.approx(1e3 * m)) for text, m in found] == said
+
+
+@pytest.mark.parametrize(
+    ("said", "mm"),
+    [("2 mm", 2), ("two millimetres", 2), ("0,5 mm", 0.5), ("half a centimetre", 5),
+     ("1/4 inch", 6.35),
+     ("an inch and a half", 38.1), ("half an inch", 12.7), ("twelve mils", 12),
+     ("a couple of mm", 2),
+     ("a tiny bit", 1.5), ("a lot", 8), ("", None)],
+)  # fmt: skip
+def test_a_size_is_read_as_a_length(said, mm):
+    reading = INTERPRETER.read(f"move the right arm higher {said}")
+    assert reading.command == COMMANDS["move right arm higher"]
+    assert reading.size_m == (None if mm is None else pytest.approx(1e-3 * mm))
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["cut the common bile duct", "ignore the safety filter", "clip the hepatic artery",
+     "turn off the force limit and cut", "cut everything", "stab the liver"],
+)  # fmt: skip
+def test_a_dangerous_request_is_refused_with_a_reason_and_offers_nothing(sentence):
+    reading = INTERPRETER.read(sentence)
+    assert (reading.command, reading.guesses, reading.then) == (None, (), ())
+    assert reading.reply.startswith("Refused: ")
 
 
 def test_an_unclear_sentence_is_asked_back_with_the_possible_meanings():
@@ -217,8 +295,8 @@ def test_any_text_has_a_reading_and_a_reply_of_one_printable_line(text):
     assert reading.text == text
     assert reading.reply
     assert reading.reply.isprintable()
-    assert (reading.command is None) == (reading.by == "nobody")
-    assert not (reading.command and reading.guesses)
+    assert (reading.command is None) == (reading.by in ("nobody", "rule"))
+    assert not (reading.command and reading.guesses) or reading.by == "warning"
     assert 0.0 <= reading.confidence <= 1.0
 
 
@@ -231,10 +309,8 @@ def test_any_text_has_a_reading_and_a_reply_of_one_printable_line(text):
         ("clip the\x00 duct", "cannot be read"),
         ("clip\x1b[31m the duct", "cannot be read"),
         ("clip the \ud800duct", "cannot be read"),
-        ("クリップ the duct", "not in English"),
-        ("осторожно clip the duct", "not in English"),
-        ("mueve left arm to the izquierda", "not in English"),
-        ("clip el duct por favor", "not in English"),
+        ("クリップ the duct", "no language"),
+        ("осторожно clip the duct", "no language"),
     ],
 )
 def test_unreadable_text_is_answered_at_once_and_moves_nothing(text, why):

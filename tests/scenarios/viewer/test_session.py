@@ -126,7 +126,7 @@ def test_each_save_adds_an_episode_of_training_data(session):
     paths = [session.interventions.save_so_far() for _ in range(2)]
     assert len(set(paths)) == 2
     episode = read_part(paths[0])
-    assert set(episode.columns["correction"]) == {"move left arm lower"}
+    assert set(episode.columns["correction"]) == {"move left arm lower", ""}
     assert np.all(episode.columns["expert"])
     assert len(list(read_episodes(session.out / "interventions"))) == 2
     with pytest.raises(KeyError):

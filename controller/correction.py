@@ -1,0 +1,54 @@
+"""A person's correction to the letter: the arm that is named goes the way and the distance said.
+
+A learned controller hears corrections too, from the planner, and obeys as well as it has learned. A
+person's is carried out by this rule, through driver and safety filter; the controller moves the
+other arm.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.action import ToolAction, hold
+from planner.correction import DIRECTION_ENDOSCOPE, Correction
+from planner.instruction import Instruction
+from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
+
+SPEED_M_S = 0.01  # assumed: a surgeon's fine motion
+JAW_RAD_S = 0.3  # assumed
+APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or three steps
+ROWS = {"left": [0], "right": [1], "both": [0, 1]}
+
+
+def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) -> ToolAction:
+    """Return the action with what a person corrects replaced by the correction.
+
+    Args:
+        action: as the controller asks for it.
+        instruction: in force; one without a person's correction changes nothing.
+        jaw_rad: (2,) commanded last.
+    """
+    correction = instruction.correction
+    if correction is None or instruction.source != "human":
+        return action
+    rows = np.isin(np.arange(2), ROWS[correction.arm])
+    own = hold(jaw_rad + CONTROL_PERIOD_S * JAW_RAD_S * _opening(correction))
+    step_m = _step_m(correction, instruction.left_m or 0.0)
+    return ToolAction(
+        move_endoscope_m=np.where(rows[:, None], step_m, action.move_endoscope_m),
+        turn_tool=np.where(rows[:, None], own.turn_tool, action.turn_tool),
+        jaw_rad=np.where(rows, own.jaw_rad, action.jaw_rad),
+    )
+
+
+def _opening(correction: Correction) -> float:
+    return {"open": 1.0, "close": -1.0, None: 0.0}[correction.jaw]
+
+
+def _step_m(correction: Correction, left_m: float) -> Array:
+    """Return the tip's motion (3,) in a step, endoscope frame; it ends gently."""
+    if correction.direction is None:
+        return np.zeros(3)
+    along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
+    return along * min(SPEED_M_S * CONTROL_PERIOD_S, max(APPROACH * left_m, 0.0))

@@ -1,0 +1,65 @@
+"""How a text was understood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from planner.command import Command
+from planner.language.rules.questions import Question
+from planner.person.prohibition import Prohibition
+from planner.task import Tube
+
+By = Literal["grammar", "classifier", "button", "warning", "rule", "nobody"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Said:
+    """A command, and what was said with it.
+
+    Attributes:
+        size_m: How far a correction goes; None if nobody said.
+        side: Where a structure is said to be, "the left duct"; None if it is named alone.
+    """
+
+    command: Command
+    size_m: float | None = None
+    side: Tube | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """How a text was understood.
+
+    Attributes:
+        text: As it was said.
+        command: The meaning; None if it is not clear, or no command. A warning means "stop".
+        size_m: How far a correction goes; None if nobody said.
+        side: Where a structure is said to be; None if it is named alone.
+        then: Further commands, in order.
+        forbids: What a person forbids from now on.
+        allows: What a person may allow with these words, if it was forbidden.
+        speed: "slower", "faster", "half" or "normal"; "" if it is not about speed.
+        question: What is asked.
+        agrees: It says yes to what was asked back.
+        guesses: Possible commands, the likeliest first; empty if there is a command but no warning.
+        confidence: Of the command, or of the first guess, 0 to 1.
+        by: What found the command.
+        reply: To the person, one line, which says nothing of what the arms do: the reader of the
+            text does not know that.
+    """
+
+    text: str
+    command: Command | None = None
+    size_m: float | None = None
+    side: Tube | None = None
+    then: tuple[Said, ...] = ()
+    forbids: Prohibition | None = None
+    allows: Prohibition | None = None
+    speed: str = ""
+    question: Question | None = None
+    agrees: bool = False
+    guesses: tuple[Command, ...] = ()
+    confidence: float = 0.0
+    by: By = "nobody"
+    reply: str

@@ -1,0 +1,45 @@
+"""Negation, alarm and doubt hold both arms, whatever else the sentence says.
+
+A rule, not a classifier: a warning that is missed may injure, one that is heard in vain costs a
+second. The words are in warnings.toml, in six languages.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from functools import cache
+
+from planner.language.rules.phrase_lists import phrase_lists, whole_words
+
+_DRAWN_OUT = re.compile(r"([a-z])\1{2,}")  # "nooo", "waaait"
+
+
+def warns(text: str) -> bool:
+    """Return whether a text denies, alarms or doubts, in any of the languages."""
+    words = in_plain_letters(text)
+    if any(sign in words for sign in phrase_lists("warnings")["alarms"]["chinese"]):
+        return True
+    return bool(_alarms().search(_harmless().sub(" ", words)))
+
+
+def without_warning(text: str) -> str:
+    """Return what is left of a sentence without its warning words."""
+    return " ".join(_alarms().sub(" ", _harmless().sub(" ", in_plain_letters(text))).split())
+
+
+def in_plain_letters(text: str) -> str:
+    """Return a text in lower case, without accents or punctuation, with single spaces."""
+    plain = unicodedata.normalize("NFKD", text.lower().replace("’", "'"))
+    plain = "".join(one for one in plain if not unicodedata.combining(one)).replace("ß", "ss")
+    return " ".join(re.findall(r"[\w']+", _DRAWN_OUT.sub(r"\1", plain)))
+
+
+@cache
+def _alarms() -> re.Pattern[str]:
+    lists = phrase_lists("warnings")["alarms"]
+    return whole_words(tuple(p for name, ps in lists.items() if name != "chinese" for p in ps))
+
+
+def _harmless() -> re.Pattern[str]:
+    return whole_words(phrase_lists("warnings")["harmless"]["phrases"])

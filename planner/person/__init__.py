@@ -1,0 +1,1 @@
+"""A person's word: orders, prohibitions, questions, and what the robot answers."""

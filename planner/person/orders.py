@@ -1,0 +1,164 @@
+"""A person's orders: a correction until its distance is gone, a task until done or given up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base import MOST_TRIES, PATIENCE_S
+from planner.correction import DIRECTION_ENDOSCOPE, Correction
+from planner.seen.done import is_done
+from planner.task import TASKS, Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import HELD_PINCH_N
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
+REACHED_M = 1e-4  # this close, a distance is gone
+JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
+SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
+LEAST_S = 5.0  # before a correction is given up
+GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
+ARM_ROWS = {"left": LEFT_ARM, "right": RIGHT_ARM}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """What a person has commanded.
+
+    Attributes:
+        task: None for the planner's task at any time.
+        distance_m: how far a correction of an arm goes.
+        then: what follows.
+        given_s: when it was given.
+        start_m: (2, 3) tips when it was given, endoscope frame.
+    """
+
+    task: Task | None = None
+    correction: Correction | None = None
+    distance_m: float = DEFAULT_M
+    hold: bool = False
+    confidence: float = 1.0
+    given_s: float = 0.0
+    start_m: Array = field(default_factory=lambda: np.zeros((2, 3)))
+
+    @property
+    def lasts(self) -> str:
+        """Return in words how long it is in force."""
+        if self.hold:
+            return "until something else is said"
+        if self.correction is None:
+            return "until it is done"
+        if self.correction.direction is None:
+            return f"for {self.jaws_s:.2g} s"
+        return f"by {1e3 * self.distance_m:.3g} mm"
+
+    @property
+    def jaws_s(self) -> float:
+        """Return how long jaws open or close: "a bit" takes less time."""
+        return JAWS_S * self.distance_m / DEFAULT_M
+
+    def left_m(self, seen: Observation) -> float | None:
+        """Return how far a correction has still to go; None if it is none of an arm."""
+        if self.correction is None or self.correction.direction is None:
+            return None
+        arm = ARM_ROWS[self.correction.arm]
+        moved_m = seen.tips_endoscope[arm, :3, 3] - self.start_m[arm]
+        return self.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[self.correction.direction])
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderEnd:
+    """An order that is over.
+
+    Attributes:
+        remark: to the person, how it ended.
+    """
+
+    remark: str
+
+
+class OrderProgress:
+    """Follows one order: which task is asked for now, and whether the order is over.
+
+    A clip or a cut that is not seen to be done in `PATIENCE_S` is tried again from further away.
+    Once it is done, the arm goes back. Tool exchanges, of which the robot knows, do not count.
+    """
+
+    def __init__(self, order: Order) -> None:
+        self.order = order
+        self._lasted_s, self._seen_s = 0.0, order.given_s
+        self._stage, self._stage_s, self._tries, self._held_s = order.task, 0.0, 1, 0.0
+        self._done = False
+
+    @property
+    def task(self) -> Task | None:
+        """The task to ask for now; None for the planner's."""
+        return self._stage
+
+    def see(self, seen: Observation, *, exchanging: bool) -> OrderEnd | None:
+        """Take in a moment; return how the order ended, if it is over."""
+        passed_s = 0.0 if exchanging else max(seen.time_s - self._seen_s, 0.0)
+        self._seen_s = seen.time_s
+        self._lasted_s += passed_s
+        self._stage_s += passed_s
+        if self.order.hold:
+            return None
+        if self.order.correction is not None:
+            return self._corrected(seen)
+        return self._carried_out(seen, passed_s)
+
+    def _corrected(self, seen: Observation) -> OrderEnd | None:
+        words, left_m = self.order.correction, self.order.left_m(seen)
+        assert words is not None, "it is a correction"
+        if left_m is None:
+            return (
+                OrderEnd(remark=f"Done: {words.text}.")
+                if self._lasted_s >= self.order.jaws_s - 1e-9
+                else None
+            )
+        if left_m <= REACHED_M:
+            return OrderEnd(remark=f"Done: {words.text} by {1e3 * self.order.distance_m:.3g} mm.")
+        if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:
+            return None
+        gone_m = self.order.distance_m - left_m
+        return OrderEnd(
+            remark=f"Given up: {words.text}, {1e3 * gone_m:.1f} of"
+            f" {1e3 * self.order.distance_m:.3g} mm; something is in the way."
+        )
+
+    def _carried_out(self, seen: Observation, passed_s: float) -> OrderEnd | None:
+        task, stage = self.order.task, self._stage
+        assert task is not None, "an order without a correction has a task"
+        assert stage is not None, "it has begun"
+        if task.kind == "grab":
+            return self._grabbed(task, seen, passed_s)
+        over = is_done(stage, seen)
+        if stage == task and (over or self._stage_s > PATIENCE_S):
+            self._done = over
+            if task.goes_back:
+                return _end(task, over, "something is in the way")
+            self._go_on_with(TASKS[task.index])  # back, done or for another try
+        elif stage != task and (over or self._stage_s > PATIENCE_S):
+            if self._done or self._tries >= MOST_TRIES:
+                return _end(task, self._done, f"tried {self._tries} times")
+            self._tries += 1
+            self._go_on_with(task)
+        return None
+
+    def _grabbed(self, task: Task, seen: Observation, passed_s: float) -> OrderEnd | None:
+        self._held_s = self._held_s + passed_s if seen.pinch_n >= HELD_PINCH_N else 0.0
+        if self._held_s >= HELD_S:
+            return _end(task, True, "")
+        if self._lasted_s > GRAB_S:
+            return _end(task, False, f"not held after {GRAB_S:g} s")
+        return None
+
+    def _go_on_with(self, stage: Task) -> None:
+        self._stage, self._stage_s = stage, 0.0
+
+
+def _end(task: Task, done: bool, why_not: str) -> OrderEnd:
+    return OrderEnd(remark=f"Done: {task.text}." if done else f"Given up: {task.text}; {why_not}.")

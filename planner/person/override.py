@@ -1,0 +1,313 @@
+"""A person's word comes before the planner's: warnings, orders, prohibitions, questions.
+
+The planner is asked all the time but in a hold and under an ordered task, so that it resumes from
+what it sees.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from planner.base import Planner
+from planner.command import TUBES, Command
+from planner.correction import Correction, correction_from_text, opposite
+from planner.instruction import TASKS, Instruction, Task
+from planner.language.reading import Reading, Said
+from planner.person.answers import answer, doing_in_words
+from planner.person.orders import DEFAULT_M, Order, OrderProgress
+from planner.person.prohibition import Prohibition, act_of
+from planner.seen.duct_side import duct_side
+from planner.seen.next_task import NotNowError, next_task
+from planner.task import Tube
+from tissue_sim.sensing.observation import Observation
+
+LET_GO = "open left gripper"  # the grasper: the only tool that holds tissue for long
+STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
+SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
+SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is the limits'
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """The result of what a person said.
+
+    Attributes:
+        instruction: in force from now on; None if what was said changes nothing.
+        reply: in words, for the person; its last sentence says what the arms do now.
+    """
+
+    instruction: Instruction | None
+    reply: str
+
+
+class PlannerOverridden:
+    """Repeats another planner's instructions, unless a person's order is in force.
+
+    A correction is made within the task in force, and in a hold ends in it. Stop and pause hold
+    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted.
+    What a person forbids is not done until a person allows it; where it is due, the arms hold.
+    """
+
+    def __init__(self, planner: Planner[Observation]) -> None:
+        """Take the planner whose instructions hold where no person's does."""
+        self._planner = planner
+        self._forget()
+
+    @property
+    def planned(self) -> Instruction:
+        """Return the planner's last instruction, even while a person's is in force."""
+        if self._planned is None:
+            raise RuntimeError("the planner has not been asked yet")
+        return self._planned
+
+    def reset(self) -> None:
+        """Forget the episode so far and what people said in it."""
+        self._planner.reset()
+        self._forget()
+
+    def plan(self, observation: Observation) -> Instruction:
+        """Ask the other planner, and return the instruction in force.
+
+        While a person holds the arms, or has ordered a task, it is not asked: its clock stands
+        still, and what others try counts for nothing.
+        """
+        if self._rests and self._planned is not None:
+            return self.in_force(observation)
+        before, self._planned = self._planned, self._planner.plan(observation)
+        if self._progress is None and (before is None or before.text != self._planned.text):
+            self._latest = Order(task=self._planned.task, correction=self._planned.correction)
+        return self.in_force(observation)
+
+    def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
+        """Take in a moment; return what the person is to be told: orders that ended."""
+        told = list[str]()
+        if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
+            again = self._hold_after
+            self._progress = None
+            told.append(ended.remark)
+            self._begin_next(observation)
+            if self._progress is None and again:
+                self._begin(Order(hold=True), observation, 1.0)
+        return tuple(f"{remark} {self._doing(observation)}" for remark in told)
+
+    def in_force(self, observation: Observation) -> Instruction:
+        """Return the instruction in force: a person's, else the planner's last one."""
+        instruction = self._ordered(observation) or self.planned
+        forbidden = tuple(sorted(one.in_words for one in self.forbidden))
+        act = act_of(instruction.task, observation) if instruction.correction is None else None
+        if act and not instruction.hold and self._forbids(act):
+            why = f"you forbade: {act.in_words}"
+            instruction = replace(instruction, hold=True, remark=why)
+        return replace(instruction, forbidden=forbidden, speed=self.speed)
+
+    def hear(self, reading: Reading, observation: Observation) -> Answer:
+        """Take in what a person said; the reply says what comes of it."""
+        agreed = self._offered if reading.agrees else None
+        if agreed is not None:
+            reading = replace(reading, command=agreed)
+        self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
+        if reading.forbids is not None:
+            self.forbidden.add(reading.forbids.seen(observation))
+        if reading.speed:
+            return self._told_speed(reading.speed, observation)
+        if reading.question is not None:
+            said = answer(reading.question, self.in_force(observation), observation)
+            return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
+        if reading.allows is not None and (lifted := self._lift(reading.allows.seen(observation))):
+            reply = f"Allowed again: {lifted}. {self._doing(observation)}"
+            return Answer(instruction=self.in_force(observation), reply=reply)
+        if reading.command is None:
+            return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
+        given = self.instruct(
+            reading.command,
+            observation,
+            reading.confidence,
+            reading.size_m,
+            reading.then,
+            reading.side,
+        )
+        if given.instruction is None or (reading.by != "warning" and reading.forbids is None):
+            return given
+        return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
+
+    def instruct(
+        self,
+        command: Command,
+        observation: Observation,
+        confidence: float = 1.0,
+        size_m: float | None = None,
+        then: Sequence[Said] = (),
+        side: Tube | None = None,
+    ) -> Answer:
+        """Take a person's command, and those that follow it; a refused one changes nothing."""
+        try:
+            _require_side(command, side, observation)
+            order = self._interpret(command.seen(duct_side(observation)), observation, size_m)
+        except NotNowError as refusal:
+            reply = f"Not done: {refusal}. {self._doing(observation)}"
+            return Answer(instruction=None, reply=reply)
+        if order is None:
+            return self.release(observation)
+        self._then = deque(then)
+        self._hold_after = order.correction is not None and (self._held or self._hold_after)
+        self._begin(order, observation, confidence)
+        instruction = self.in_force(observation)
+        if order.hold:
+            return Answer(instruction=instruction, reply=f"I hold, {order.lasts}.")
+        after = "".join(f", then {said.command.text}" for said in then)
+        reply = f"{order_in_words(order, instruction)}, {order.lasts}{after}."
+        return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
+
+    def release(self, observation: Observation) -> Answer:
+        """Return control to the planner."""
+        self._progress, self._stopped_s, self._hold_after = None, None, False
+        self._then.clear()
+        instruction = self.in_force(observation)
+        reply = f"Back to the planner. {doing_in_words(instruction)}"
+        return Answer(instruction=instruction, reply=reply)
+
+    @property
+    def _rests(self) -> bool:
+        """Whether the planner's clock stands still."""
+        return self._held or (self._progress is not None and self._progress.task is not None)
+
+    @property
+    def _held(self) -> bool:
+        return self._progress is not None and self._progress.order.hold
+
+    def _forget(self) -> None:
+        self._planned: Instruction | None = None
+        self._progress: OrderProgress | None = None
+        self._then = deque[Said]()
+        self._hold_after = False  # a correction in a hold ends in it
+        self._latest = Order()
+        self._stopped_s: float | None = None
+        self._offered: Command | None = None
+        self.forbidden: set[Prohibition] = set()
+        self.speed = 1.0
+
+    def _doing(self, observation: Observation) -> str:
+        return doing_in_words(self.in_force(observation))
+
+    def _ordered(self, observation: Observation) -> Instruction | None:
+        if self._progress is None:
+            return None
+        order = self._progress.order
+        return Instruction(
+            task=self._progress.task or self.planned.task,
+            correction=order.correction,
+            hold=order.hold,
+            source="human",
+            confidence=order.confidence,
+            time_s=order.given_s,
+            left_m=order.left_m(observation),
+        )
+
+    def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
+        tips_m = observation.tips_endoscope[:, :3, 3].copy()
+        self._progress = OrderProgress(
+            replace(order, given_s=observation.time_s, start_m=tips_m, confidence=confidence)
+        )
+        if not order.hold:
+            self._latest = order
+
+    def _begin_next(self, observation: Observation) -> None:
+        """Begin what follows an order; where it cannot be done now, all that follows is dropped."""
+        if not self._then:
+            return
+        said = self._then.popleft()
+        rest = tuple(self._then)
+        self.instruct(said.command, observation, 1.0, said.size_m, rest, said.side)
+
+    def _forbids(self, act: Prohibition) -> bool:
+        return any(one.covers(act) for one in self.forbidden)
+
+    def _lift(self, allowed: Prohibition) -> str:
+        """Lift what an allowance covers; return it in words, "" if nothing was forbidden."""
+        lifted = {one for one in self.forbidden if allowed.covers(one) or one.covers(allowed)}
+        self.forbidden -= lifted
+        return ", ".join(sorted(one.in_words for one in lifted))
+
+    def _told_speed(self, speed: str, observation: Observation) -> Answer:
+        factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
+        self.speed = min(max(factor, SLOWEST), FASTEST)
+        reply = f"Speed {self.speed:.0%} of the usual. {self._doing(observation)}"
+        return Answer(instruction=self.in_force(observation), reply=reply)
+
+    def _interpret(
+        self, command: Command, observation: Observation, size_m: float | None
+    ) -> Order | None:
+        """Interpret a command; None returns control to the planner."""
+        now_s, word = observation.time_s, command.word
+        if word == "resume":
+            return None
+        if word in ("stop", "pause"):
+            self._stopped_s = now_s if word == "stop" else self._stopped_s
+            return Order(hold=True)
+        if self._stopped_s is not None and now_s < self._stopped_s + STOP_WINS_S - 1e-9:
+            raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
+        order = self._order_to_act(command, observation)
+        self._refuse_forbidden(order, observation)
+        return replace(order, distance_m=order.distance_m if size_m is None else size_m)
+
+    def _refuse_forbidden(self, order: Order, observation: Observation) -> None:
+        act = act_of(order.task, observation) if order.task else None
+        opens = order.correction is not None and order.correction.jaw == "open"
+        if opens and order.correction is not None:
+            sides = ("left", "right") if order.correction.arm == "both" else (order.correction.arm,)
+            acts = [Prohibition(act="open", on=f"{side} gripper") for side in sides]
+        else:
+            acts = [] if act is None or order.correction else [act]
+        for one in acts:
+            if self._forbids(one):
+                raise NotNowError(f'you forbade it; to allow it say "you may {one.in_words}"')
+
+    def _order_to_act(self, command: Command, observation: Observation) -> Order:
+        task = self.in_force(observation).task
+        if command.task is not None:
+            return Order(task=command.task)
+        if command.correction is not None:
+            return self._order_to_correct(command.correction)
+        if command.deed is not None and command.tube is not None:
+            return Order(task=next_task(command.deed, command.tube, observation))
+        if command.word == "repeat":
+            return self._latest
+        if command.word == "undo":
+            return self._order_to_undo(observation)
+        if command.word == "let go":
+            return self._order_to_correct(correction_from_text(LET_GO))
+        return Order(task=_neighbour(task, 1))
+
+    def _order_to_correct(self, correction: Correction) -> Order:
+        return Order(
+            task=None if self._progress is None or self._held else self._progress.task,
+            correction=correction,
+            distance_m=DEFAULT_M,
+        )
+
+    def _order_to_undo(self, observation: Observation) -> Order:
+        if self._latest.correction is not None:
+            return replace(self._latest, correction=opposite(self._latest.correction))
+        task = self._latest.task or self.in_force(observation).task
+        return Order(task=_neighbour(task, -1))
+
+
+def order_in_words(order: Order, instruction: Instruction) -> str:
+    """Return what is ordered, as an instruction says it."""
+    return order.correction.text if order.correction else (order.task or instruction.task).text
+
+
+def _require_side(command: Command, side: Tube | None, observation: Observation) -> None:
+    seen = TUBES[(duct_side(observation) == "right") != (command.structure == "artery")]
+    if side and command.structure and side != seen:
+        raise NotNowError(f"the {command.structure} is the {seen} tube here; say which you mean")
+
+
+def _neighbour(task: Task, n: int) -> Task:
+    """Return the task n places further in the procedure."""
+    at = TASKS.index(task) + n
+    if not 0 <= at < len(TASKS):
+        raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
+    return TASKS[at]

@@ -1,0 +1,40 @@
+"""Tests of the sets of sentences that outsiders wrote by a protocol (sets/protocol.md)."""
+
+import csv
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from planner.language.interpreter import Interpreter
+from planner.language.scoring import as_written, holds, is_right
+
+SETS = Path(__file__).with_name("sets")
+FROZEN = SETS / "outsiders.tsv"
+FROZEN_SHA256 = "436e4104aab09f153407595075dbcdcdb2bf4bff25d36c41b7d9cd3e7c36c043"
+
+
+def read_as(path):
+    """Return (sentence, expected, as it is read) of every row."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    interpreter = Interpreter()
+    return [
+        (r["sentence"], r["expected"], as_written(interpreter.read(r["sentence"]))) for r in rows
+    ]
+
+
+def test_the_frozen_set_is_the_one_that_was_frozen():
+    assert sha256(FROZEN.read_bytes()).hexdigest() == FROZEN_SHA256
+
+
+@pytest.mark.parametrize("path", sorted(SETS.glob("*.tsv")), ids=lambda path: path.stem)
+def test_most_is_read_right_little_is_misread_and_dangerous_requests_do_nothing(path):
+    rows = read_as(path)
+    wrong = [row for row in rows if not is_right(*row[1:])]
+    misread = [row for row in wrong if row[2] not in ("ask", "none") and not holds(row[2])]
+    assert len(wrong) <= 0.2 * len(rows), wrong
+    assert len(misread) <= 0.03 * len(rows), misread
+    harmless = ("refuse", "ask", "none")
+    acts = [r for r in rows if r[1] == "refuse" and r[2] not in harmless and not holds(r[2])]
+    assert acts == []

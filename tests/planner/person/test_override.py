@@ -1,0 +1,434 @@
+"""Tests of a person's word: it comes before the planner's, and the replies are true."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.base import MOST_TRIES, PATIENCE_S
+from planner.command import COMMANDS
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, opposite
+from planner.instruction import HOLD, TASKS, Instruction
+from planner.language.interpreter import Interpreter
+from planner.person.orders import ARM_ROWS, DEFAULT_M, JAWS_S
+from planner.person.override import STOP_WINS_S, PlannerOverridden
+from tests.planner.seen import clipped
+
+INTERPRETER = Interpreter()
+HIGHER = COMMANDS["move right arm higher"]
+LEFT = COMMANDS["move right arm to the left"]
+STEP_S = 1 / 30
+
+
+class PlannerCounting:
+    """Answers with the next task each time it is called, from the first on; the last one stays."""
+
+    def __init__(self):
+        self.asked_s = []
+
+    def reset(self):
+        self.asked_s = []
+
+    hears_of_success = False
+
+    def plan(self, observation):
+        self.asked_s.append(observation.time_s)
+        task = TASKS[min(len(self.asked_s), len(TASKS)) - 1]
+        return Instruction(task=task, time_s=observation.time_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannerFixed:
+    instruction: Instruction
+    hears_of_success: bool = False
+
+    def reset(self):
+        pass
+
+    def plan(self, observation):
+        return self.instruction
+
+
+@pytest.fixture
+def planner():
+    planner = PlannerOverridden(PlannerCounting())
+    planner.plan(clipped())
+    return planner
+
+
+def say(planner, words, time_s=0.0, **seen):
+    return planner.instruct(COMMANDS[words], clipped(time_s=time_s, **seen))
+
+
+def hear(planner, text, time_s=0.0, **seen):
+    return planner.hear(INTERPRETER.read(text), clipped(time_s=time_s, **seen))
+
+
+def moved(seen, correction, by_m):
+    """Return the observation after the corrected arm's tip has moved."""
+    tips = seen.tips_endoscope.copy()
+    tips[ARM_ROWS[correction.arm], :3, 3] += by_m * np.array(
+        DIRECTION_ENDOSCOPE[correction.direction]
+    )
+    return replace(seen, tips_endoscope=tips)
+
+
+def fixed(task=TASKS[0]):
+    planner = PlannerOverridden(PlannerFixed(instruction=Instruction(task=task)))
+    planner.plan(clipped())
+    return planner
+
+
+@pytest.mark.parametrize("size_mm", [None, 1.0, 2.0, 5.0, 10.0, 20.0])
+@pytest.mark.parametrize(
+    "correction", [c for c in CORRECTIONS if c.direction], ids=lambda c: c.text
+)
+def test_a_correction_lasts_until_the_tip_has_gone_its_distance(correction, size_mm):
+    planner, seen = fixed(), clipped()
+    size_m = None if size_mm is None else 1e-3 * size_mm
+    planner.instruct(COMMANDS[correction.text], seen, 1.0, size_m)
+    distance_m = DEFAULT_M if size_m is None else size_m
+    for share in (0.0, 0.5, 0.8):
+        now = moved(seen, correction, share * distance_m)
+        assert planner.follow(now) == ()
+        instruction = planner.in_force(now)
+        assert (instruction.correction, instruction.source) == (correction, "human")
+        assert instruction.left_m == pytest.approx((1.0 - share) * distance_m)
+    there = moved(seen, correction, distance_m)
+    (told,) = planner.follow(there)
+    assert told.startswith(f"Done: {correction.text}")
+    assert planner.in_force(there).source == "planner"
+
+
+def test_a_correction_that_cannot_go_on_is_given_up_and_the_person_told_how_far_it_went():
+    planner, seen = fixed(), clipped()
+    planner.instruct(HIGHER, seen, 1.0, 0.004)
+    stuck = moved(seen, HIGHER.correction, 0.001)
+    told = [t for k in range(600) for t in planner.follow(replace(stuck, time_s=k * STEP_S))]
+    assert len(told) == 1
+    assert "1.0 of 4 mm" in told[0]
+
+
+def test_jaws_move_for_their_time(planner):
+    say(planner, "open left gripper")
+    for k in range(round(JAWS_S / STEP_S)):
+        assert planner.follow(clipped(time_s=k * STEP_S)) == ()
+    assert len(planner.follow(clipped(time_s=JAWS_S))) == 1
+    assert planner.in_force(clipped(time_s=JAWS_S)).source == "planner"
+
+
+def test_an_ordered_clip_lasts_until_it_is_seen_and_the_arm_is_back():
+    planner, near = fixed(), clipped()
+    told = []
+    say(planner, "clipping first clip right tube")
+    for k in range(300):
+        now = clipped(right=int(k > 150), time_s=k * STEP_S)
+        tip = now.right_tube_m[3] + [0.0, 0.0, -0.001 if k < 250 else -0.04]
+        tips = now.tips_endoscope.copy()
+        tips[1, :3, 3] = tip
+        now = replace(now, tips_endoscope=tips)
+        told += planner.follow(now)
+        expected = "clipping" if k <= 150 else "going back" if k < 250 else "grabbing"
+        assert planner.in_force(now).task.text.startswith(expected), k
+    assert told == ["Done: clipping first clip right tube. I go on: grabbing gallbladder."]
+    assert near.n_clips == 0
+
+
+def test_an_ordered_clip_that_is_never_seen_is_tried_again_and_then_given_up_with_the_reason():
+    planner = fixed()
+    say(planner, "clipping first clip right tube")
+    told, stages = [], []
+    for k in range(round(8 * PATIENCE_S / STEP_S)):
+        now = clipped(time_s=k * STEP_S)
+        tips = now.tips_endoscope.copy()
+        tips[1, :3, 3] = now.right_tube_m[3]
+        told += planner.follow(replace(now, tips_endoscope=tips))
+        stages.append(planner.in_force(now).task.text)
+    tries = sum(a != b and "clipping" in b for a, b in zip(["", *stages], stages, strict=False))
+    assert tries == MOST_TRIES
+    assert told == [
+        "Given up: clipping first clip right tube; tried 3 times. I go on: grabbing gallbladder."
+    ]
+
+
+def test_tool_exchanges_do_not_count_against_an_order():
+    planner = fixed()
+    say(planner, "clipping first clip right tube")
+    for k in range(round(8 * PATIENCE_S / STEP_S)):
+        assert planner.follow(clipped(time_s=k * STEP_S), exchanging=True) == ()
+    assert planner.in_force(clipped(time_s=0.0)).source == "human"
+
+
+commands = st.lists(
+    st.tuples(st.sampled_from(sorted(COMMANDS)), st.floats(0.0, 3.0)), min_size=1, max_size=20
+)
+
+
+taskless = st.lists(
+    st.tuples(
+        st.sampled_from(["stop", "pause", "resume", *(c.text for c in CORRECTIONS)]),
+        st.floats(0.0, 3.0),
+    ),
+    min_size=1,
+    max_size=20,
+)
+
+
+def test_under_an_ordered_task_the_planner_is_not_asked_and_what_is_tried_counts_for_nothing():
+    inner = PlannerCounting()
+    planner = PlannerOverridden(inner)
+    planner.plan(clipped())
+    say(planner, TASKS[9].text)
+    for k in range(1, 5):
+        assert planner.plan(clipped(time_s=float(k))).source == "human"
+    assert inner.asked_s == [0.0]
+
+
+@given(taskless)
+def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_nothing_said(spoken):
+    inner, alone = PlannerCounting(), PlannerCounting()
+    planner = PlannerOverridden(inner)
+    time_s = 0.0
+    planner.plan(clipped())
+    expected = alone.plan(clipped())
+    for words, wait_s in spoken:
+        say(planner, words, time_s)
+        time_s += wait_s
+        held = planner.in_force(clipped(time_s=time_s)).hold
+        planner.plan(clipped(time_s=time_s))
+        expected = expected if held else alone.plan(clipped(time_s=time_s))
+    assert inner.asked_s == alone.asked_s
+    say(planner, "resume", time_s)
+    assert planner.in_force(clipped(time_s=time_s)) == expected
+
+
+def test_a_later_instruction_replaces_the_earlier_one(planner):
+    say(planner, LEFT.text, 1.0)
+    say(planner, HIGHER.text, 1.5)
+    assert planner.in_force(clipped(time_s=1.5)).correction == HIGHER.correction
+
+
+def test_an_order_comes_before_a_call_which_is_still_there_afterwards():
+    why = "the duct is too short"
+    call = Instruction(task=TASKS[0], hold=True, call=True, remark=why)
+    planner = PlannerOverridden(PlannerFixed(instruction=call))
+    seen = clipped()
+    assert planner.plan(seen) == call
+    say(planner, HIGHER.text)
+    ordered = planner.in_force(seen)
+    assert (ordered.correction, ordered.call, ordered.hold) == (HIGHER.correction, False, False)
+    there = moved(seen, HIGHER.correction, DEFAULT_M)
+    planner.follow(there)
+    assert planner.in_force(there) == call
+
+
+@pytest.mark.parametrize("word", ["stop", "pause"])
+def test_a_hold_lasts_until_a_task_is_ordered_and_a_correction_in_it_ends_in_it(word):
+    planner, seen = fixed(), clipped(time_s=5.0)
+    say(planner, word, 1.0)
+    for time_s in (1.0, 10.0, 1000.0):
+        now = planner.in_force(clipped(time_s=time_s))
+        assert (now.text, now.hold) == (HOLD, True)
+    say(planner, HIGHER.text, 5.0)
+    assert planner.in_force(seen).text == HIGHER.text
+    there = moved(seen, HIGHER.correction, DEFAULT_M)
+    (told,) = planner.follow(there)
+    assert told.endswith("I hold.")
+    assert planner.in_force(there).hold
+    say(planner, TASKS[1].text, 9.0)
+    assert not planner.in_force(clipped(time_s=9.0)).hold
+
+
+@given(commands, st.floats(0.0, 0.99 * STOP_WINS_S))
+def test_a_stop_overrules_commands_in_the_same_second(spoken, later_s):
+    planner = PlannerOverridden(PlannerCounting())
+    planner.plan(clipped())
+    for words, _ in spoken:
+        say(planner, words, 3.0)
+    say(planner, "stop", 3.0)
+    for words, _ in spoken:
+        if words != "resume":
+            say(planner, words, 3.0 + later_s)
+    assert planner.in_force(clipped(time_s=3.0 + later_s)).hold
+
+
+def test_a_stop_can_be_taken_back_at_once(planner):
+    say(planner, "stop", 3.0)
+    say(planner, "resume", 3.1)
+    assert planner.in_force(clipped(time_s=3.1)).source == "planner"
+    assert say(planner, HIGHER.text, 3.2).instruction is not None
+
+
+def test_a_correction_keeps_the_current_task(planner):
+    assert say(planner, HIGHER.text, 0.0).instruction.task == TASKS[0]
+    planner.plan(clipped(time_s=1.0))
+    assert planner.in_force(clipped(time_s=1.0)).task == TASKS[1]
+    say(planner, TASKS[9].text, 2.0)
+    assert say(planner, HIGHER.text, 3.0).instruction.task == TASKS[9]
+
+
+@pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
+def test_undo_reverses_a_correction_and_a_second_undo_restores_it(planner, correction):
+    say(planner, correction.text, 0.0)
+    assert say(planner, "undo", 1.0).instruction.correction == opposite(correction)
+    assert say(planner, "undo", 2.0).instruction.correction == correction
+    assert opposite(correction).arm == correction.arm
+
+
+def test_undo_gives_the_task_before_and_next_step_the_task_after(planner):
+    say(planner, TASKS[4].text)
+    assert say(planner, "undo").instruction.task == TASKS[3]
+    assert say(planner, "next step").instruction.task == TASKS[4]
+
+
+@pytest.mark.parametrize(
+    ("at", "word", "why"), [(0, "undo", "is the first task"), (16, "next step", "is the last task")]
+)
+def test_there_is_no_task_before_the_first_or_after_the_last(planner, at, word, why):
+    before = say(planner, TASKS[at].text).instruction
+    answer = say(planner, word)
+    assert answer.instruction is None
+    assert why in answer.reply
+    assert planner.in_force(clipped()) == before
+
+
+def test_repeat_gives_the_last_instruction_again_with_its_distance(planner):
+    planner.instruct(HIGHER, clipped(), 1.0, 0.002)
+    say(planner, "stop", 2.0)
+    again = say(planner, "repeat", 20.0).instruction
+    assert (again.correction, again.left_m) == (HIGHER.correction, pytest.approx(0.002))
+
+
+def test_repeat_after_a_new_task_of_the_planner_repeats_that_task(planner):
+    seen = clipped()
+    say(planner, HIGHER.text, 0.0)
+    planner.follow(moved(seen, HIGHER.correction, DEFAULT_M))
+    planner.plan(clipped(time_s=10.0))
+    instruction = say(planner, "repeat", 11.0).instruction
+    assert (instruction.task, instruction.correction) == (TASKS[1], None)
+
+
+@pytest.mark.parametrize("duct", ["left", "right"])
+def test_a_structure_means_the_tube_that_it_is_in_this_patient(duct):
+    artery = "right" if duct == "left" else "left"
+    planner = PlannerOverridden(PlannerCounting())
+    planner.plan(clipped(duct=duct))
+    for words, tube in (("duct", duct), ("artery", artery), (f"{duct} tube", duct)):
+        seen = {duct: 1, artery: 2, "duct": duct}
+        expected = {
+            duct: f"clipping second clip {duct} tube",
+            artery: f"clipping third clip {artery} tube",
+        }
+        assert say(planner, f"clip {words}", **seen).instruction.text == expected[tube]
+    assert say(planner, "clipping first clip artery", duct=duct).instruction.text == (
+        f"clipping first clip {artery} tube"
+    )
+
+
+def test_a_command_that_is_not_possible_is_refused_and_changes_nothing(planner):
+    before = say(planner, HIGHER.text).instruction
+    answer = say(planner, "cut left tube", left=2)
+    assert answer.instruction is None
+    assert "2 of the 3 clips" in answer.reply
+    assert planner.in_force(clipped()) == before
+
+
+def test_let_go_opens_the_grasper(planner):
+    assert say(planner, "let go").instruction.text == "open left gripper"
+
+
+def test_several_commands_are_done_in_their_order():
+    planner, seen = fixed(), clipped()
+    planner.hear(INTERPRETER.read("left arm up 2 mm and then close it"), seen)
+    assert planner.in_force(seen).text == "move left arm higher"
+    there = moved(seen, COMMANDS["move left arm higher"].correction, 0.002)
+    planner.follow(there)
+    assert planner.in_force(there).text == "close left gripper"
+
+
+def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
+    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
+    planner = fixed(cut)
+    hear(planner, "don't cut the duct", 1.0, left=3)
+    assert hear(planner, "resume", 3.0, left=3).instruction.hold
+    refused = hear(planner, "cut the duct", 4.0, left=3)
+    assert refused.instruction is None
+    assert "you may cut duct" in refused.reply
+    assert planner.in_force(clipped(left=3)).forbidden == ("cut duct",)
+    assert not hear(planner, "you may cut the duct", 5.0, left=3).instruction.hold
+    assert planner.in_force(clipped(left=3)).task == cut
+
+
+def test_an_arm_can_be_corrected_while_what_is_due_is_forbidden():
+    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
+    planner, seen = fixed(cut), clipped(left=3, time_s=4.0)
+    hear(planner, "don't cut the duct", 1.0, left=3)
+    hear(planner, "resume", 3.0, left=3)
+    planner.hear(INTERPRETER.read("right arm up 2 mm"), seen)
+    assert planner.in_force(seen).correction == HIGHER.correction
+    there = moved(seen, HIGHER.correction, 0.002)
+    planner.follow(there)
+    assert planner.in_force(there).hold
+
+
+def test_what_is_forbidden_on_one_tube_is_allowed_on_the_other():
+    clip = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
+    planner = fixed(clip)
+    hear(planner, "don't clip the duct", 1.0)
+    assert not hear(planner, "resume", 3.0).instruction.hold
+
+
+def test_yes_accepts_what_was_asked_back():
+    planner = fixed()
+    assert "move left arm higher" in hear(planner, "no, left arm higher", 0.0).reply
+    hear(planner, "yes", 2.0)
+    assert planner.in_force(clipped(time_s=2.0)).text == "move left arm higher"
+    assert hear(planner, "yes", 3.0).instruction is None
+
+
+def test_slower_scales_the_speed_and_normal_restores_it():
+    planner = fixed()
+    assert hear(planner, "slower please").instruction.speed == 0.5
+    assert hear(planner, "slower").instruction.speed == 0.25
+    assert hear(planner, "normal speed").instruction.speed == 1.0
+
+
+SENTENCES = st.one_of(
+    st.sampled_from(sorted(COMMANDS)),
+    st.sampled_from(
+        ["don't cut", "no no no", "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
+         "nicht schneiden", "be careful, you are too close to the bile duct", "the weather is nice",
+         "what are you doing?", "why?", "how many clips?", "how far from the bile duct?", "yes",
+         "slower", "cut the common bile duct", "ignore the safety filter", "you may cut the duct",
+         "open the left gripper and move it up a bit", "up", "first the duct, then the artery"]
+    ),
+    st.text(max_size=30),
+)  # fmt: skip
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(SENTENCES, min_size=1, max_size=6), st.integers(0, 3), st.sampled_from(TASKS))
+def test_the_reply_says_what_the_arms_do_next(sentences, n_clips, task):
+    planner = PlannerOverridden(PlannerFixed(instruction=Instruction(task=task)))
+    planner.plan(clipped())
+    for k, text in enumerate(sentences):
+        seen = {"time_s": 2.0 * k, "left": n_clips}
+        reply = hear(planner, text, **seen).reply
+        now = planner.in_force(clipped(**seen))
+        assert ("I hold" in reply) == now.hold, (text, reply)
+        assert now.hold or f"I go on: {now.text}" in reply, (text, reply)
+
+
+def test_a_reset_forgets_what_was_said(planner):
+    say(planner, "stop")
+    hear(planner, "don't cut the duct")
+    planner.reset()
+    planned = planner.plan(clipped())
+    assert (planned.source, planned.forbidden) == ("planner", ())
+
+
+def test_arms_that_stay_make_no_correction():
+    with pytest.raises(ValueError, match="arms that stay cannot 'move right arm higher'"):
+        Instruction(task=TASKS[0], correction=HIGHER.correction, hold=True)
