@@ -22,6 +22,10 @@ FLOOR_PX = 0.3  # a network is never surer
 SAME_LOOKS = 3.0  # assumed: successive looks err alike, so that one counts as less
 FAR_OFF = 3.0  # standard deviations from which on a measurement counts less
 EDGE_PX = 1.0
+ELSEWHERE = 2.0  # standard deviations by which a quarter of what is seen is off after a jump;
+# up to 1.9 in a pull, 2.5 to 5 when the gallbladder slipped; chosen on tuning patient 10021
+JUMP_S = 40.0  # time in which usual motions would go as far
+FEWEST = 6  # points in sight that can tell it
 MARK_PX = 0.7  # standard deviation of a found clip; chosen on tuning patients
 HAND_EYE_M = SensorModel().hand_eye_m
 
@@ -57,7 +61,13 @@ class Lines:
         self._P *= shrink[:, None] * shrink
 
     def look(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> None:
-        """Take in what the views show."""
+        """Take in what the views show.
+
+        Where it is not where it is believed, the scene has jumped, as when the gallbladder slips:
+        then what was believed counts for less.
+        """
+        if self._looked and self._surprise(pictures, shown) > ELSEWHERE:
+            self._P += JUMP_S * self._prior.drift
         before = self._x.copy()
         certain: Array = np.linalg.inv(self._P).astype(float)
         for _ in range(ITERATIONS if self._looked else FIRST_ITERATIONS):
@@ -66,6 +76,17 @@ class Lines:
                 self._add(A, b, picture, shown[name])
             self._x = self._x + np.linalg.solve(A, b)
         self._P, self._looked = np.linalg.inv(A).astype(float), True
+
+    def _surprise(self, pictures: dict[str, Picture], shown: dict[str, Shown]) -> float:
+        """Return the upper quartile of how far off the points in sight are, in their spreads."""
+        off = list[float]()
+        for name, picture in pictures.items():
+            pixels, ahead = picture.project(self.points_m)
+            spread = spread_px(picture, shown[name], ahead)
+            known = np.isfinite(spread) & (shown[name].visible > 0.0)
+            away_px = np.linalg.norm(shown[name].pixels - pixels, axis=1)
+            off += (away_px[known] / spread[known]).tolist()
+        return float(np.quantile(off, 0.75)) if len(off) >= FEWEST else 0.0
 
     def hold(self, point_m: Array, at: tuple[int, float], across: Array, std_m: float) -> None:
         """Take in that a line passes through a point (3,), across two directions (2, 3).

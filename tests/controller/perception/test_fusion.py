@@ -102,6 +102,26 @@ def test_a_gross_error_in_one_view_moves_a_point_by_little(rng: np.random.Genera
     assert np.linalg.norm(lines.points_m[5] - before[5]) < 0.0015
 
 
+@pytest.mark.parametrize("jump_m", [0.005, 0.01])
+def test_a_scene_that_has_jumped_is_found_again_in_two_looks(rng: np.random.Generator, jump_m):
+    points, lines = truth(rng), Lines(prior())
+    for _ in range(20):
+        lines.look(EYES, {name: shown(view, points, rng) for name, view in EYES.items()})
+    there = points + jump_m * np.array([0.0, 1.0, 0.0])
+    for _ in range(2):
+        lines.look(EYES, {name: shown(view, there, rng) for name, view in EYES.items()})
+    assert np.median(np.linalg.norm(lines.points_m - there, axis=1)) < 0.001
+
+
+def test_noise_alone_does_not_make_a_still_scene_less_certain(rng: np.random.Generator):
+    points, lines = truth(rng), Lines(prior())
+    before = np.inf
+    for _ in range(20):
+        lines.look(EYES, {name: shown(view, points, rng) for name, view in EYES.items()})
+        assert (lines.variance_m2 < before).all()
+        before = lines.variance_m2.copy()
+
+
 def test_doubt_grows_with_time_up_to_that_of_the_prior(rng: np.random.Generator):
     points, lines = truth(rng), Lines(prior())
     lines.look(EYES, {name: shown(view, points, rng) for name, view in EYES.items()})
