@@ -34,8 +34,14 @@ def _says(what: str, words: str) -> bool:
 def _act(words: str) -> Act | None:
     """Return the act that is named first."""
     listed = phrase_lists("forbidding")["acts"]
-    found = [(match.start(), a) for a in ACTS if (match := whole_words(listed[a]).search(words))]
-    return min(found)[1] if found else None
+    found = [
+        (match.start(), k) for k, act in enumerate(ACTS) if (match := _find(listed[act], words))
+    ]
+    return ACTS[min(found)[1]] if found else None
+
+
+def _find(phrases: tuple[str, ...], words: str) -> re.Match[str] | None:
+    return whole_words(phrases).search(words)
 
 
 def _on(act: Act, words: str) -> str:
