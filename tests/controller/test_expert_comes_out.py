@@ -16,7 +16,7 @@ from tissue_sim.tools.arms import LEFT_ARM
 SEED = 10_003
 GRAB = TASKS[0]
 MAX_N = 1.5  # when the jaws opened wide inside the fold, it was 3.9 N and they stayed inside
-WORDS_LAST, ACTS_BY, OUT_BY = 60, 30, 240  # steps
+WORDS_LAST, ACTS_BY, OUT_BY = 15, 30, 240  # steps; the words' motion is still in force
 
 
 @pytest.mark.parametrize("said", ["open left gripper", "move left arm towards me"])
