@@ -185,4 +185,5 @@ def _line_of(instruction: Instruction) -> tuple[Kind, str, str]:
 
 
 def _kind(heard: Heard) -> Kind:
-    return "said" if heard.instruction is not None else "asked back"
+    answered = heard.instruction is not None or heard.reading.question is not None
+    return "said" if answered else "asked back"
