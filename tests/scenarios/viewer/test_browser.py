@@ -96,15 +96,15 @@ def test_a_button_moves_the_right_tip_up(tab, session):
 def test_a_sentence_is_obeyed_and_its_reading_is_shown(tab, session):
     press(tab, "Start")
     run_to(session, 0.5)
-    say(tab, "a bit to the left with the clip applier")
+    say(tab, "to the left by ten millimetres with the clip applier")
     wait_until(lambda: session.watcher.status().instruction.source == "human")
     tab.locator(".reply", has_text="move right arm to the left").wait_for()
     run_to(session, session.watcher.status().time_s + 2.2)
     session.pace.restart(session.config)
     (heard,) = recorded(session).heard
-    x, y, z = tip_moved_m(recorded(session), heard, 2.0)
-    assert x >= 0.003
-    assert max(abs(y), abs(z)) < 0.5 * x
+    x, y, z = tip_moved_m(recorded(session), heard, 1.0)
+    assert 0.006 <= x <= 0.0105
+    assert max(abs(y), abs(z)) < 0.1 * x
 
 
 def test_nonsense_is_asked_back_and_changes_nothing(tab, session):
