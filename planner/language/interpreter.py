@@ -16,7 +16,7 @@ from planner.language.rules.compound import in_order, names_an_act, parts_of
 from planner.language.rules.dangers import danger_in
 from planner.language.rules.forbidding import allowed_in, forbidden_in
 from planner.language.rules.foreign import in_english
-from planner.language.rules.questions import question_in
+from planner.language.rules.questions import Question, question_in
 from planner.language.rules.relative import without_other_arm
 from planner.language.rules.sides import without_side
 from planner.language.rules.sizes import without_size
@@ -31,7 +31,7 @@ LONGEST = 1000  # but warnings are heard in them
 MAX_GUESSES = 3
 MOST_PARTS = 6  # of a sentence with several commands
 MIN_CHANCE = 0.05  # probability of a guess worth offering; assumed
-RETREAT = re.compile(
+_RETREAT = re.compile(
     r"\b(back|retreat|withdraw|come (back|out|away)|pull (back|out)|get out|retract)\b"
 )
 _YES = re.compile(
@@ -78,7 +78,7 @@ class Interpreter:
         """Return the reading of a warning: hold, and ask what was meant by the rest."""
         said = _by_grammar(english)
         question = question_in(english)
-        if question and said is None and not danger and asks_calmly(english):
+        if question and said is None and not danger and _asks_calmly(english):
             return _asked(text, question)
         if said in (STOP, PAUSE):
             reading = _understood(text, said, 1.0, "grammar")
@@ -162,7 +162,7 @@ class Interpreter:
         return _asked_back(text, guesses, confidence)
 
 
-def asks_calmly(english: str) -> bool:
+def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
     return not warns(english.lower().replace("wrong", "").replace("are you sure", ""))
 
@@ -192,10 +192,10 @@ def _contradict(said: tuple[Said, ...]) -> bool:
 def _way_back(part: str, before: Said | None) -> Said | None:
     """Return the command to go back that follows a clip or a cut: "then retreat"."""
     cut = before and before.command.deed == "cut"
-    if before and cut and RETREAT.search(part):
+    if before and cut and _RETREAT.search(part):
         return Said(command=COMMANDS[f"go back from the {before.command.text}"])
     task = before and before.command.task
-    if not task or task.goes_back or task.tube is None or not RETREAT.search(part):
+    if not task or task.goes_back or task.tube is None or not _RETREAT.search(part):
         return None
     back = TASKS[task.index].text
     if before and before.command.structure:
@@ -247,7 +247,7 @@ def _what_is_held(
     return f'Did you mean "{meant.text}"?' if meant else "What is wrong? Say what to do, or resume."
 
 
-def _asked(text: str, question) -> Reading:
+def _asked(text: str, question: Question) -> Reading:
     return Reading(
         text=text, question=question, confidence=1.0, by="rule", reply=f"Question: {question}."
     )

@@ -42,8 +42,7 @@ def doing_in_words(instruction: Instruction) -> str:
 
 def _doing(instruction: Instruction, seen: Observation) -> str:
     del seen
-    asked = "You asked for it." if instruction.source == "human" else "The planner asks for it."
-    return asked
+    return "You asked for it." if instruction.source == "human" else "The planner asks for it."
 
 
 def _why(instruction: Instruction, seen: Observation) -> str:

@@ -31,7 +31,6 @@ class Order:
     Attributes:
         task: None for the planner's task at any time.
         distance_m: how far a correction of an arm goes.
-        then: what follows.
         given_s: when it was given.
         start_m: (2, 3) tips when it was given, endoscope frame.
     """
@@ -69,17 +68,6 @@ class Order:
         return self.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[self.correction.direction])
 
 
-@dataclass(frozen=True, kw_only=True)
-class OrderEnd:
-    """An order that is over.
-
-    Attributes:
-        remark: to the person, how it ended.
-    """
-
-    remark: str
-
-
 class OrderProgress:
     """Follows one order: which task is asked for now, and whether the order is over.
 
@@ -98,8 +86,8 @@ class OrderProgress:
         """The task to ask for now; None for the planner's."""
         return self._stage
 
-    def see(self, seen: Observation, *, exchanging: bool) -> OrderEnd | None:
-        """Take in a moment; return how the order ended, if it is over."""
+    def see(self, seen: Observation, *, exchanging: bool) -> str | None:
+        """Take in a moment; return in words how the order ended, None if it is not over."""
         passed_s = 0.0 if exchanging else max(seen.time_s - self._seen_s, 0.0)
         self._seen_s = seen.time_s
         self._lasted_s += passed_s
@@ -110,26 +98,23 @@ class OrderProgress:
             return self._corrected(seen)
         return self._carried_out(seen, passed_s)
 
-    def _corrected(self, seen: Observation) -> OrderEnd | None:
+    def _corrected(self, seen: Observation) -> str | None:
         words, left_m = self.order.correction, self.order.left_m(seen)
         assert words is not None, "it is a correction"
         if left_m is None:
-            return (
-                OrderEnd(remark=f"Done: {words.text}.")
-                if self._lasted_s >= self.order.jaws_s - 1e-9
-                else None
-            )
+            over = self._lasted_s >= self.order.jaws_s - 1e-9
+            return f"Done: {words.text}." if over else None
         if left_m <= REACHED_M:
-            return OrderEnd(remark=f"Done: {words.text} by {1e3 * self.order.distance_m:.3g} mm.")
+            return f"Done: {words.text} by {1e3 * self.order.distance_m:.3g} mm."
         if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:
             return None
         gone_m = self.order.distance_m - left_m
-        return OrderEnd(
-            remark=f"Given up: {words.text}, {1e3 * gone_m:.1f} of"
+        return (
+            f"Given up: {words.text}, {1e3 * gone_m:.1f} of"
             f" {1e3 * self.order.distance_m:.3g} mm; something is in the way."
         )
 
-    def _carried_out(self, seen: Observation, passed_s: float) -> OrderEnd | None:
+    def _carried_out(self, seen: Observation, passed_s: float) -> str | None:
         task, stage = self.order.task, self._stage
         assert task is not None, "an order without a correction has a task"
         assert stage is not None, "it has begun"
@@ -148,7 +133,7 @@ class OrderProgress:
             self._go_on_with(task)
         return None
 
-    def _grabbed(self, task: Task, seen: Observation, passed_s: float) -> OrderEnd | None:
+    def _grabbed(self, task: Task, seen: Observation, passed_s: float) -> str | None:
         self._held_s = self._held_s + passed_s if seen.pinch_n >= HELD_PINCH_N else 0.0
         if self._held_s >= HELD_S:
             return _end(task, True, "")
@@ -160,5 +145,5 @@ class OrderProgress:
         self._stage, self._stage_s = stage, 0.0
 
 
-def _end(task: Task, done: bool, why_not: str) -> OrderEnd:
-    return OrderEnd(remark=f"Done: {task.text}." if done else f"Given up: {task.text}; {why_not}.")
+def _end(task: Task, done: bool, why_not: str) -> str:
+    return f"Done: {task.text}." if done else f"Given up: {task.text}; {why_not}."

@@ -86,7 +86,7 @@ class PlannerOverridden:
         if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
             again = self._hold_after
             self._progress = None
-            told.append(ended.remark)
+            told.append(ended)
             self._begin_next(observation)
             if self._progress is None and again:
                 self._begin(Order(hold=True), observation, 1.0)

@@ -106,12 +106,12 @@ def _serve(
 ) -> None:
     """Run the page in its process: send its port, and serve until the connection closes."""
     from scenarios.viewer.page import Page
-    from scenarios.viewer.say_server import SayServer
+    from scenarios.viewer.say_server import say_server
 
     ask = SessionLink(line)
     with ExitStack() as served, suppress(*GONE):
         page = served.enter_context(Page(ask, gate, host=host, port=port))
         if say_port is not None:
-            served.enter_context(SayServer(ask, gate, host=host, port=say_port))
+            served.enter_context(say_server(ask, gate, host=host, port=say_port))
         life.send(page.port)
         life.recv()

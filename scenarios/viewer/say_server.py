@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from scenarios.loop.inbox import LONGEST, read
 from scenarios.viewer.gate import Gate
@@ -16,30 +17,16 @@ from scenarios.viewer.session_state import Asks, SessionState
 MOST_BYTES = 4 * LONGEST + 100  # of a body: UTF-8, and the JSON around it
 
 
-class SayServer:
-    """Serves while its `with` block lasts."""
-
-    def __init__(self, ask: Asks, gate: Gate, *, host: str, port: int) -> None:
-        self._server = ThreadingHTTPServer((host, port), _handler(ask, gate))
-        self._serving = Thread(target=self._server.serve_forever, name="calot-say", daemon=True)
-
-    @property
-    def port(self) -> int:
-        """Return the port on which it listens."""
-        return self._server.server_address[1]
-
-    def __enter__(self) -> Self:
-        self._serving.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._server.shutdown()
-        self._server.server_close()
+@contextmanager
+def say_server(ask: Asks, gate: Gate, *, host: str, port: int) -> Iterator[None]:
+    """Serve `POST /say` while the block lasts."""
+    server = ThreadingHTTPServer((host, port), _handler(ask, gate))
+    Thread(target=server.serve_forever, name="calot-say", daemon=True).start()
+    try:
+        yield
+    finally:
+        server.shutdown()
+        server.server_close()
 
 
 def text_in(body: bytes, kind: str) -> str:
