@@ -8,14 +8,17 @@ from functools import cached_property
 from unicodedata import normalize
 
 from planner.command import COMMANDS, Command
-from planner.correction import opposite
+from planner.correction import CORRECTIONS, opposite
 from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
-from planner.language.rules.compound import in_order, names_an_act, parts_of
+from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.dangers import danger_in
+from planner.language.rules.echoes import echo_in
 from planner.language.rules.forbidding import allowed_in, forbidden_in
 from planner.language.rules.foreign import in_english
+from planner.language.rules.misheard import as_meant
+from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.questions import Question, question_in
 from planner.language.rules.relative import without_other_arm
 from planner.language.rules.sides import without_side
@@ -39,6 +42,10 @@ _YES = re.compile(
     r"|是|是的|对|对的)"
     r"( please| exactly| do that| do it| bitte| thanks)*)"
 )
+_ASKED_ABOUT = re.compile(
+    r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
+    r"|are you sure|sure|doubts?)\b"
+)
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
 _UNLISTED = "qqqq the left arm higher"
 
@@ -51,7 +58,7 @@ class Interpreter:
         return replace(self._read(text[:LONGEST]), text=text)
 
     def _read(self, text: str) -> Reading:
-        english = without_other_arm(in_english(text))
+        english = with_plain_ordinals(without_other_arm(in_english(as_meant(text))))
         danger = danger_in(english)
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
@@ -62,9 +69,17 @@ class Interpreter:
         if danger:
             return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
         if speed := speed_in(english):
-            return Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=f"{speed}")
+            return self._at_speed(text, english, speed)
         reading = self._several(text, english) or self._one(text, english)
+        if reading.command is None and reading.question is None and self._alarms(english):
+            return self._warned(text, english, danger)
         return replace(reading, allows=allowed_in(english))
+
+    def _alarms(self, english: str) -> bool:
+        """Return whether a sentence that is not understood is taken for a warning."""
+        from planner.language.alarm_head import alarms  # PyTorch: seconds, once
+
+        return alarms(english)
 
     def warm_up(self) -> None:
         """Load the sentence encoder, so that the first unknown word does not wait for seconds."""
@@ -94,6 +109,13 @@ class Interpreter:
             reply=_what_is_held(reading, danger, forbids and forbids.text, meant),
         )
 
+    def _at_speed(self, text: str, english: str, speed: str) -> Reading:
+        """Return the reading of words about speed, and of what else the sentence asks for."""
+        rest = ", then ".join(part for part in parts_of(english) if not speed_in(part))
+        alone = Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=f"Speed: {speed}.")
+        read = self._several(text, rest) or self._one(text, rest) if rest else alone
+        return replace(read, speed=speed) if read.command or names_an_act(rest) else alone
+
     def _several(self, text: str, english: str) -> Reading | None:
         """Return the reading of several commands in order, all of them or none."""
         parts = parts_of(english)
@@ -101,9 +123,11 @@ class Interpreter:
             return None
         read = list[Said | None]()
         for part in parts:
-            read.append(_sized(part) or _way_back(part, read[-1] if read else None))
+            before = read[-1] if read else None
+            read.append(_as_before(part, before) or _sized(part) or _way_back(part, before))
         said = tuple(one for one in read if one is not None)
-        said = tuple(one for one in said if one.command.word not in ("resume", "repeat")) or said
+        if not in_order(english):  # "go on and ..."
+            said = tuple(o for o in said if o.command.word not in ("resume", "repeat")) or said
         if len({one.command.text for one in said}) < 2:
             missed = [p for one, p in zip(read, parts, strict=True) if one is None]
             half = said and " and " in english and any(map(names_an_act, missed))
@@ -164,7 +188,7 @@ class Interpreter:
 
 def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
-    return not warns(english.lower().replace("wrong", "").replace("are you sure", ""))
+    return not warns(_ASKED_ABOUT.sub("", english.lower()))
 
 
 def _by_grammar(english: str) -> Command | None:
@@ -181,6 +205,22 @@ def _sized(part: str) -> Said | None:
     if command is None:
         return None
     return Said(command=command, size_m=sized.size_m if command.correction else None, side=side)
+
+
+def _as_before(part: str, before: Said | None) -> Said | None:
+    """Return the motion of a part that says it by the one before: "left likewise"."""
+    echo, motion = echo_in(part), before and before.command.correction
+    if echo is None or before is None or motion is None or not motion.direction:
+        return None
+    if before.size_m is None and echo.times != 1.0:
+        return None
+    size_m = before.size_m and before.size_m * echo.times
+    own = _by_grammar(echo.text)
+    if own is not None:
+        return Said(command=own, size_m=size_m) if own.correction else None
+    arm = arm_named(echo.text + " arm") or arm_named(echo.text)
+    same = (c for c in CORRECTIONS if (c.arm, c.direction) == (arm, motion.direction))
+    return next((Said(command=COMMANDS[c.text], size_m=size_m) for c in same), None)
 
 
 def _contradict(said: tuple[Said, ...]) -> bool:

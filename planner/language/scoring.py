@@ -96,8 +96,9 @@ def as_written(reading: Reading) -> str:
         return "refuse"
     if reading.question:
         return f"question: {reading.question}"
-    if reading.speed:
-        return f"speed: {reading.speed}"
+    speed = f"speed: {reading.speed}"
+    if reading.speed and reading.command is None:
+        return speed
     if reading.by == "warning" or reading.forbids:
         refused = reading.reply.startswith("Refused")
         return "refuse" if refused else _held(reading)
@@ -107,7 +108,7 @@ def as_written(reading: Reading) -> str:
     for said in (first, *reading.then):
         if said.side and said.side != _USUAL.get(said.command.structure or ""):
             return "ask"  # the robot sees another side
-    return " ; ".join(_sized(said) for said in (first, *reading.then))
+    return " ; ".join([*([speed] if reading.speed else []), *map(_sized, (first, *reading.then))])
 
 
 def is_right(expected: str, written: str) -> bool:

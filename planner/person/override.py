@@ -111,7 +111,10 @@ class PlannerOverridden:
         if reading.forbids is not None:
             self.forbidden.add(reading.forbids.seen(observation))
         if reading.speed:
-            return self._told_speed(reading.speed, observation)
+            self._set_speed(reading.speed)
+            if reading.command is None:
+                remark = reading.reply if reading.by == "nobody" else ""
+                return self._told_speed(remark, observation)
         if reading.question is not None:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
@@ -230,11 +233,14 @@ class PlannerOverridden:
         self.forbidden -= lifted
         return ", ".join(sorted(one.in_words for one in lifted))
 
-    def _told_speed(self, speed: str, observation: Observation) -> Answer:
+    def _set_speed(self, speed: str) -> None:
         factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
         self.speed = min(max(factor, SLOWEST), FASTEST)
-        reply = f"Speed {self.speed:.0%} of the usual. {self._doing(observation)}"
-        return Answer(instruction=self.in_force(observation), reply=reply)
+
+    def _told_speed(self, remark: str, observation: Observation) -> Answer:
+        """Return the answer to words about speed; the remark is on what was not understood."""
+        said = f"Speed {self.speed:.0%} of the usual.", remark, self._doing(observation)
+        return Answer(instruction=self.in_force(observation), reply=" ".join(filter(None, said)))
 
     def _interpret(
         self, command: Command, observation: Observation, size_m: float | None

@@ -4,15 +4,34 @@ from __future__ import annotations
 
 import re
 
+from planner.language.rules.echoes import echo_in
+from planner.language.rules.pairs import arm_by_arm
+from planner.language.rules.sizes import without_size
+
 _JOINTS = re.compile(
     r"\s*(?:;"
-    r"|[,.]? (?:and )?(?:then|than|followed by|after that|afterwards|next|finally|subsequently)"
+    r"|[,.]? ?(?:and )?\b(?:then|than|followed by|after that|afterwards?|after which|later"
+    r"|next(?! (?:step|clip|task|move|one))"
+    r"|finally|subsequently|once (?:there|done|that's done)|having done (?:so|that)"
+    r"|when (?:done|that(?:'s| is) done)|while you're (?:there|at it))"
     r"(?: you)?\b,?"
     r"|, and\b|\band\b(?! (?:a )?(?:half|quarter))|,(?!\d)"
-    r"|\bbefore\b(?: you)?|\bwhile\b|&|\bplus\b)\s*"
+    r"|\bbefore\b(?: you)?|\bwhile\b|&|\bplus\b|\. (?:step \w+:)?|\bstep \w+:)\s*"
 )
 _LEADS = re.compile(
     r"^(?:first(?:ly)?,? (?!clip|one|tube|duct|artery)|(?:after|once) you(?:'ve| have))\s*"
+)
+_PART_LEADS = re.compile(r"^(?:instead|now|also|proceed to|go ahead and|just),? ")
+_DOES = {  # "once you have gone back, ..."
+    "gone": "go", "opened": "open", "closed": "close", "clipped": "clip", "moved": "move",
+    "grabbed": "grab", "backed": "back", "raised": "raise", "lowered": "lower", "lifted": "lift",
+    "placed": "place", "put": "put",
+}  # fmt: skip
+_DONE = re.compile(rf"^({'|'.join(_DOES)})\b")
+_ASIDES = re.compile(
+    r"^(?:sequence|in order|in this order|two things|three things|plan):\s*"
+    r"|,? in (?:that|this) order$"
+    r"|, (?:if you (?:would|please|could|don't mind)|please|would you|will you|kindly)(?=,|$)"
 )
 _LATER = re.compile(r"^before (?:you )?([^,]+), (.+)$")  # "before cutting the duct, go up"
 _IN_ORDER = re.compile(
@@ -22,6 +41,9 @@ _ARM = re.compile(
     r"\b(left|right)(?: (?:arm|hand|gripper|grasper|jaws?|instrument|tool|one))?\b"
     r"|\b(grasper|forceps)\b|\b(clip applier|applier|clipper|scissors|shears)\b|\bboth\b"
 )
+_ARM_ALONE = re.compile(r"(?:(?:with|for) )?(?:the |your )?(?:left|right|both) (?:arms?|hands?)")
+_SAME_CLIP = re.compile(r"(?:please )?(?:clip|do) (?:it|that)")
+_SIDE_ALONE = re.compile(r"(?:the )?\b(left|right)\b(?: one)?")
 _ASIDE = re.compile(r"\b(?:to|towards?|on|further|more) (?:the |your )?(?:left|right)\b")
 _IT = re.compile(
     r"\b(?:it|that arm|that one|them|this one|the same (?:arm|one)"
@@ -38,7 +60,13 @@ _BOTH = re.compile(
 _SIDE_AND_SIZE = re.compile(r"(?:the )?(?:left|right)(?: one)?(?: by)? \S+ ?\w+")  # which way?
 _JAWS = re.compile(r"\b(open|close|shut|widen|squeeze)\b")
 _TUBE = re.compile(r"\b(?:(?:left|right) (?:tube|structure|vessel)|(?:cystic )?(?:duct|artery))\b")
-_DEED = re.compile(r"\b(?:clip|cut|clamp|divide|snip|transect|back)\b")
+_DEED = re.compile(
+    r"\b(?:clip|cut|clamp|divide|snip|transect|back"
+    r"|(?:place|put|throw|apply|add) (?:on )?(?:the |a )?"
+    r"(?:first|second|third|next|last|another))\b"
+)
+_CLIP_OR_CUT = re.compile(r"\b(?:clip|cut|clamp|divide|snip|transect)\b")
+_TUBE_ALONE = re.compile(rf"(?:the )?(?:{_TUBE.pattern})")
 _AGAIN = re.compile(r"\s+(?:again|too|as well|please)$")
 _BARE = re.compile(r"(?<![\d.#])(\d+(?:[.,]\d+)?)\s*$")
 
@@ -59,30 +87,71 @@ def parts_of(text: str) -> list[str]:
     A part that names no arm, or "it", is about the arm before; a deed without a tube about the one
     that is named next to it; a direction of both arms about one after the other.
     """
-    plain = _LATER.sub(r"\2, then \1", text.lower().strip())
-    plain = _LEADS.sub("", plain)
-    parts = [part for part in _JOINTS.split(plain) if part.strip()]
+    plain = _LATER.sub(r"\2, then \1", text.lower().strip().rstrip(".!"))
+    plain = _ASIDES.sub("", plain)
+    plain = arm_by_arm(_LEADS.sub("", plain))
+    parts = _with_its_arm([part for part in _JOINTS.split(plain) if part.strip()])
     if any(map(_SIDE_AND_SIZE.fullmatch, parts)) and _BOTH.search(plain):
         return [text]
     parts = [one for part in parts for one in _of_each_arm(part)]
     if len(parts) < 2:
         return [text]
     tubes = {found[0] for part in parts if (found := _TUBE.search(part))}
-    arm, whole = "", list[str]()
-    for part in parts:
-        named = _arm(part)
-        whole.append(_completed(_AGAIN.sub("", part), "" if named else arm, named, tubes))
+    arm, deed, tube, whole = "", "", min(tubes) if len(tubes) == 1 else "", list[str]()
+    for part in map(_plain_part, parts):
+        if deed and _TUBE_ALONE.fullmatch(part):
+            part = f"{deed} {part}"
+        named = arm_named(part)
+        whole.append(_completed(_AGAIN.sub("", part), "" if named else arm, named, tube))
         arm = named or arm
+        deed, tube = _found(_CLIP_OR_CUT, part) or deed, _found(_TUBE, part) or tube
     return whole
 
 
-def _completed(part: str, arm_before: str, named: str, tubes: set[str]) -> str:
-    """Return a part with the arm before, the only tube, or the unit that it leaves unsaid."""
+def _plain_part(part: str) -> str:
+    """Return a part without its first word of joining, in which "the left" alone is an arm."""
+    part = _DONE.sub(lambda said: _DOES[said[1]], _PART_LEADS.sub("", part))
+    if (echo := echo_in(part)) and _SIDE_ALONE.fullmatch(echo.text):
+        return _SIDE_ALONE.sub(r"\1 arm", part, count=1)
+    return part
+
+
+def _found(pattern: re.Pattern[str], part: str) -> str:
+    found = pattern.search(part)
+    return found[0] if found else ""
+
+
+def _with_its_arm(parts: list[str]) -> list[str]:
+    """Join a part that is an arm or a length alone to the one before: "up, 2 mm, right arm"."""
+    joined = list[str]()
+    for part in parts:
+        before = joined[-1] if joined else ""
+        if before and _belongs_to(part, before):
+            joined[-1] = f"{before} {part}"
+        elif before and _ARM_ALONE.fullmatch(part) and not arm_named(before):
+            joined[-1] = f"{part} {before}"
+        else:
+            joined.append(part)
+    return joined
+
+
+def _belongs_to(part: str, before: str) -> bool:
+    """Return whether a part is a length, a tube or "clip it" alone, which the part before lacks."""
+    length = without_size(part)
+    if length.size_m is not None and not length.text:
+        return without_size(before).size_m is None
+    if _TUBE_ALONE.fullmatch(part):
+        return not _TUBE.search(before)
+    return bool(_SAME_CLIP.fullmatch(part)) and "clip" in before
+
+
+def _completed(part: str, arm_before: str, named: str, tube: str) -> str:
+    """Return a part with the arm or the tube before, or the unit, that it leaves unsaid."""
     of_tube = _TUBE.search(part)
     if arm_before and not of_tube:
         part = _about(arm_before, part)
-    if _DEED.search(part) and not of_tube and not named and len(tubes) == 1:
-        part = f"{part} {min(tubes)}"
+    if tube and _DEED.search(part) and not of_tube and not named:
+        part = f"{part} {tube}"
     return _BARE.sub(r"\1 mm", part) if _DIRECTED.search(part) else part
 
 
@@ -92,7 +161,7 @@ def _of_each_arm(part: str) -> list[str]:
     return [part]
 
 
-def _arm(part: str) -> str:
+def arm_named(part: str) -> str:
     """Return the arm that a part names, as "left" or "right"; "to the left" names none."""
     found = _ARM.search(_ASIDE.sub("", part))
     if not found or found[0] == "both":

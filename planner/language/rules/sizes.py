@@ -37,7 +37,10 @@ _NUMBER = (
 _DRAWN_OUT = re.compile(r"([a-z])\1{2,}")  # "waaay"
 _HALVES = {"half": 0.5, "quarter": 0.25}
 _AND_HALF = r"(?: and (?:a )?(half|quarter))?"
-_ABOUT = r"(?:\bby )?(?:\babout |\bsome |\bmaybe |\babout an? |\ba )?"
+_ABOUT = (
+    r"(?:\bby )?(?:\b(?:about|like|roughly|around|circa|approximately|perhaps|only) (?:an? )?"
+    r"|\bsome |\bmaybe |\ba )?"
+)
 _LENGTH = {
     re.compile(
         rf"{_ABOUT}(?<![\w.])({_NUMBER}){_AND_HALF} ?(?:more )?(?:of an? )?{unit}(?!\w){_AND_HALF}"

@@ -1,0 +1,45 @@
+"""Words of the theatre as speech recognition and hasty typing spell them; whom they address."""
+
+from __future__ import annotations
+
+import re
+
+_SIDED = r"(?=(?: (?:h?arm|hand|grip+\w*|gra[bs]p?er|jaws?|tube|tool|instrument)s?\b))"
+_RULES = (
+    (r"\bart(?:e|a|i|u)?r{1,3}(?:y|ie|ee|ey|i)\b|\bart ?tree\b|\bartey\b|\barty\b", "artery"),
+    (r"\b(?:duc|duk|duck|dukt|duckt|docked|dock|doct)\b(?! (?:tape|out|down|under))", "duct"),
+    (r"\b(?:gal+|gall|gaul|call|goal) ?bl(?:a|e|u)(?:d|t|dd|tt)(?:er|a|ar|or)\b", "gallbladder"),
+    (r"\bg(?:r?i|ir)p+e?r(s?)\b", r"gripper\1"),
+    (rf"\b(?:write|rite|wright|rihgt|rigth|righ)\b{_SIDED}", "right"),
+    (r"\b(left|right) harm\b", r"\1 arm"),
+    (r"\bclip (?:too|to) on\b", "clip two on"),
+    (r",\s*(?:my (?:dear|good|old|young|friend)\b[\w ]*|buddy|sweetie|mate|pal|honey|love|darling"
+     r"|dear|doc|doctor|chief|boss|sir|madam|robot|friend|amig[oa]|bro|man|dude|guys|folks|son"
+     r"|kiddo|champ|please and thank you|if you would|por favor|per favore|bitte)\s*[.!]*$", ""),
+    (r",?\s*for (?:heaven|god|christ|goodness|pete)'?s sake\b", ""),
+    (r",?\s*would be my preference\s*[.!]*$", ""),
+    (r"^(?:you've|you have) (?:got )?(?:the|my) (?:go-ahead|green light|permission)[:,]? ?", ""),
+    (r"^(?:you are|you're|ur|youre) (?:good|ok|okay|fine|clear|free|welcome) to ", ""),
+    (r"^(?:now|so) (?:we|you) (?=(?:clip|cut|divide|open|close|go|move)\b)", ""),
+    (r"\b(?:pincers?|jaws?|grippers?|claws?) of (?:the |your )?(left|right) (?:arm|hand)\b",
+     r"\1 gripper"),
+    (r"\b((?:cut|divide|snip|transect|sever)\b.*?) (?:with|using) (?:the |your )?"
+     r"(?:scissors|shears)\b", r"\1"),
+    (r"\b((?:clip|clamp)\b.*?) (?:with|using) (?:the |your )?(?:clip applier|applier|clipper)\b",
+     r"\1"),
+    (r"\b(?:carry on|continue|go on|resume)(?: from)? where (?:you|we) (?:left off|were|stopped)\b",
+     "resume"),
+    (r"\b(resume|continue) (?:the |your )?(?:trajectory|motion|execution|program\w*)\b", r"\1"),
+    (r"\bre-?run\b|\bdo one (?:time more|more time)\b", "repeat"),
+    (r"\bre-?gra(?:sp|b)\b", "grab"),
+    (r"\bcut (?:pose|place|point)\b", "cut"),
+    (r"\b(?:i should|i would|i'd) like (?=(?:the |your )?(?:left|right) (?:arm|hand|gripper))",
+     "i want "),
+)  # fmt: skip
+
+
+def as_meant(text: str) -> str:
+    """Return a text with the words that are misspelt in known ways as they are meant."""
+    for pattern, instead in _RULES:
+        text = re.sub(pattern, instead, text, flags=re.IGNORECASE)
+    return text

@@ -1,0 +1,79 @@
+"""Sentences about both arms, apart, together or each by its own way, are written out arm by arm."""
+
+from __future__ import annotations
+
+import re
+
+from planner.language.rules.sizes import without_size
+
+_ARMS = r"(?:(?:the|your|both|two) )*(?:arms|hands|instruments|tools)"
+_APART = re.compile(
+    rf"\b(?:spread|part|separate)\b(?: {_ARMS})\b|{_ARMS} (?:further |farther |wider )?apart\b"
+)
+_TOGETHER = re.compile(
+    rf"\b(?:squeeze|bring|push|move|get|put) {_ARMS} (?:closer )?together\b"
+    rf"|{_ARMS} (?:closer to|nearer to|towards?) (?:each other|one another)\b"
+)
+_GRASPER = r"(?:the )?(?:grasper|forceps|left(?: (?:arm|hand|one))?)"
+_OTHER = r"(?:the )?(?:scissors|shears|(?:clip )?applier|clipper|right(?: (?:arm|hand|one))?)"
+_BOTH_NAMED = re.compile(
+    rf"\b(?:both )?(?:{_GRASPER} and {_OTHER}|{_OTHER} and {_GRASPER})(?= (?:arms?|hands?)\b)"
+    rf"(?: (?:arms?|hands?))?|\bboth (?:{_GRASPER} and {_OTHER}|{_OTHER} and {_GRASPER})\b"
+)
+_EVERYTHING = re.compile(r"\beverything\b(?=.*\b(?:left|right|up|down|higher|lower|in|out|me)\b)")
+_BOTH_ARMS = re.compile(r",? ?\bboth (?:arms|hands|instruments|tools)\b")
+_EACH = re.compile(r",? each(?: (?:way|direction|time|one))?$")
+_LENGTH_WORDS = range(1, 6)  # of "by two and a half millimetres"
+_OWN_SIZES = re.compile(
+    rf"^(.*{_ARMS}.*?),? (left|right)(?: (?:one|arm|hand))? (?:by )?(.+?)(?:,| and|, and)"
+    r" (?:the )?(left|right)(?: (?:one|arm|hand))? (?:by )?(.+)$"
+)
+_THE_SIDE = re.compile(
+    r"(?<!to )(?<!towards )(?<!on )\bthe (left|right)"
+    r"(?= (?:slightly|a (?:bit|little|lot|touch)|while|by|comes?|goes|up|down|and|\d)|,|$)"
+)
+_SWAPPED = re.compile(r"^(.+?),? but (?:first|before that),? (.+)$")
+_AFTER = re.compile(
+    r"^(?:after|once you're done)"
+    r" ((?:clipp|cutt|clos|open|grabb|mov|rais|lower|lift)ing\b[^,]*?),? "
+    r"(?=(?:please )?(?:move|raise|lower|lift|drop|open|close|cut|clip|go|back|pull|push|nudge"
+    r"|come|take|bring)\b)(.+)$"
+)
+
+
+def arm_by_arm(text: str) -> str:
+    """Return a lower-case sentence in which each arm has its own part, in the order of doing."""
+    for pattern, instead in ((_SWAPPED, r"\2, then \1"), (_AFTER, r"\1, then \2")):
+        text = pattern.sub(instead, text)
+    if len(set(_THE_SIDE.findall(text))) == len(("left", "right")):
+        text = _THE_SIDE.sub(r"\1 arm", text)
+    text = _BOTH_NAMED.sub("both arms", text)
+    if _EVERYTHING.search(text):
+        text = "both arms " + _EVERYTHING.sub("", _BOTH_ARMS.sub("", text)).strip()
+    if found := _OWN_SIZES.match(text):
+        way, one, size, other, other_size = found.groups()
+        if one != other and without_size(size).size_m and without_size(other_size).size_m:
+            alone = re.sub(_ARMS, "{} arm", way, count=1)
+            return f"{alone.format(one)} by {size}, then {alone.format(other)} by {other_size}"
+    text, size = _without_each(text)
+    for pattern, ways in ((_APART, ("left", "right")), (_TOGETHER, ("right", "left"))):
+        if pattern.search(text):
+            size = size or _size_in(text)
+            return f"left arm to the {ways[0]}{size}, then right arm to the {ways[1]}{size}"
+    return re.sub(r",? and |, ", lambda joint: f"{size}{joint[0]}", text) + size
+
+
+def _without_each(text: str) -> tuple[str, str]:
+    """Return a text without "by 2 mm each", and that length; "" if it does not end so."""
+    found = _EACH.search(text)
+    words = text[: found.start()].split() if found else []
+    for n in _LENGTH_WORDS:
+        length = without_size(" ".join(words[-n:])) if len(words) > n else None
+        if length and length.size_m and not length.text.strip(", "):
+            return " ".join(words[:-n]).rstrip(","), f" by {' '.join(words[-n:])}"
+    return text, ""
+
+
+def _size_in(text: str) -> str:
+    size_m = without_size(text).size_m
+    return "" if size_m is None else f" by {1e3 * size_m:g} mm"

@@ -1,0 +1,33 @@
+"""Tests of the alarm head: it hears warnings that no list names, and is what its recipe makes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.language.alarm_head import _weights
+from planner.language.interpreter import Interpreter
+from planner.language.rules.warning import warns
+from planner.language.train_alarm import trained
+
+SETS = sorted(Path(__file__).with_name("sets").glob("development_*.tsv"))
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "this is turning into a disaster",
+        "the whole field has gone dark",
+        "something just burst in there",
+        "everything has turned red",
+    ],
+)
+def test_a_fright_that_no_list_names_holds_both_arms(sentence):
+    assert not warns(sentence)
+    reading = Interpreter().read(sentence)
+    assert reading.command is not None
+    assert (reading.command.word, reading.by) == ("stop", "warning")
+
+
+def test_the_shipped_head_is_what_the_development_sets_make():
+    np.testing.assert_allclose(trained(SETS), _weights(), atol=1e-3)
