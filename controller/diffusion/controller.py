@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.body_frame import BodyFrame
+from controller.diffusion.centring import centred
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
@@ -74,9 +75,9 @@ class ControllerDiffusion:
             self._text = text
         fresh = not len(self._running)
         if fresh:
-            self._compute_chunk(observation, n_committed=0)
+            self._compute_chunk(observation, instruction, n_committed=0)
         elif self._n_played == self._config.play - self._delay:
-            self._compute_chunk(observation, n_committed=self._delay)
+            self._compute_chunk(observation, instruction, n_committed=self._delay)
         self.place = "fresh" if fresh else "inside" if self._n_played else "joint"
         row, self._running = self._running[0], self._running[1:]
         self._n_played += 1
@@ -88,7 +89,9 @@ class ControllerDiffusion:
         self.place, self._text = "fresh", ""
         self._running: Array = np.empty((0, ACTION_SIZE))
 
-    def _compute_chunk(self, observation: Observation, n_committed: int) -> None:
+    def _compute_chunk(
+        self, observation: Observation, instruction: Instruction, n_committed: int
+    ) -> None:
         """Compute a new chunk that follows the committed motions."""
         committed, rest = np.split(self._running, [n_committed])
         if not self._played:
@@ -110,6 +113,8 @@ class ControllerDiffusion:
             }
         )
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
+        if instruction.correction is None:
+            chunk = centred(chunk, self._foreseen(0), instruction.task)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 
