@@ -1,0 +1,91 @@
+"""A chunk that brings the jaws onto a tube ends where the clip or the cut belongs along it.
+
+A policy errs along the tube by some tenths of a millimetre, and a short artery has no more room
+than that. Where clips and cut belong is a rule on what is seen (`places`), so the rule has the last
+word in this one direction; all else is the policy's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from controller.diffusion.chunk_frame import MOVE
+from controller.diffusion.places import places_on
+from planner.command import TUBES
+from planner.seen.next_task import clips_needed_on, clips_on
+from planner.task import Task, Tube
+from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
+from tissue_sim.sensing.observation import (
+    CLIP_APPLIER,
+    SCISSORS,
+    Observation,
+    fields,
+    observation_of,
+)
+from tissue_sim.surgery.cut import BLADE_LENGTH_M
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+
+BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
+WITHIN_M = 1e-4  # to either side of a place; assumed
+ABOVE_LOWEST_M = 2e-4  # the upper clip at least, if it belongs higher: the cut errs, too; assumed
+MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
+REACH_M = {CLIP_APPLIER: CLIP_LENGTH_M, SCISSORS: BLADE_LENGTH_M}
+CUT = {USUAL_CLIPS: 3, FEWEST_CLIPS: 6}  # rows of `Places`, by the number of clips on the tube
+FIRST = {USUAL_CLIPS: 0, FEWEST_CLIPS: 4}
+UPPER, LOWEST = {USUAL_CLIPS: 2, FEWEST_CLIPS: 5}, {USUAL_CLIPS: 7, FEWEST_CLIPS: 8}
+SECOND = 1
+
+
+def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+    """Return a chunk (n, 20) that ends within the task's places along its tube.
+
+    It is returned as it is where the jaws end beside the tube, or have nothing left to close on.
+
+    Args:
+        chunk: as `chunk_frame` has it; not changed.
+        seen: `Observation.vector()` at its start.
+        task: the running one.
+    """
+    observation = observation_of(seen, 0.0)
+    if task.tube is None or not _closes(task, task.tube, observation):
+        return chunk
+    now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
+    on_tube = places_on(now)[TUBES.index(task.tube)]
+    points, along = (part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along))
+    arms = chunk.reshape(len(chunk), 2, -1).copy()
+    tip = observation.tips_endoscope[RIGHT_ARM]
+    jaws = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2]
+    off = points - (jaws + arms[-1, RIGHT_ARM, MOVE])
+    place, lowest = _rows(task, task.tube, observation)
+    u = along[place]
+    if np.linalg.norm(off[place] - (off[place] @ u) * u) > BESIDE_M:
+        return chunk
+    most_m = off[place] @ u + WITHIN_M
+    least_m = min(most_m - 2.0 * WITHIN_M, off[lowest] @ u + ABOVE_LOWEST_M)
+    shift_m = np.clip(np.clip(0.0, least_m, most_m), -MOST_M, MOST_M)
+    share = np.arange(1, len(arms) + 1) / len(arms)
+    arms[:, RIGHT_ARM, MOVE] += shift_m * share[:, None] * u
+    return arms.reshape(chunk.shape)
+
+
+def _closes(task: Task, tube: Tube, observation: Observation) -> bool:
+    """Return whether the jaws still have to close on the task's tube."""
+    if task.kind == "cut":
+        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(tube)]
+    return task.kind == "clip" and observation.clip_loaded
+
+
+def _rows(task: Task, tube: Tube, observation: Observation) -> tuple[int, int]:
+    """Return the rows of `Places` for the task, and for the lowest place that will do."""
+    sitting = clips_on(tube, observation) + (task.clip == USUAL_CLIPS)
+    n = USUAL_CLIPS if sitting >= USUAL_CLIPS else clips_needed_on(tube, observation)
+    if task.kind == "cut":
+        return CUT[n], CUT[n]
+    if task.clip == USUAL_CLIPS:
+        return UPPER[n], LOWEST[n]
+    row = FIRST[n] if task.clip == 1 else SECOND
+    return row, row

@@ -1,0 +1,108 @@
+"""Tests of centring: jaws close on a tube at its place along it, and nothing else moves."""
+
+import numpy as np
+import pytest
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.centring import ABOVE_LOWEST_M, BESIDE_M, MOST_M, WITHIN_M, centred
+from controller.diffusion.chunk_frame import MOVE, TURN
+from controller.diffusion.holding import UNTURNED
+from planner.task import task_from_text
+from tissue_sim.frames import Array
+from tissue_sim.outcome.clip_rule import CUT_ROOM_M, clip_stations_m
+from tissue_sim.sensing.observation import TUBE_POINTS, VECTOR_SIZE, fields
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+
+STEPS, LENGTH_M = 16, 0.019
+RULE_M = [float(s) for s in clip_stations_m("duct", np.array(LENGTH_M))]
+FIRST, THIRD = "clipping first clip left tube", "clipping third clip left tube"
+CUT = "go to the cutting position left tube"
+
+
+def seen(station_m: float, *clips_m: float, beside_m: float = 0.0, scissors: bool = False) -> Array:
+    """Return what is seen: jaws at a station of the left tube, the duct, which has clips.
+
+    Tubes point up (+y), the tool ahead (+z).
+    """
+    vector = np.zeros(VECTOR_SIZE, np.float32)
+    now = fields(vector)
+    y = np.linspace(0.0, LENGTH_M, TUBE_POINTS)
+    for name, x in (("left_tube_m", 0.0), ("right_tube_m", -0.02)):
+        now[name][:] = np.stack([np.full_like(y, x), y, np.full_like(y, 0.09)], axis=1)
+    now["sac_m"][0] = now["left_tube_m"][-1]
+    now["rest_length_m"][:] = LENGTH_M
+    now["tips_endoscope"][..., :3] = np.eye(3)
+    now["tips_endoscope"][RIGHT_ARM, :, 3] = beside_m, station_m, 0.09 + 0.5 * CLIP_LENGTH_M
+    for k, clip_m in enumerate(clips_m):
+        now["clips_m"][k] = 0.0, clip_m, 0.09
+    now["n_clips"][:] = len(clips_m)
+    now["scissors"][:], now["clip_loaded"][:] = scissors, not scissors
+    return vector
+
+
+def chunk(up_m: float = 0.0) -> Array:
+    """Return a chunk in which the right arm moves up steadily, and closes its jaws."""
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[..., TURN] = UNTURNED
+    arms[:, RIGHT_ARM, MOVE.start + 1] = np.linspace(0.0, up_m, STEPS)
+    arms[..., -1] = np.linspace(0.6, 0.0, STEPS)[:, None]
+    return arms.reshape(STEPS, ACTION_SIZE)
+
+
+def end_m(rows: Array) -> float:
+    """Return how far up the right arm is at the end of a chunk."""
+    return float(rows.reshape(STEPS, 2, -1)[-1, RIGHT_ARM, MOVE.start + 1])
+
+
+@pytest.mark.parametrize("off_m", [-8e-4, 8e-4])
+@pytest.mark.parametrize("up_m", [0.0, 0.004])
+def test_a_chunk_ends_at_the_place_wherever_it_begins(off_m: float, up_m: float) -> None:
+    rows = centred(chunk(up_m), seen(RULE_M[0] + off_m - up_m), task_from_text(FIRST))
+    assert abs(end_m(rows) + off_m - up_m) <= WITHIN_M + 1e-7
+
+
+def test_only_the_right_arm_moves_along_the_tube_little_by_little() -> None:
+    asked = chunk(0.001)
+    changed = (centred(asked, seen(RULE_M[0] + 0.005), task_from_text(FIRST)) - asked).reshape(
+        STEPS, 2, -1
+    )
+    moved_m = changed[:, RIGHT_ARM, MOVE.start + 1].copy()
+    np.testing.assert_allclose(moved_m, -MOST_M * np.arange(1, STEPS + 1) / STEPS, atol=1e-9)
+    changed[:, RIGHT_ARM, MOVE.start + 1] = 0.0
+    np.testing.assert_allclose(changed, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("above_m", "moved_m"), [(0.0, ABOVE_LOWEST_M), (8e-4, 0.0), (0.002, None)]
+)
+def test_an_upper_clip_may_go_lower_as_far_as_the_cut_has_room(
+    above_m: float, moved_m: float | None
+) -> None:
+    low_m = RULE_M[1] - 0.001
+    lowest_m = low_m + CUT_ROOM_M
+    rows = centred(chunk(), seen(lowest_m + above_m, 0.004, low_m), task_from_text(THIRD))
+    highest_m = max(RULE_M[2], lowest_m) + WITHIN_M - (lowest_m + above_m)
+    assert end_m(rows) == pytest.approx(highest_m if moved_m is None else moved_m, abs=1e-6)
+
+
+def test_the_cut_is_made_in_the_middle_of_its_gap() -> None:
+    clips_m = 0.005, 0.009, 0.015
+    rows = centred(chunk(), seen(0.0125, *clips_m, scissors=True), task_from_text(CUT))
+    assert end_m(rows) == pytest.approx(0.012 + WITHIN_M - 0.0125, abs=1e-6)
+
+
+def test_a_chunk_elsewhere_is_the_policys() -> None:
+    """On the way, going back, without a clip and with the tube cut, nothing is changed."""
+    off_m, first = RULE_M[0] + 0.001, task_from_text(FIRST)
+    empty, cut = seen(off_m), seen(off_m, 0.005, 0.009, 0.015, scissors=True)
+    fields(empty)["clip_loaded"][:] = 0.0
+    fields(cut)["severed"][0] = 1.0
+    for vector, task in (
+        (seen(off_m, beside_m=BESIDE_M + 0.001), first),
+        (seen(off_m), task_from_text("going back first clip left tube")),
+        (seen(off_m), task_from_text("grabbing gallbladder")),
+        (empty, first),
+        (cut, task_from_text(CUT)),
+    ):
+        np.testing.assert_array_equal(centred(chunk(), vector, task), chunk())
