@@ -7,6 +7,7 @@ import re
 from planner.language.rules.sizes import without_size
 
 _ARMS = r"(?:(?:the|your|both|two) )*(?:arms|hands|instruments|tools)"
+_ONE_ARMS = re.compile(_ARMS)
 _APART = re.compile(
     rf"\b(?:spread|part|separate)\b(?: {_ARMS})\b|{_ARMS} (?:further |farther |wider )?apart\b"
 )
@@ -45,16 +46,32 @@ def arm_by_arm(text: str) -> str:
     """Return a lower-case sentence in which each arm has its own part, in the order of doing."""
     for pattern, instead in ((_SWAPPED, r"\2, then \1"), (_AFTER, r"\1, then \2")):
         text = pattern.sub(instead, text)
+    text = _with_arms_named(text)
+    return _each_by_its_own(text) or _all_by_the_same(text)
+
+
+def _with_arms_named(text: str) -> str:
+    """Return a text in which "the left ... the right", "grasper and scissors" are named as arms."""
     if len(set(_THE_SIDE.findall(text))) == len(("left", "right")):
         text = _THE_SIDE.sub(r"\1 arm", text)
     text = _BOTH_NAMED.sub("both arms", text)
     if _EVERYTHING.search(text):
         text = "both arms " + _EVERYTHING.sub("", _BOTH_ARMS.sub("", text)).strip()
-    if found := _OWN_SIZES.match(text):
-        way, one, size, other, other_size = found.groups()
-        if one != other and without_size(size).size_m and without_size(other_size).size_m:
-            alone = re.sub(_ARMS, "{} arm", way, count=1)
-            return f"{alone.format(one)} by {size}, then {alone.format(other)} by {other_size}"
+    return text
+
+
+def _each_by_its_own(text: str) -> str:
+    """Write out "both arms down, left by 1 mm, right by 3 mm"; return "" for any other text."""
+    found = _OWN_SIZES.match(text)
+    way, one, size, other, other_size = found.groups() if found else ("",) * 5
+    if one == other or not (without_size(size).size_m and without_size(other_size).size_m):
+        return ""
+    parts = ((one, size), (other, other_size))
+    return ", then ".join(f"{_ONE_ARMS.sub(f'{side} arm', way, 1)} by {m}" for side, m in parts)
+
+
+def _all_by_the_same(text: str) -> str:
+    """Write out "arms apart", and give each part the length that is said for "each"."""
     text, size = _without_each(text)
     for pattern, ways in ((_APART, ("left", "right")), (_TOGETHER, ("right", "left"))):
         if pattern.search(text):
