@@ -25,8 +25,8 @@ from tissue_sim.sensing.observation import (
     fields,
     observation_of,
 )
-from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.blade_size import BLADE_LENGTH_M
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
 BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
