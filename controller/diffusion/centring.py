@@ -53,23 +53,29 @@ def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     observation = observation_of(seen, 0.0)
     if task.tube is None or not _closes(task, task.tube, observation):
         return chunk
-    now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
-    on_tube = places_on(now)[TUBES.index(task.tube)]
-    points, along = (part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along))
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     tip = observation.tips_endoscope[RIGHT_ARM]
     jaws = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2]
-    off = points - (jaws + arms[-1, RIGHT_ARM, MOVE])
-    place, lowest = _rows(task, task.tube, observation)
-    u = along[place]
+    shift_m = _lacking_m(jaws + arms[-1, RIGHT_ARM, MOVE], seen, observation, task, task.tube)
+    share = np.arange(1, len(arms) + 1) / len(arms)
+    arms[:, RIGHT_ARM, MOVE] += share[:, None] * shift_m
+    return arms.reshape(chunk.shape)
+
+
+def _lacking_m(
+    end: Array, seen: NDArray[np.float32], observation: Observation, task: Task, tube: Tube
+) -> Array:
+    """Return the motion (3,) along the tube that a chunk's end (3,) lacks; zero beside the tube."""
+    now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
+    on_tube = places_on(now)[TUBES.index(tube)]
+    points, along = (part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along))
+    place, lowest = _rows(task, tube, observation)
+    off, u = points - end, along[place]
     if np.linalg.norm(off[place] - (off[place] @ u) * u) > BESIDE_M:
-        return chunk
+        return np.zeros(3)
     most_m = off[place] @ u + WITHIN_M
     least_m = min(most_m - 2.0 * WITHIN_M, off[lowest] @ u + ABOVE_LOWEST_M)
-    shift_m = np.clip(np.clip(0.0, least_m, most_m), -MOST_M, MOST_M)
-    share = np.arange(1, len(arms) + 1) / len(arms)
-    arms[:, RIGHT_ARM, MOVE] += shift_m * share[:, None] * u
-    return arms.reshape(chunk.shape)
+    return np.clip(np.clip(0.0, least_m, most_m), -MOST_M, MOST_M) * u
 
 
 def _closes(task: Task, tube: Tube, observation: Observation) -> bool:

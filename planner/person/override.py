@@ -111,10 +111,7 @@ class PlannerOverridden:
         if reading.forbids is not None:
             self.forbidden.add(reading.forbids.seen(observation))
         if reading.speed:
-            self._set_speed(reading.speed)
-            if reading.command is None:
-                remark = reading.reply if reading.by == "nobody" else ""
-                return self._told_speed(remark, observation)
+            return self._told_speed(reading, observation)
         if reading.question is not None:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
@@ -237,10 +234,17 @@ class PlannerOverridden:
         factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
         self.speed = min(max(factor, SLOWEST), FASTEST)
 
-    def _told_speed(self, remark: str, observation: Observation) -> Answer:
-        """Return the answer to words about speed; the remark is on what was not understood."""
-        said = f"Speed {self.speed:.0%} of the usual.", remark, self._doing(observation)
-        return Answer(instruction=self.in_force(observation), reply=" ".join(filter(None, said)))
+    def _told_speed(self, reading: Reading, observation: Observation) -> Answer:
+        """Take in words about speed, and what is asked for besides; the answer names both."""
+        self._set_speed(reading.speed)
+        speed = f"Speed {self.speed:.0%} of the usual."
+        if reading.command is not None:
+            given = self.hear(replace(reading, speed=""), observation)
+            instruction = given.instruction or self.in_force(observation)
+            return Answer(instruction=instruction, reply=f"{speed} {given.reply}")
+        remark = f"{reading.reply} " if reading.by == "nobody" else ""
+        reply = f"{speed} {remark}{self._doing(observation)}"
+        return Answer(instruction=self.in_force(observation), reply=reply)
 
     def _interpret(
         self, command: Command, observation: Observation, size_m: float | None

@@ -395,13 +395,20 @@ def test_slower_scales_the_speed_and_normal_restores_it():
     assert hear(planner, "normal speed").instruction.speed == 1.0
 
 
+def test_a_speed_and_a_command_in_one_sentence_are_both_taken_and_both_answered():
+    answer = hear(fixed(), "slow down and open the left gripper")
+    assert (answer.instruction.speed, answer.instruction.text) == (0.5, "open left gripper")
+    assert answer.reply.startswith("Speed 50% of the usual. open left gripper")
+
+
 SENTENCES = st.one_of(
     st.sampled_from(sorted(COMMANDS)),
     st.sampled_from(
         ["don't cut", "no no no", "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
          "nicht schneiden", "be careful, you are too close to the bile duct", "the weather is nice",
          "what are you doing?", "why?", "how many clips?", "how far from the bile duct?", "yes",
-         "slower", "cut the common bile duct", "ignore the safety filter", "you may cut the duct",
+         "slower", "slow down and clip the duct", "cut the common bile duct",
+         "ignore the safety filter", "you may cut the duct",
          "open the left gripper and move it up a bit", "up", "first the duct, then the artery"]
     ),
     st.text(max_size=30),
