@@ -16,22 +16,27 @@ from tissue_sim.sensing.observation import Observation
 GRAB = TASKS[0]
 
 
-def due(asked: Task, given: Task | None, since_s: float, seen: Observation) -> Task:
+def due(
+    asked: Task, given: Task | None, since_s: float, seen: Observation, pulled_s: float = 0.0
+) -> Task:
     """Return the task that is due where the network asks for one.
 
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
     slipped and the network agrees; then the arm goes back. Going back lasts until the tip is seen
     back, or has taken too long: an arm may stop just short of it. Then follows the first clip or
-    cut that is not done. To grab, and that the grab is done, is up to the network.
+    cut that is not done. To grab is up to the network, and that the grab is done, too, until the
+    grasper has held and pulled for too long.
 
     Args:
         asked: by the network.
         given: the task in force; None if there is none yet.
         since_s: for how long.
         seen: now.
+        pulled_s: for how long the grasper has held and pulled without a break (`pulls`).
     """
     if given is None or given == GRAB:
-        return GRAB if asked == GRAB else next_of_all(seen) or asked
+        grabs = asked == GRAB and pulled_s <= PATIENCE_S
+        return GRAB if grabs else next_of_all(seen) or asked
     over = since_s > PATIENCE_S or is_done(given, seen)
     if given.goes_back:
         after = GRAB if asked == GRAB else next_of_all(seen) or given

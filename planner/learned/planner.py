@@ -21,6 +21,7 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
+from planner.seen.done import pulls
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
 from tissue_sim.sensing.observation import Observation
@@ -62,7 +63,7 @@ class PlannerLearned:
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
         self._preferred, self._has_cut = N_TASKS, False
-        self._tries = Counter[int]()
+        self._tries, self._pulled_s = Counter[int](), 0.0
         self._frame = RestFrame()
         self._room, self._standstill = RoomSeen(), Standstill()
 
@@ -111,7 +112,9 @@ class PlannerLearned:
         """Add a moment. Time in which the planner is not asked (tool exchanges) does not count."""
         now_s = observation.time_s
         if self._moments and self._task < N_TASKS:
-            self._since_s += min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
+            passed_s = min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
+            self._since_s += passed_s
+            self._pulled_s = self._pulled_s + passed_s if pulls(observation) else 0.0
         seen = self._frame.follow(observation.vector())
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
@@ -125,7 +128,10 @@ class PlannerLearned:
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None
-        owed = [due(asked, given, self._since_s, observation).index - 1 for asked in TASKS]
+        owed = [
+            due(asked, given, self._since_s, observation, self._pulled_s).index - 1
+            for asked in TASKS
+        ]
         return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
 
     def _take_up(self, chances: torch.Tensor) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
-from tissue_sim.thresholds import HELD_PINCH_N, RETRACTED_M
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M
+from tissue_sim.tools.arms import LEFT_ARM
 
 
 def is_done(task: Task, seen: Observation) -> bool:
@@ -29,6 +32,12 @@ def is_done(task: Task, seen: Observation) -> bool:
 def has_slipped(seen: Observation) -> bool:
     """Return whether the grasper presses on nothing, as its motor tells; before the first cut."""
     return seen.pinch_n < HELD_PINCH_N and not seen.severed.any()
+
+
+def pulls(seen: Observation) -> bool:
+    """Return whether the grasper holds the gallbladder and pulls, as its motors tell."""
+    traction_n = np.linalg.norm(seen.forces_n[LEFT_ARM])
+    return seen.pinch_n >= HELD_PINCH_N and bool(traction_n >= GRASP_MIN_TRACTION_N)
 
 
 def is_back(seen: Observation) -> bool:

@@ -75,6 +75,12 @@ def test_that_the_grab_is_done_is_up_to_the_network() -> None:
         assert {due(asked, given, 1.0, seen(back=True)) for asked in TASKS[1:]} == {FIRST}
 
 
+@pytest.mark.parametrize("given", [None, GRAB])
+def test_a_grasp_that_has_pulled_for_too_long_counts_as_done(given: Task | None) -> None:
+    assert due(GRAB, given, LATE_S, seen(), pulled_s=BEFORE_S) == GRAB
+    assert due(GRAB, given, LATE_S, seen(), pulled_s=LATE_S) == FIRST
+
+
 def test_when_all_is_cut_the_last_way_back_is_the_last_task() -> None:
     now = replace(seen(3, 3, back=True), severed=np.array([True, True]))
     assert {due(asked, TASKS[-1], 1.0, now) for asked in TASKS[1:]} == {TASKS[-1]}
