@@ -256,7 +256,8 @@ def _trouble(text: str, english: str) -> str:
         return f"it is longer than {MAX_CHARACTERS} characters"
     if not text.strip().isprintable():
         return "it has characters that cannot be read"
-    if any(one.isalpha() and not one.isascii() for one in normalize("NFKC", english)):
+    foreign = any(one.isalpha() and not one.isascii() for one in normalize("NFKC", english))
+    if foreign and question_in(english) is None:
         return "it is in no language that is understood"
     return ""
 

@@ -10,7 +10,8 @@ from planner.language.rules.sizes import without_size
 
 _JOINTS = re.compile(
     r"\s*(?:;"
-    r"|[,.]? ?(?:and )?\b(?:then|than|followed by|after that|afterwards?|after which|later"
+    r"|[,.]? ?(?:and )?\b(?:then|than|followed by(?: (?:the|a))?|after that|afterwards?"
+    r"|after which|later"
     r"|next(?! (?:step|clip|task|move|one))"
     r"|finally|subsequently|once (?:there|done|that's done)|having done (?:so|that)"
     r"|when (?:done|that(?:'s| is) done)|while you're (?:there|at it))"
@@ -21,7 +22,7 @@ _JOINTS = re.compile(
 _LEADS = re.compile(
     r"^(?:first(?:ly)?,? (?!clip|one|tube|duct|artery)|(?:after|once) you(?:'ve| have))\s*"
 )
-_PART_LEADS = re.compile(r"^(?:instead|now|also|proceed to|go ahead and|just),? ")
+_PART_LEADS = re.compile(r"^(?:queue|instead|now|also|proceed to|go ahead and|just),? ")
 _DOES = {  # "once you have gone back, ..."
     "gone": "go", "opened": "open", "closed": "close", "clipped": "clip", "moved": "move",
     "grabbed": "grab", "backed": "back", "raised": "raise", "lowered": "lower", "lifted": "lift",
@@ -35,7 +36,8 @@ _ASIDES = re.compile(
 )
 _LATER = re.compile(r"^before (?:you )?([^,]+), (.+)$")  # "before cutting the duct, go up"
 _IN_ORDER = re.compile(
-    r"\b(?:then|than|followed by|after that|afterwards|subsequently|before|once you|after you)\b|;"
+    r"\b(?:then|than|followed by|after that|afterwards|subsequently|before|once you|after you)\b"
+    r"|;|, [^,]+ (?:after|later)$"
 )
 _ARM = re.compile(
     r"\b(left|right)(?: (?:arm|hand|gripper|grasper|jaws?|instrument|tool|one))?\b"

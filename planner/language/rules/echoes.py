@@ -12,7 +12,8 @@ _TIMES = {
     rf"a third (?:of that|as {_FAR})": 1 / 3,
     rf"(?:twice|two times) (?:that|as {_FAR}|the (?:distance|amount))|double(?: that)?": 2.0,
     rf"(?:three times|thrice) (?:that|as {_FAR})|triple(?: that)?": 3.0,
-    r"likewise|ditto|(?:the )?same(?: again)?(?: (?:way|amount|distance|thing|direction|for))?"
+    r"likewise|ditto|(?:the )?same(?! (?:arm|hand|gripper|one|side)\b)"
+    r"(?: again)?(?: (?:way|amount|distance|thing|direction|for))?"
     r"|(?:by )?the same(?: (?:again|amount|distance))?|as (?:much|far)|so too": 1.0,
 }
 _PATTERNS = {re.compile(rf"\b(?:by )?(?:{said})\b"): times for said, times in _TIMES.items()}

@@ -11,7 +11,13 @@ _RULES = (
     (r"\b(?:gal+|gall|gaul|call|goal) ?bl(?:a|e|u)(?:d|t|dd|tt)(?:er|a|ar|or)\b", "gallbladder"),
     (r"\bg(?:r?i|ir)p+e?r(s?)\b", r"gripper\1"),
     (rf"\b(?:write|rite|wright|rihgt|rigth|righ)\b{_SIDED}", "right"),
-    (r"\b(left|right) harm\b", r"\1 arm"),
+    (r"\b(left|right) ?h?(arm|hand|gripper)\b", r"\1 \2"),
+    (r"\badn\b", "and"),
+    (r"\bclip in (?:the )?(?=(?:left|right|cystic|duct|artery)\b)", "clip on "),
+    (r"\bto words\b", "towards"),
+    (r"\b(?:the )?(?:hand|arm|instrument|tool) (?:that(?: is|'s)? )?"
+     r"hold(?:s|ing) (?:on to )?(?:the )?gallbladder\b"
+     r"|\bgallbladder(?:'s)? (?:hand|arm)\b", "left arm"),
     (r"\bclip (?:too|to) on\b", "clip two on"),
     (r",\s*(?:my (?:dear|good|old|young|friend)\b[\w ]*|buddy|sweetie|mate|pal|honey|love|darling"
      r"|dear|doc|doctor|chief|boss|sir|madam|robot|friend|amig[oa]|bro|man|dude|guys|folks|son"

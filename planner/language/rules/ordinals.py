@@ -11,6 +11,7 @@ _RULES = (
     (rf"\b{_NTH} of (?:the |its |your |those )?(?:three )?clips?\b", r"\1 clip"),
     (rf"\ba clip\b(.*?),? (?:and )?(?:that(?:'ll| will|'d)? be|that(?:'s| is)|it'?ll be|making it)"
      rf" (?:the |number )?{_NTH}(?: one| clip)?(?=$|[.!])", r"\2 clip\1"),
+    (rf"\b{_NTH} (duct|artery) clip\b", r"\1 clip on \2"),
     (r"\b(duct|artery) clip (?:number |no\.? )?(one|two|three|1|2|3)\b(?! ?(?:mm|mil|cm|cent))",
      r"clip \2 on \1"),
 )  # fmt: skip

@@ -33,6 +33,7 @@ _THE_SIDE = re.compile(
     r"(?<!to )(?<!towards )(?<!on )\bthe (left|right)"
     r"(?= (?:slightly|a (?:bit|little|lot|touch)|while|by|comes?|goes|up|down|and|\d)|,|$)"
 )
+_LAST = re.compile(r"^(.+?)(?:, and|,| and) (.+?),? (?:after|later)$")
 _SWAPPED = re.compile(r"^(.+?),? but (?:first|before that),? (.+)$")
 _AFTER = re.compile(
     r"^(?:after|once you're done)"
@@ -41,10 +42,23 @@ _AFTER = re.compile(
     r"|come|take|bring)\b)(.+)$"
 )
 
+_FIRST = re.compile(
+    r"^(.*\b(?:clip|cut|clamp|divide) (?:the )?(?:cystic )?(?:duct|artery)) first,? and (?:then )?"
+    r"(?:afterwards?|later|after that) (.+)$"
+)
+_BEFORE_TO = re.compile(r"^before (?:to|that you|you) ([^,]+?),? (?:please |first |you )+(.+)$")
+_IN_ORDER = (
+    (_SWAPPED, r"\2, then \1"),
+    (_AFTER, r"\1, then \2"),
+    (_FIRST, r"\1, then \2"),
+    (_BEFORE_TO, r"\2, then \1"),
+    (_LAST, r"\1, then \2"),
+)
+
 
 def arm_by_arm(text: str) -> str:
     """Return a lower-case sentence in which each arm has its own part, in the order of doing."""
-    for pattern, instead in ((_SWAPPED, r"\2, then \1"), (_AFTER, r"\1, then \2")):
+    for pattern, instead in _IN_ORDER:
         text = pattern.sub(instead, text)
     text = _with_arms_named(text)
     return _each_by_its_own(text) or _all_by_the_same(text)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
-_THINGS = "(?:arm|hand|gripper|instrument|tool|one)"
+_ONE = (
+    r"one(?! ?(?:and|point|half|quarter|mms?|mil|cms?|cent|inch|in\b))"  # no "left one millimetre"
+)
+_THINGS = rf"(?:arm|hand|gripper|instrument|tool|{_ONE})"
 _SIDE = "(?:'s)?(?: side)?"
 _LEFT = rf"(?:grasper|left {_THINGS}|holding (?:arm|hand)|forceps){_SIDE}"
 _RIGHT = rf"(?:clip applier|applier|clipper|scissors|shears|right {_THINGS}){_SIDE}"

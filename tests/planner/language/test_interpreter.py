@@ -246,6 +246,14 @@ def test_two_motions_are_made_in_their_order_unless_the_second_undoes_the_first(
          [("going back second clip artery", None), ("clipping third clip artery", None)]),
         ("next step, but first right arm towards me 4 mm",
          [("move right arm towards me", 4.0), ("next step", None)]),
+        ("you clip the duct first, and afterwards the artery",
+         [("clip duct", None), ("clip artery", None)]),
+        ("put second clip in duct, go back from it after",
+         [("clipping second clip duct", None), ("going back second clip duct", None)]),
+        ("before to cut the artery you put the third clip on it",
+         [("clipping third clip artery", None), ("cut artery", None)]),
+        ("drop the grasper 2 mm, same arm 3 mm left",
+         [("move left arm lower", 2.0), ("move left arm to the left", 3.0)]),
         ("once you have opened the right gripper, close the left gripper",
          [("open right gripper", None), ("close left gripper", None)]),
     ],
@@ -284,6 +292,35 @@ def test_what_is_said_besides_a_speed_is_done_too(sentence):
 )
 def test_misheard_words_and_whom_they_address_change_nothing(sentence):
     assert command_text(sentence) == "clipping second clip artery"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "mm"),
+    [("scissors to the left one millimetre", 1.0),
+     ("las tijeras a la izquierda, milímetro y medio", 1.5),
+     ("right arm to the left one and a half millimetres", 1.5)],
+)  # fmt: skip
+def test_a_length_after_a_side_is_no_other_arm(sentence, mm):
+    reading = INTERPRETER.read(sentence)
+    assert reading.command == COMMANDS["move right arm to the left"]
+    assert reading.size_m == pytest.approx(1e-3 * mm)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["the hand holding the gallbladder goes up", "gallbladder hand up", "leftarm up"],
+)
+def test_the_left_arm_is_the_one_that_holds_the_gallbladder(sentence):
+    assert command_text(sentence) == "move left arm higher"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "question"),
+    [("cuántos clips hay puestos", "clips"), ("pourquoi tu fais ça ?", "why"),
+     ("che cosa stai facendo", "doing")],
+)  # fmt: skip
+def test_questions_of_other_languages_are_heard(sentence, question):
+    assert INTERPRETER.read(sentence).question == question
 
 
 @pytest.mark.parametrize(
