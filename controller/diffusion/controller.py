@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.body_frame import BodyFrame
-from controller.diffusion.centring import centred
 from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
 from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
-from controller.diffusion.holding import held
+from controller.diffusion.rules.centring import centred
+from controller.diffusion.rules.grasping import grasped_on
+from controller.diffusion.rules.holding import held
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
@@ -114,7 +115,8 @@ class ControllerDiffusion:
         )
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
-            chunk = centred(chunk, self._foreseen(0), instruction.task)
+            seen = self._foreseen(0)
+            chunk = grasped_on(centred(chunk, seen, instruction.task), seen, instruction.task)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 

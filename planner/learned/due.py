@@ -8,7 +8,7 @@ was not made. Clips are counted, cuts and the tip are seen, so it need not guess
 from __future__ import annotations
 
 from planner.base import PATIENCE_S
-from planner.seen.done import has_slipped, is_done
+from planner.seen.done import has_slipped, holds_too_wide, is_done
 from planner.seen.next_task import next_of_all
 from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
@@ -24,8 +24,8 @@ def due(
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
     slipped and the network agrees; then the arm goes back. Going back lasts until the tip is seen
     back, or has taken too long: an arm may stop just short of it. Then follows the first clip or
-    cut that is not done. To grab is up to the network, and that the grab is done, too, until the
-    grasper has held and pulled for too long.
+    cut that is not done. To grab is up to the network, and that the grab is done, too, unless the
+    jaws are seen to be too wide, and until the grasper has held and pulled for too long.
 
     Args:
         asked: by the network.
@@ -35,7 +35,8 @@ def due(
         pulled_s: for how long the grasper has held and pulled without a break (`pulls`).
     """
     if given is None or given == GRAB:
-        grabs = asked == GRAB and pulled_s <= PATIENCE_S
+        unfinished = asked == GRAB or (given == GRAB and holds_too_wide(seen))
+        grabs = unfinished and pulled_s <= PATIENCE_S
         return GRAB if grabs else next_of_all(seen) or asked
     over = since_s > PATIENCE_S or is_done(given, seen)
     if given.goes_back:

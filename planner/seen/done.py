@@ -9,7 +9,12 @@ from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
-from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, RETRACTED_M
+from tissue_sim.thresholds import (
+    GRASP_MAX_JAW_RAD,
+    GRASP_MIN_TRACTION_N,
+    HELD_PINCH_N,
+    RETRACTED_M,
+)
 from tissue_sim.tools.arms import LEFT_ARM
 
 
@@ -38,6 +43,12 @@ def pulls(seen: Observation) -> bool:
     """Return whether the grasper holds the gallbladder and pulls, as its motors tell."""
     traction_n = np.linalg.norm(seen.forces_n[LEFT_ARM])
     return seen.pinch_n >= HELD_PINCH_N and bool(traction_n >= GRASP_MIN_TRACTION_N)
+
+
+def holds_too_wide(seen: Observation) -> bool:
+    """Return whether tissue is wedged between jaws that are too wide for a grasp."""
+    wide = seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
+    return seen.pinch_n >= HELD_PINCH_N and bool(wide)
 
 
 def is_back(seen: Observation) -> bool:

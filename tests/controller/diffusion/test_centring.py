@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from controller.action import ACTION_SIZE
-from controller.diffusion.centring import ABOVE_LOWEST_M, BESIDE_M, MOST_M, WITHIN_M, centred
 from controller.diffusion.chunk_frame import MOVE, TURN
-from controller.diffusion.holding import UNTURNED
+from controller.diffusion.rules.centring import ABOVE_LOWEST_M, BESIDE_M, MOST_M, WITHIN_M, centred
+from controller.diffusion.rules.holding import UNTURNED
 from planner.task import task_from_text
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, clip_stations_m

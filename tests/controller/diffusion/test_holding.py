@@ -5,7 +5,7 @@ import pytest
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
-from controller.diffusion.holding import HELD_M, HELD_RAD, UNTURNED, held
+from controller.diffusion.rules.holding import HELD_M, HELD_RAD, UNTURNED, held
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 

@@ -10,7 +10,8 @@ from planner.learned.due import GRAB, due
 from planner.task import TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.thresholds import HELD_PINCH_N, RETRACTED_M
+from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, RETRACTED_M
+from tissue_sim.tools.arms import LEFT_ARM
 
 NAMED = {task.text: task for task in TASKS}
 FIRST, SECOND = NAMED["clipping first clip left tube"], NAMED["clipping second clip left tube"]
@@ -73,6 +74,14 @@ def test_that_the_grab_is_done_is_up_to_the_network() -> None:
     for given in (None, GRAB):
         assert due(GRAB, given, 60.0, seen(back=True)) == GRAB
         assert {due(asked, given, 1.0, seen(back=True)) for asked in TASKS[1:]} == {FIRST}
+
+
+@pytest.mark.parametrize(("wide", "goes_on"), [(1.1, True), (0.9, False)])
+def test_a_grab_goes_on_while_the_jaws_are_too_wide(wide: float, goes_on: bool) -> None:
+    now = seen()
+    now.joints[LEFT_ARM, -1] = wide * GRASP_MAX_JAW_RAD
+    assert due(FIRST, GRAB, BEFORE_S, now) == (GRAB if goes_on else FIRST)
+    assert due(FIRST, GRAB, LATE_S, now, pulled_s=LATE_S) == FIRST
 
 
 @pytest.mark.parametrize("given", [None, GRAB])

@@ -1,0 +1,69 @@
+"""A grasp that holds goes on where the policy rests: until jaws are closed and tubes straight.
+
+A policy learns from an expert who presses until the jaws are close, and pulls until the tubes are
+straight; it stops a hair before either. What is close and straight is a rule on what is seen, so
+the rule has the last word; all else is the policy's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.diffusion.chunk_frame import JAW, MOVE
+from planner.seen.done import pulls
+from planner.task import TASKS, Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation, observation_of
+from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, TAUT_MIN
+from tissue_sim.tools.arms import LEFT_ARM
+
+GRAB = TASKS[0]
+CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
+MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
+MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed
+BEYOND = 0.02  # beyond `TAUT_MIN`: straightness is seen about so wrong; assumed
+RESTS_M = 5e-4  # a chunk that moves the left tip by less rests; assumed
+MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
+MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N; assumed
+
+
+def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+    """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
+
+    It is returned as it is where the left arm does not hold the gallbladder. An arm that moves
+    anyway is not pulled.
+
+    Args:
+        chunk: as `chunk_frame` has it; not changed.
+        seen: `Observation.vector()` at its start.
+        task: the running one.
+    """
+    if task != GRAB:
+        return chunk
+    arms = chunk.reshape(len(chunk), 2, -1).copy()
+    now, share = observation_of(seen, 0.0), np.arange(1, len(arms) + 1) / len(arms)
+    if np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
+        arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)
+    arms[:, LEFT_ARM, JAW] -= share * _too_wide_rad(now)
+    return arms.reshape(chunk.shape)
+
+
+def _too_wide_rad(seen: Observation) -> float:
+    """Return by how much jaws that hold are to close."""
+    if not HELD_PINCH_N <= seen.pinch_n <= MOST_PINCH_N:
+        return 0.0
+    return float(np.clip(seen.joints[LEFT_ARM, -1] - CLOSE_RAD, 0.0, MOST_RAD))
+
+
+def _lacking_m(seen: Observation) -> Array:
+    """Return the pull (3,) along its chord that the less straight tube lacks."""
+    chords_m = [tube_m[-1] - tube_m[0] for tube_m in (seen.left_tube_m, seen.right_tube_m)]
+    lengths_m = np.linalg.norm(chords_m, axis=1)
+    lacking_m = (TAUT_MIN + BEYOND) * seen.rest_length_m - lengths_m
+    k = int(lacking_m.argmax())
+    if lacking_m[k] <= 0.0 or not pulls(seen):
+        return np.zeros(3)
+    if np.linalg.norm(seen.forces_n[LEFT_ARM]) > MOST_TRACTION_N:
+        return np.zeros(3)
+    return min(lacking_m[k], MOST_M) * chords_m[k] / lengths_m[k]

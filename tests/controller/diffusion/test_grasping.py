@@ -1,0 +1,95 @@
+"""Tests of the rule of the grasp: what holds closes, and pulls until the tubes are straight."""
+
+import numpy as np
+import pytest
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.grasping import (
+    BEYOND,
+    CLOSE_RAD,
+    GRAB,
+    MOST_M,
+    MOST_PINCH_N,
+    MOST_RAD,
+    MOST_TRACTION_N,
+    RESTS_M,
+    grasped_on,
+)
+from controller.diffusion.rules.holding import UNTURNED
+from planner.task import TASKS, Task
+from tests.planner.seen import clipped
+from tissue_sim.frames import Array
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, TAUT_MIN
+from tissue_sim.tools.arms import LEFT_ARM
+
+STEPS, LENGTH_M = 16, 0.028
+
+
+def seen(
+    left: float, right: float, pinch_n: float = 1.0, pull_n: float = 0.5, jaw_rad: float = 0.3
+) -> Array:
+    """Return what is seen: tubes as straight as said, which point up (+y), and a grasp."""
+    now = clipped()
+    now.left_tube_m[:, 1] *= left
+    now.right_tube_m[:, 1] *= right
+    now.forces_n[LEFT_ARM, 1] = pull_n
+    now.joints[LEFT_ARM, -1] = jaw_rad
+    return type(now)(**{**vars(now), "pinch_n": pinch_n}).vector()
+
+
+def added(vector: Array, task: Task = GRAB, own_m: float = 0.0) -> Array:
+    """Return what the end of a chunk gets in which the left arm moves down by its own (10,)."""
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[..., TURN] = UNTURNED
+    arms[:, LEFT_ARM, MOVE.start + 1] = np.linspace(0.0, -own_m, STEPS)
+    asked = arms.reshape(STEPS, ACTION_SIZE)
+    changed = (grasped_on(asked, vector, task) - asked).reshape(STEPS, 2, -1)
+    assert np.allclose(changed[:, 1 - LEFT_ARM], 0.0)
+    assert np.allclose(changed[:, LEFT_ARM, TURN], 0.0)
+    return changed[-1, LEFT_ARM]
+
+
+def pulled_m(vector: Array, task: Task = GRAB, own_m: float = 0.0) -> Array:
+    """Return the pull (3,) that is added, and no closing."""
+    end = added(vector, task, own_m)
+    assert end[JAW] == 0.0
+    return end[MOVE]
+
+
+@pytest.mark.parametrize(("left", "right"), [(0.98, 1.02), (1.02, 0.98)])
+def test_it_pulls_along_the_less_straight_tube_by_what_it_lacks(left: float, right: float) -> None:
+    lacking_m = (TAUT_MIN + BEYOND - 0.98) * LENGTH_M
+    assert pulled_m(seen(left, right)) == pytest.approx([0.0, lacking_m, 0.0], abs=1e-7)
+
+
+def test_it_pulls_little_by_little_and_not_where_both_are_straight() -> None:
+    assert pulled_m(seen(0.8, 0.9)) == pytest.approx([0.0, MOST_M, 0.0])
+    assert not pulled_m(seen(1.0, 1.0)).any()
+
+
+@pytest.mark.parametrize(
+    "vector",
+    [
+        seen(0.9, 0.9, pinch_n=0.9 * HELD_PINCH_N),
+        seen(0.9, 0.9, pull_n=0.9 * GRASP_MIN_TRACTION_N),
+        seen(0.9, 0.9, pull_n=1.1 * MOST_TRACTION_N),
+    ],
+)
+def test_it_does_not_pull_what_it_does_not_hold_and_never_hard(vector: Array) -> None:
+    assert not pulled_m(vector).any()
+
+
+def test_a_policy_that_moves_the_arm_or_has_another_task_is_left_alone() -> None:
+    assert not pulled_m(seen(0.9, 0.9), own_m=1.1 * RESTS_M).any()
+    assert not pulled_m(seen(0.9, 0.9), task=TASKS[1]).any()
+
+
+def test_jaws_that_hold_too_wide_close_little_by_little_and_press_never_hard() -> None:
+    wide = {"left": 1.0, "right": 1.0, "jaw_rad": CLOSE_RAD + 0.02}
+    assert added(seen(**wide))[JAW] == pytest.approx(-0.02, abs=1e-6)
+    assert added(seen(**{**wide, "jaw_rad": 0.9}))[JAW] == pytest.approx(-MOST_RAD)
+    assert added(seen(**wide), own_m=1.1 * RESTS_M)[JAW] < 0.0  # as it pulls
+    assert not added(seen(**{**wide, "jaw_rad": 0.9 * CLOSE_RAD})).any()
+    for pinch_n in (0.9 * HELD_PINCH_N, 1.1 * MOST_PINCH_N):
+        assert not added(seen(**wide, pinch_n=pinch_n)).any()
