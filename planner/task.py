@@ -66,6 +66,7 @@ TASKS: tuple[Task, ...] = (
     *_tasks_of("left", first_index=2),
     *_tasks_of("right", first_index=10),
 )
+GRAB = TASKS[0]
 
 _BY_TEXT = {task.text: task for task in TASKS}
 

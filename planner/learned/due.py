@@ -10,10 +10,8 @@ from __future__ import annotations
 from planner.base import PATIENCE_S
 from planner.seen.done import has_slipped, holds_too_wide, is_done
 from planner.seen.next_task import next_of_all
-from planner.task import TASKS, Task
+from planner.task import GRAB, TASKS, Task
 from tissue_sim.sensing.observation import Observation
-
-GRAB = TASKS[0]
 
 
 def due(

@@ -15,7 +15,7 @@ from planner.base import MOST_TRIES, PLANNING_PERIOD_S, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
-from planner.learned.due import GRAB, due
+from planner.learned.due import due
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
@@ -24,6 +24,7 @@ from planner.policy_setup import PolicySetup
 from planner.seen.done import pulls
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
+from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 

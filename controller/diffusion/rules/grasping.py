@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE
 from planner.seen.done import pulls
-from planner.task import TASKS, Task
+from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, observation_of
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM
 
-GRAB = TASKS[0]
 CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed

@@ -8,7 +8,6 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.grasping import (
     BEYOND,
     CLOSE_RAD,
-    GRAB,
     MOST_M,
     MOST_PINCH_N,
     MOST_RAD,
@@ -17,7 +16,7 @@ from controller.diffusion.rules.grasping import (
     grasped_on,
 )
 from controller.diffusion.rules.holding import UNTURNED
-from planner.task import TASKS, Task
+from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, TAUT_MIN

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.base import PATIENCE_S
-from planner.learned.due import GRAB, due
-from planner.task import TASKS, Task
+from planner.learned.due import due
+from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, RETRACTED_M
