@@ -17,6 +17,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from controller.diffusion.rules.centring import centred
+from controller.diffusion.rules.closing import closed_in_place
 from controller.diffusion.rules.grasping import grasped_on
 from controller.diffusion.rules.holding import held
 from planner.instruction import Instruction
@@ -115,8 +116,9 @@ class ControllerDiffusion:
         )
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
-            seen = self._foreseen(0)
-            chunk = grasped_on(centred(chunk, seen, instruction.task), seen, instruction.task)
+            seen, task = self._foreseen(0), instruction.task
+            chunk = grasped_on(centred(chunk, seen, task), seen, task)
+            chunk = closed_in_place(chunk, seen, task, jaws_rad)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 

@@ -51,37 +51,55 @@ def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
         task: the running one.
     """
     observation = observation_of(seen, 0.0)
-    if task.tube is None or not _closes(task, task.tube, observation):
+    if task.tube is None or not still_closes(task, observation):
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
-    tip = observation.tips_endoscope[RIGHT_ARM]
-    jaws = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2]
-    shift_m = _lacking_m(jaws + arms[-1, RIGHT_ARM, MOVE], seen, observation, task, task.tube)
+    lacking = lacking_m(seen, observation, task, task.tube, moved_m=arms[-1, RIGHT_ARM, MOVE])
+    if lacking is None:
+        return chunk
+    along_m, along = lacking
     share = np.arange(1, len(arms) + 1) / len(arms)
-    arms[:, RIGHT_ARM, MOVE] += share[:, None] * shift_m
+    arms[:, RIGHT_ARM, MOVE] += share[:, None] * np.clip(along_m, -MOST_M, MOST_M) * along
     return arms.reshape(chunk.shape)
 
 
-def _lacking_m(
-    end: Array, seen: NDArray[np.float32], observation: Observation, task: Task, tube: Tube
-) -> Array:
-    """Return the motion (3,) along the tube that a chunk's end (3,) lacks; zero beside the tube."""
+def lacking_m(
+    seen: NDArray[np.float32],
+    observation: Observation,
+    task: Task,
+    tube: Tube,
+    moved_m: Array | float = 0.0,
+) -> tuple[float, Array] | None:
+    """Return how far the jaws are below the task's places, and which way (3,) is up the tube.
+
+    Args:
+        seen: `Observation.vector()`.
+        observation: the same.
+        task: the running one.
+        tube: its tube.
+        moved_m: what the jaws will have moved by (3,).
+
+    Returns:
+        None beside the tube; above the places the length is negative, within them zero.
+    """
+    tip = observation.tips_endoscope[RIGHT_ARM]
+    jaws_m = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2] + moved_m
     now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
     on_tube = places_on(now)[TUBES.index(tube)]
     points, along = (part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along))
     place, lowest = _rows(task, tube, observation)
-    off, u = points - end, along[place]
+    off, u = points - jaws_m, along[place]
     if np.linalg.norm(off[place] - (off[place] @ u) * u) > BESIDE_M:
-        return np.zeros(3)
+        return None
     most_m = off[place] @ u + WITHIN_M
     least_m = min(most_m - 2.0 * WITHIN_M, off[lowest] @ u + ABOVE_LOWEST_M)
-    return np.clip(np.clip(0.0, least_m, most_m), -MOST_M, MOST_M) * u
+    return float(np.clip(0.0, least_m, most_m)), u
 
 
-def _closes(task: Task, tube: Tube, observation: Observation) -> bool:
+def still_closes(task: Task, observation: Observation) -> bool:
     """Return whether the jaws still have to close on the task's tube."""
-    if task.kind == "cut":
-        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(tube)]
+    if task.kind == "cut" and task.tube is not None:
+        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(task.tube)]
     return task.kind == "clip" and observation.clip_loaded
 
 

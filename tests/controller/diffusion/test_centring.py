@@ -8,37 +8,15 @@ from controller.diffusion.chunk_frame import MOVE, TURN
 from controller.diffusion.rules.centring import ABOVE_LOWEST_M, BESIDE_M, MOST_M, WITHIN_M, centred
 from controller.diffusion.rules.holding import UNTURNED
 from planner.task import task_from_text
+from tests.controller.diffusion.on_tube import RULE_M, seen
 from tissue_sim.frames import Array
-from tissue_sim.outcome.clip_rule import CUT_ROOM_M, clip_stations_m
-from tissue_sim.sensing.observation import TUBE_POINTS, VECTOR_SIZE, fields
+from tissue_sim.outcome.clip_rule import CUT_ROOM_M
+from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
-from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
-STEPS, LENGTH_M = 16, 0.019
-RULE_M = [float(s) for s in clip_stations_m("duct", np.array(LENGTH_M))]
+STEPS = 16
 FIRST, THIRD = "clipping first clip left tube", "clipping third clip left tube"
 CUT = "go to the cutting position left tube"
-
-
-def seen(station_m: float, *clips_m: float, beside_m: float = 0.0, scissors: bool = False) -> Array:
-    """Return what is seen: jaws at a station of the left tube, the duct, which has clips.
-
-    Tubes point up (+y), the tool ahead (+z).
-    """
-    vector = np.zeros(VECTOR_SIZE, np.float32)
-    now = fields(vector)
-    y = np.linspace(0.0, LENGTH_M, TUBE_POINTS)
-    for name, x in (("left_tube_m", 0.0), ("right_tube_m", -0.02)):
-        now[name][:] = np.stack([np.full_like(y, x), y, np.full_like(y, 0.09)], axis=1)
-    now["sac_m"][0] = now["left_tube_m"][-1]
-    now["rest_length_m"][:] = LENGTH_M
-    now["tips_endoscope"][..., :3] = np.eye(3)
-    now["tips_endoscope"][RIGHT_ARM, :, 3] = beside_m, station_m, 0.09 + 0.5 * CLIP_LENGTH_M
-    for k, clip_m in enumerate(clips_m):
-        now["clips_m"][k] = 0.0, clip_m, 0.09
-    now["n_clips"][:] = len(clips_m)
-    now["scissors"][:], now["clip_loaded"][:] = scissors, not scissors
-    return vector
 
 
 def chunk(up_m: float = 0.0) -> Array:

@@ -1,0 +1,35 @@
+"""Made-up observations: the right jaws at a station of a straight duct, which has clips."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.outcome.clip_rule import clip_stations_m
+from tissue_sim.sensing.observation import TUBE_POINTS, VECTOR_SIZE, fields
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+
+LENGTH_M = 0.019
+RULE_M = [float(s) for s in clip_stations_m("duct", np.array(LENGTH_M))]
+
+
+def seen(
+    station_m: float, *clips_m: float, beside_m: float = 0.0, scissors: bool = False
+) -> NDArray[np.float32]:
+    """Return what is seen: jaws at a station of the left tube, the duct, which has clips.
+
+    Tubes point up (+y), the tool ahead (+z).
+    """
+    vector = np.zeros(VECTOR_SIZE, np.float32)
+    now = fields(vector)
+    y = np.linspace(0.0, LENGTH_M, TUBE_POINTS)
+    for name, x in (("left_tube_m", 0.0), ("right_tube_m", -0.02)):
+        now[name][:] = np.stack([np.full_like(y, x), y, np.full_like(y, 0.09)], axis=1)
+    now["sac_m"][0] = now["left_tube_m"][-1]
+    now["rest_length_m"][:] = LENGTH_M
+    now["tips_endoscope"][..., :3] = np.eye(3)
+    now["tips_endoscope"][RIGHT_ARM, :, 3] = beside_m, station_m, 0.09 + 0.5 * CLIP_LENGTH_M
+    for k, clip_m in enumerate(clips_m):
+        now["clips_m"][k] = 0.0, clip_m, 0.09
+    now["n_clips"][:] = len(clips_m)
+    now["scissors"][:], now["clip_loaded"][:] = scissors, not scissors
+    return vector
