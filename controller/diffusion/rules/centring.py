@@ -1,4 +1,4 @@
-"""A chunk that brings the jaws onto a tube ends where the clip or the cut belongs along it.
+"""A chunk that brings the jaws onto a tube closes them where clip or cut belongs along it.
 
 A policy errs along the tube by some tenths of a millimetre, and a short artery has no more room
 than that. Where clips and cut belong is a rule on what is seen (`places`), so the rule has the last
@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.diffusion.chunk_frame import MOVE
+from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.places import places_on
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
@@ -32,6 +32,8 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
 WITHIN_M = 1e-4  # to either side of a place; assumed
 ABOVE_LOWEST_M = 2e-4  # the upper clip at least, if it belongs higher: the cut errs, too; assumed
+CLOSED_RAD = 0.12  # jaws that have closed on a clip have 0.07, blades that have cut 0.12
+SOONEST = 8  # rows in which a chunk's end is moved; assumed
 MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
 REACH_M = {CLIP_APPLIER: CLIP_LENGTH_M, SCISSORS: BLADE_LENGTH_M}
 CUT = {USUAL_CLIPS: 3, FEWEST_CLIPS: 6}  # rows of `Places`, by the number of clips on the tube
@@ -41,7 +43,7 @@ SECOND = 1
 
 
 def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
-    """Return a chunk (n, 20) that ends within the task's places along its tube.
+    """Return a chunk (n, 20) that closes, or ends, within the task's places along its tube.
 
     It is returned as it is where the jaws end beside the tube, or have nothing left to close on.
 
@@ -54,13 +56,20 @@ def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     if task.tube is None or not still_closes(task, observation):
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
-    lacking = lacking_m(seen, observation, task, task.tube, moved_m=arms[-1, RIGHT_ARM, MOVE])
+    row = _closing_row(arms[:, RIGHT_ARM, JAW])
+    lacking = lacking_m(seen, observation, task, task.tube, moved_m=arms[row, RIGHT_ARM, MOVE])
     if lacking is None:
         return chunk
     along_m, along = lacking
-    share = np.arange(1, len(arms) + 1) / len(arms)
+    share = np.minimum(np.arange(1, len(arms) + 1) / max(row + 1, SOONEST), 1.0)
     arms[:, RIGHT_ARM, MOVE] += share[:, None] * np.clip(along_m, -MOST_M, MOST_M) * along
     return arms.reshape(chunk.shape)
+
+
+def _closing_row(jaws_rad: Array) -> int:
+    """Return the row in which jaws (n,) close, as a policy goes back after it, or the last one."""
+    closed = np.flatnonzero(jaws_rad < CLOSED_RAD)
+    return int(closed[0]) if len(closed) else len(jaws_rad) - 1
 
 
 def lacking_m(

@@ -5,7 +5,14 @@ import pytest
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import MOVE, TURN
-from controller.diffusion.rules.centring import ABOVE_LOWEST_M, BESIDE_M, MOST_M, WITHIN_M, centred
+from controller.diffusion.rules.centring import (
+    ABOVE_LOWEST_M,
+    BESIDE_M,
+    MOST_M,
+    SOONEST,
+    WITHIN_M,
+    centred,
+)
 from controller.diffusion.rules.holding import UNTURNED
 from planner.task import task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
@@ -19,12 +26,12 @@ FIRST, THIRD = "clipping first clip left tube", "clipping third clip left tube"
 CUT = "go to the cutting position left tube"
 
 
-def chunk(up_m: float = 0.0) -> Array:
-    """Return a chunk in which the right arm moves up steadily, and closes its jaws."""
+def chunk(up_m: float = 0.0, closes: int = STEPS) -> Array:
+    """Return a chunk in which the right arm moves up steadily, and closes its jaws at a row."""
     arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
     arms[..., TURN] = UNTURNED
     arms[:, RIGHT_ARM, MOVE.start + 1] = np.linspace(0.0, up_m, STEPS)
-    arms[..., -1] = np.linspace(0.6, 0.0, STEPS)[:, None]
+    arms[..., -1] = np.where(np.arange(STEPS) < closes, 0.3, 0.0)[:, None]
     return arms.reshape(STEPS, ACTION_SIZE)
 
 
@@ -38,6 +45,22 @@ def end_m(rows: Array) -> float:
 def test_a_chunk_ends_at_the_place_wherever_it_begins(off_m: float, up_m: float) -> None:
     rows = centred(chunk(up_m), seen(RULE_M[0] + off_m - up_m), task_from_text(FIRST))
     assert abs(end_m(rows) + off_m - up_m) <= WITHIN_M + 1e-7
+
+
+@pytest.mark.parametrize("closes", [SOONEST - 1, SOONEST + 2])
+def test_a_chunk_closes_at_the_place_wherever_it_goes_back_to(closes: int) -> None:
+    asked = chunk(0.004, closes)
+    at_m = 0.004 * closes / (STEPS - 1)
+    rows = centred(asked, seen(RULE_M[0] + 8e-4 - at_m), task_from_text(FIRST))
+    up_m = rows.reshape(STEPS, 2, -1)[:, RIGHT_ARM, MOVE.start + 1]
+    assert abs(up_m[closes] + 8e-4 - at_m) <= WITHIN_M + 1e-7
+    assert end_m(rows) == pytest.approx(end_m(asked) + up_m[closes] - at_m)
+
+
+def test_jaws_that_have_closed_are_not_moved_suddenly() -> None:
+    rows = centred(chunk(closes=0), seen(RULE_M[0] + 0.005), task_from_text(FIRST))
+    up_m = rows.reshape(STEPS, 2, -1)[:, RIGHT_ARM, MOVE.start + 1]
+    assert np.abs(np.diff(up_m, prepend=0.0)).max() <= MOST_M / SOONEST + 1e-9
 
 
 def test_only_the_right_arm_moves_along_the_tube_little_by_little() -> None:
