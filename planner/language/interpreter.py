@@ -12,6 +12,7 @@ from planner.correction import CORRECTIONS, opposite
 from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
+from planner.language.rules.asides import without_asides
 from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.dangers import danger_in
 from planner.language.rules.echoes import echo_in
@@ -58,7 +59,7 @@ class Interpreter:
         return replace(self._read(text[:LONGEST]), text=text)
 
     def _read(self, text: str) -> Reading:
-        english = with_plain_ordinals(without_other_arm(in_english(as_meant(text))))
+        english = with_plain_ordinals(without_other_arm(in_english(without_asides(as_meant(text)))))
         danger = danger_in(english)
         if warns(text) or warns(english):
             return self._warned(text, english, danger)

@@ -32,7 +32,11 @@ def _rules() -> tuple[tuple[re.Pattern[str], str], ...]:
             rf"{off}.*{guards}|{guards}.*\b(?:off|aside|out of the way)\b",
             "the safety rules stay on",
         ),
-        (rf"{harms}{kept_away}.*{at_risk}", "that would injure what must not be touched"),
+        (
+            rf"{harms}{kept_away}.*{at_risk}|{at_risk}(?: \w+){{0,3}} {harms}(?: {words['it']})?$",
+            "that would injure what must not be touched",
+        ),
+        (rf"{off} (?:{words['speaker']})\b", "a person can always stop the robot"),
         (rf"\b(?:{words['clipless']})\b", "what has not its clips is not cut"),
         (rf"\b(?:{words['rough']})\b", "that is not safe"),
     )

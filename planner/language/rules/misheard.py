@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from functools import cache
+
+from planner.language.rules.phrase_lists import phrase_lists, whole_words
 
 _SIDED = r"(?=(?: (?:h?arm|hand|grip+\w*|gra[bs]p?er|jaws?|tube|tool|instrument)s?\b))"
 _RULES = (
@@ -11,8 +14,7 @@ _RULES = (
     (r"\b(?:gal+|gall|gaul|call|goal) ?bl(?:a|e|u)(?:d|t|dd|tt)(?:er|a|ar|or)\b", "gallbladder"),
     (r"\bg(?:r?i|ir)p+e?r(s?)\b", r"gripper\1"),
     (rf"\b(?:write|rite|wright|rihgt|rigth|righ)\b{_SIDED}", "right"),
-    (r"\b(left|right) ?h?(arm|hand|gripper)\b", r"\1 \2"),
-    (r"\badn\b", "and"),
+    (r"\b(left|right)(?:y|ie)? ?h?(arm|hand|gripper)\b", r"\1 \2"),
     (r"\bclip in (?:the )?(?=(?:left|right|cystic|duct|artery)\b)", "clip on "),
     (r"\bto words\b", "towards"),
     (r"\b(?:the )?(?:hand|arm|instrument|tool) (?:that(?: is|'s)? )?"
@@ -46,6 +48,14 @@ _RULES = (
 
 def as_meant(text: str) -> str:
     """Return a text with the words that are misspelt in known ways as they are meant."""
+    for pattern, word in _spellings():
+        text = pattern.sub(word, text)
     for pattern, instead in _RULES:
         text = re.sub(pattern, instead, text, flags=re.IGNORECASE)
     return text
+
+
+@cache
+def _spellings() -> tuple[tuple[re.Pattern[str], str], ...]:
+    words = phrase_lists("spellings")["words"]
+    return tuple((re.compile(whole_words(ps).pattern, re.IGNORECASE), w) for w, ps in words.items())

@@ -14,8 +14,9 @@ _BEFORE = re.compile(
     r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot|sorry|just|say|well|quick question) )*"
 )
 _REQUESTS = re.compile(
-    r"\b((can|could|would|will|won't|may) (you|we|i)"
-    r"(?! (give|tell|explain|confirm|say|ask|be so kind as to tell|bet|swear))"
+    r"\b((?<!what )(?<!how )(?<!where )(?<!which )(can|could|would|will|won't|may) (you|we|i)"
+    r"(?!( please)?( (give|tell|explain|confirm|say|ask|let (me|us) know|remind|show me (what|how)"
+    r"|be so kind as to tell|bet|swear)|$))"
     r"|how about|why (don't|not))\b"
 )
 
