@@ -24,6 +24,7 @@ from planner.language.rules.questions import Question, question_in
 from planner.language.rules.relative import without_other_arm
 from planner.language.rules.sides import without_side
 from planner.language.rules.sizes import without_size
+from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in
 from planner.language.rules.warning import in_plain_letters, warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
@@ -72,7 +73,8 @@ class Interpreter:
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
         reading = self._several(text, english) or self._one(text, english)
-        if reading.command is None and reading.question is None and self._alarms(english):
+        unclear = reading.command is None and reading.question is None
+        if unclear and not is_small_talk(english) and self._alarms(english):
             return self._warned(text, english, danger)
         return replace(reading, allows=allowed_in(english))
 

@@ -1,0 +1,13 @@
+"""Talk of meals, journeys and the like, which is no business of the robot's; small_talk.toml."""
+
+from __future__ import annotations
+
+from planner.language.rules.phrase_lists import phrase_lists, whole_words
+from planner.language.rules.warning import in_plain_letters
+
+
+def is_small_talk(text: str) -> bool:
+    """Return whether a text names a topic of small talk, and nothing of the operation."""
+    words, lists = in_plain_letters(text), phrase_lists("small_talk")["small_talk"]
+    topic, operation = (whole_words(lists[name]).search(words) for name in ("topics", "operation"))
+    return topic is not None and operation is None
