@@ -14,6 +14,7 @@ _UNIT = "(mm|cm|mils?|millis?|(mill?i|centi)met(er|re)s?)"
 _EYES = "(me|us|camera|scope|endoscope|laparoscope|lens|screen|surgeon|viewer|myself)"
 _JAWS = "(arm|hand|instrument|tool|gripper|grasper|jaw|forcep)s?"
 _TUBE = "(tube|vessel|structure|pipe|one)"
+_OF_TUBE = "((left|right) (tube|vessel|structure)|(cystic )?(duct|artery))"
 _LEVEL = "(high|low|deep|shallow)"
 _WAY = "(left|right|up|down|in|out|high|low|deep)"
 _VERB = "(raise|lower|lift|bring|move|pull|push|take|drop|open|close|ease|come|back|correct)"
@@ -108,6 +109,19 @@ _THINGS: Rules = (
      r"|\b(take|pull) (\w+ )?clip (out|off|away)\b", "remove"),
     (r"\b(duct|artery|tube|one|structure)( 's| is) (up )?next\b", r"\1"),
     (r"\ba (?=(first|second|third) clip)", ""),
+    (rf"\b(finish|round|top|complete|start|begin|open|continue) ({_OF_TUBE}) (off |up |out )?"
+     r"(with|by)\b", r"\2"),
+    (r"\b(is|'s|are)( now| still| all| just)* (waiting|ready|due|overdue|crying out|desperate|set)"
+     r" (for|to (have|get|receive|take))\b|\bawaits?\b|\bis (still )?(missing|lacking|short of)\b"
+     r"(?=.*\bclip\b)", "needs"),
+    (r"\b(what|which)ever clip\b|\bclip( that| which)?( is|'s) (due|next|up)( next| now)?\b"
+     r"|\bclip (due|up next)\b", "next clip"),
+    (r"\bnext clip( that| which)?( is|'s| comes)?( now)? (due|next|up|needed|required|wanted)"
+     r"( next| now)?\b", "next clip"),
+    (r"\b(in )?between ((its|those|these|two|three|proximal|distal|first|second|last|third|and"
+     r"|lower|upper|inner|outer) )*clips?( (one|two|three|1|2|3|and))*\b", ""),
+    (rf"\bwhere ({_OF_TUBE}|it)( is|'s| will be| shall be| has to be| needs)?( going)?( to be)? "
+     r"(cut|divided|transected|severed|snipped)( off| through)?\b", r"cutting position \1"),
     (r"(?<=clip) (next to|beside|above|below|alongside|past|beyond|behind|near)"
      r" (first|second|last|others?)( one| clip| two)?\b", ""),
     (r"\b(put|pop|place|get|stick|apply|throw|fire) one (?=(on|to|onto|across|over)\b)", "clip "),

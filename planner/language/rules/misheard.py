@@ -21,6 +21,10 @@ _RULES = (
      r"hold(?:s|ing) (?:on to )?(?:the )?gallbladder\b"
      r"|\bgallbladder(?:'s)? (?:hand|arm)\b", "left arm"),
     (r"\bclip (?:too|to) on\b", "clip two on"),
+    (r",?\s*\b(?:i\.?\s?e\b\.?|that is to say|in other words|meaning|namely),?", ","),
+    (r"\bplus (?=\d.*\b(?:up\w*|higher|right\w*|deeper|away)\b)"
+     r"|\bminus (?=\d.*\b(?:down\w*|lower|left\w*|towards)\b)", "by "),
+    (r"^(?:we|you)(?:'re| are)(?: now)? (?=\w+ing\b.*\b(?:do it|go ahead|please)[.!]*$)", ""),
     (r",\s*(?:my (?:dear|good|old|young|friend)\b[\w ]*|buddy|sweetie|mate|pal|honey|love|darling"
      r"|dear|doc|doctor|chief|boss|sir|madam|robot|friend|amig[oa]|bro|man|dude|guys|folks|son"
      r"|kiddo|champ|please and thank you|if you would|por favor|per favore|bitte)\s*[.!]*$", ""),

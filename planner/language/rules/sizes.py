@@ -38,12 +38,14 @@ _DRAWN_OUT = re.compile(r"([a-z])\1{2,}")  # "waaay"
 _HALVES = {"half": 0.5, "quarter": 0.25}
 _AND_HALF = r"(?: and (?:a )?(half|quarter))?"
 _ABOUT = (
-    r"(?:\bby )?(?:\b(?:about|like|roughly|around|circa|approximately|perhaps|only) (?:an? )?"
-    r"|\bsome |\bmaybe |\ba )?"
+    r"(?:\bby )?(?:\b(?:about|like|roughly|around|circa|approximately|perhaps|only|exactly|just"
+    r"|some|maybe|up to|at most|at least) (?:an? )?|\ban? )?"
 )
+_MORE = r"(?:(?:more|good|full|whole|mere|bare|further|extra|additional) )?"
 _LENGTH = {
     re.compile(
-        rf"{_ABOUT}(?<![\w.])({_NUMBER}){_AND_HALF} ?(?:more )?(?:of an? )?{unit}(?!\w){_AND_HALF}"
+        rf"{_ABOUT}(?<![\w.])({_NUMBER}){_AND_HALF} ?{_MORE}(?:of an? )?{_MORE}{unit}(?!\w)"
+        rf"{_AND_HALF}"
     ): unit_m
     for unit, unit_m in _UNITS_M.items()
 }
