@@ -14,6 +14,7 @@ from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
+from planner.language.rules.corrected import as_corrected
 from planner.language.rules.dangers import danger_in
 from planner.language.rules.echoes import echo_in
 from planner.language.rules.forbidding import allowed_in, forbidden_in
@@ -60,7 +61,8 @@ class Interpreter:
         return replace(self._read(text[:LONGEST]), text=text)
 
     def _read(self, text: str) -> Reading:
-        english = with_plain_ordinals(without_other_arm(in_english(without_asides(as_meant(text)))))
+        plain = as_corrected(in_english(without_asides(as_meant(text))))
+        english = with_plain_ordinals(without_other_arm(plain))
         danger = danger_in(english)
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
