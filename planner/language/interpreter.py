@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 from unicodedata import normalize
 
 from planner.command import COMMANDS, Command
@@ -38,7 +39,8 @@ MAX_GUESSES = 3
 MOST_PARTS = 6  # of a sentence with several commands
 MIN_CHANCE = 0.05  # probability of a guess worth offering; assumed
 _RETREAT = re.compile(
-    r"\b(back|retreat|withdraw|come (back|out|away)|pull (back|out)|get out|retract)\b"
+    r"\b(back|retreat(ing)?|withdraw(ing)?|retract(ing)?|pull(ing)? (back|out|away|off)|get out"
+    r"|(come|coming|step|stepping|ease|easing|move|moving) (back|out|away|off)|off (it|again))\b"
 )
 _YES = re.compile(
     r"((yes|yeah|yep|yup|correct|exactly|affirmative|indeed|ja|genau|oui|si|sure|that one"
@@ -229,9 +231,9 @@ def _as_before(part: str, before: Said | None) -> Said | None:
 
 
 def _contradict(said: tuple[Said, ...]) -> bool:
-    """Return whether motions without a size undo each other: "up and down"."""
-    ways = [one.command.correction for one in said if one.size_m is None]
-    return any(a and b and a == opposite(b) for a in ways for b in ways)
+    """Return whether motions without a size undo the one before: "up and down"."""
+    ways = [None if one.size_m else one.command.correction for one in said]
+    return any(a and b and a == opposite(b) for a, b in pairwise(ways))
 
 
 def _way_back(part: str, before: Said | None) -> Said | None:

@@ -5,38 +5,61 @@ from __future__ import annotations
 import re
 
 from planner.language.rules.echoes import echo_in
+from planner.language.rules.ordinals import clip_by_clip
 from planner.language.rules.pairs import arm_by_arm
 from planner.language.rules.sizes import without_size
 
 _JOINTS = re.compile(
     r"\s*(?:;"
-    r"|[,.]? ?(?:and )?\b(?:then|than|followed by(?: (?:the|a))?|after that|afterwards?"
-    r"|after which|later"
+    r"|[,.]? ?(?:and,? )?\b(?:then|than|followed by(?: (?:the|a))?|afterwards?"
+    r"|(?:after|following|straight after) (?:that|this|which|it(?= the))|thereafter|later"
     r"|next(?! (?:step|clip|task|move|one))"
-    r"|finally|subsequently|once (?:there|done|that's done)|having done (?:so|that)"
-    r"|when (?:done|that(?:'s| is) done)|while you're (?:there|at it))"
+    r"|finally|lastly|secondly|thirdly|subsequently|having done (?:so|that|this)"
+    r"|(?:once|when|as soon as|after) (?:there|done"
+    r"|(?:that|this|it)(?:'s| is| has been)(?: all)? (?:done|finished|complete|over|through)"
+    r"|you(?:'ve| have)(?: done| finished)?(?: with)? (?:so|that|this|it|done|finished)"
+    r"|you(?:'re| are) (?:done|finished|through|there)(?: with (?:that|this|it))?)"
+    r"|while you're (?:there|at it))"
     r"(?: you)?\b,?"
     r"|, and\b|\band\b(?! (?:a )?(?:half|quarter))|,(?!\d)"
     r"|\bbefore\b(?: you)?|\bwhile\b|&|\bplus\b|\. (?:step \w+:)?|\bstep \w+:)\s*"
 )
 _LEADS = re.compile(
-    r"^(?:first(?:ly)?,? (?!clip|one|tube|duct|artery)|(?:after|once) you(?:'ve| have))\s*"
+    r"^(?:(?:please|kindly|(?:would|could|can|will) you),? )*"
+    r"(?:first(?:ly)?,? (?!clip|one|tube|duct|artery)"
+    r"|(?:after|once|when|as soon as) you(?:'ve| have)(?: just)?)\s*"
 )
-_PART_LEADS = re.compile(r"^(?:queue|instead|now|also|proceed to|go ahead and|just),? ")
+_PART_LEADS = re.compile(
+    r"^(?:queue|instead|now|also|proceed to|go ahead and|just"
+    r"|(?:start|begin|kick|lead|finish|end|conclude|wrap)(?: off| up)? (?:with|by)),? "
+)
 _DOES = {  # "once you have gone back, ..."
     "gone": "go", "opened": "open", "closed": "close", "clipped": "clip", "moved": "move",
     "grabbed": "grab", "backed": "back", "raised": "raise", "lowered": "lower", "lifted": "lift",
-    "placed": "place", "put": "put",
+    "placed": "place", "put": "put", "cut": "cut", "divided": "divide", "snipped": "snip",
+    "applied": "apply", "fired": "fire", "grasped": "grasp", "shut": "close", "released": "release",
+    "let": "let", "pulled": "pull", "pushed": "push", "nudged": "nudge", "shifted": "move",
+    "dropped": "drop", "brought": "bring", "taken": "take", "come": "come", "retreated": "retreat",
+    "withdrawn": "withdraw", "transected": "transect", "severed": "sever", "advanced": "advance",
 }  # fmt: skip
 _DONE = re.compile(rf"^({'|'.join(_DOES)})\b")
 _ASIDES = re.compile(
     r"^(?:sequence|in order|in this order|two things|three things|plan):\s*"
-    r"|,? in (?:that|this) order$"
+    r"|,? in (?:that|this) (?:order|sequence)$|,? (?:one after (?:the other|another)|in turn)$"
+    r"|,? both(?: of them)? please(?=,|$)"
     r"|, (?:if you (?:would|please|could|don't mind)|please|would you|will you|kindly)(?=,|$)"
 )
-_LATER = re.compile(r"^before (?:you )?([^,]+), (.+)$")  # "before cutting the duct, go up"
+_FIRST_ONE = re.compile(
+    r"(?:but )?(?:the )?(?:cystic )?(left|right|duct|artery|grasper|scissors|applier)(?: \w+)? first"
+)
+_BOTH_TUBES = re.compile(r"\bboth (?:of the |the )?(?:tubes|structures|vessels|of them)\b")
+_MARK = re.compile(r"(?:^|(?<=\s))\(?([1-6a-f])[.)]:?\s+")
+_LATER = re.compile(
+    r"^(?:before|prior to|ahead of)(?: you)? ([^,]+), (.+)$"
+)  # "before cutting the duct, go up"
 _IN_ORDER = re.compile(
-    r"\b(?:then|than|followed by|after that|afterwards|subsequently|before|once you|after you)\b"
+    r"\b(?:then|than|followed by|after (?:that|this|it)|afterwards|subsequently|thereafter|before"
+    r"|(?:once|after|when|as soon as) you|prior to|(?:start|begin|finish|end)(?: off| up)? (?:with|by))\b"
     r"|;|, [^,]+ (?:after|later)$"
 )
 _ARM = re.compile(
@@ -63,9 +86,9 @@ _SIDE_AND_SIZE = re.compile(r"(?:the )?(?:left|right)(?: one)?(?: by)? \S+ ?\w+"
 _JAWS = re.compile(r"\b(open|close|shut|widen|squeeze)\b")
 _TUBE = re.compile(r"\b(?:(?:left|right) (?:tube|structure|vessel)|(?:cystic )?(?:duct|artery))\b")
 _DEED = re.compile(
-    r"\b(?:clip|cut|clamp|divide|snip|transect|back"
+    r"\b(?:clip|cut|clamp|divide|snip|transect|back|cutting position|position to cut"
     r"|(?:place|put|throw|apply|add) (?:on )?(?:the |a )?"
-    r"(?:first|second|third|next|last|another))\b"
+    r"(?:first|second|third|next|last|another)|(?:first|second|third|next|last) one)\b"
 )
 _CLIP_OR_CUT = re.compile(r"\b(?:clip|cut|clamp|divide|snip|transect)\b")
 _TUBE_ALONE = re.compile(rf"(?:the )?(?:{_TUBE.pattern})")
@@ -91,8 +114,9 @@ def parts_of(text: str) -> list[str]:
     """
     plain = _LATER.sub(r"\2, then \1", text.lower().strip().rstrip(".!"))
     plain = _ASIDES.sub("", plain)
-    plain = arm_by_arm(_LEADS.sub("", plain))
+    plain = arm_by_arm(_LEADS.sub("", clip_by_clip(_without_marks(plain))))
     parts = _with_its_arm([part for part in _JOINTS.split(plain) if part.strip()])
+    parts, leader = _without_leader(parts)
     if any(map(_SIDE_AND_SIZE.fullmatch, parts)) and _BOTH.search(plain):
         return [text]
     parts = [one for part in parts for one in _of_each_arm(part)]
@@ -107,7 +131,28 @@ def parts_of(text: str) -> list[str]:
         whole.append(_completed(_AGAIN.sub("", part), "" if named else arm, named, tube))
         arm = named or arm
         deed, tube = _found(_CLIP_OR_CUT, part) or deed, _found(_TUBE, part) or tube
-    return whole
+    return sorted(whole, key=lambda part: _names(leader, part), reverse=True) if leader else whole
+
+
+def _without_leader(parts: list[str]) -> tuple[list[str], str]:
+    """Return the parts without a last one such as "the artery first", and what it names."""
+    last = _FIRST_ONE.fullmatch(parts[-1].strip()) if parts else None
+    if not last:
+        return parts, ""
+    tubes = ("duct", "artery") if last[1] in ("duct", "artery") else ("left tube", "right tube")
+    each = ([_BOTH_TUBES.sub(tube, part) for tube in tubes] for part in parts[:-1])
+    return [one for both in each for one in dict.fromkeys(both)], last[1]
+
+
+def _names(leader: str, part: str) -> bool:
+    return bool(re.search(rf"(?<!to the )\b{leader}\b", part))
+
+
+def _without_marks(text: str) -> str:
+    """Return a numbered list, "1) ... 2) ...", with semicolons in place of its marks."""
+    marks = "".join(_MARK.findall(text))
+    counts = len(marks) > 1 and any(run.startswith(marks) for run in ("123456", "abcdef"))
+    return _MARK.sub("; ", text) if counts and _MARK.match(text) else text
 
 
 def _plain_part(part: str) -> str:

@@ -1,4 +1,4 @@
-"""Which clip is meant, said at length: "third and last one", "a clip, that'll be the second"."""
+"""Which clip is meant, said at length: "third and last one"; several clips, one by one."""
 
 from __future__ import annotations
 
@@ -15,6 +15,22 @@ _RULES = (
     (r"\b(duct|artery) clip (?:number |no\.? )?(one|two|three|1|2|3)\b(?! ?(?:mm|mil|cm|cent))",
      r"clip \2 on \1"),
 )  # fmt: skip
+_ONE = r"(?:number |no\.? )?(one|two|three|1|2|3)"
+_AND = r"(?:,? (?:and|plus|then|&) |, )"
+_CLIPS = re.compile(
+    rf"^(.*?)(?:\bclips? {_ONE}(?:, {_ONE})?{_AND}(?:clip )?{_ONE}"
+    rf"|\b{_NTH}(?:, {_NTH})?{_AND}(?:the )?{_NTH} clips?)\b(?! ?(?:mm|mil|cm|cent))"
+    r"(.*?)(?=,|;| and | then |$)"
+)
+
+
+def clip_by_clip(text: str) -> str:
+    """Return a lower-case text in which each of several clips has its own part."""
+    if not (found := _CLIPS.search(text)):
+        return text
+    before, *clips, after = (group for group in found.groups() if group is not None)
+    each = (f"{before}clip {number}{after}" for number in clips)
+    return ", then ".join(each) + text[found.end() :]
 
 
 def with_plain_ordinals(text: str) -> str:

@@ -35,23 +35,45 @@ _THE_SIDE = re.compile(
 )
 _LAST = re.compile(r"^(.+?)(?:, and|,| and) (.+?),? (?:after|later)$")
 _SWAPPED = re.compile(r"^(.+?),? but (?:first|before that),? (.+)$")
+_VERB = (
+    r"(?:move|raise|lower|lift|drop|open|close|cut|clip|go|back|pull|push|nudge|come|take|bring"
+    r"|place|put|fire|apply|retreat|withdraw|retract|grab|grasp|let|release|divide|snip|shut|shift)"
+)
 _AFTER = re.compile(
     r"^(?:after|once you're done)"
     r" ((?:clipp|cutt|clos|open|grabb|mov|rais|lower|lift)ing\b[^,]*?),? "
-    r"(?=(?:please )?(?:move|raise|lower|lift|drop|open|close|cut|clip|go|back|pull|push|nudge"
-    r"|come|take|bring)\b)(.+)$"
+    rf"(?=(?:please )?{_VERB}\b)(.+)$"
 )
 
 _FIRST = re.compile(
     r"^(.*\b(?:clip|cut|clamp|divide) (?:the )?(?:cystic )?(?:duct|artery)) first,? and (?:then )?"
     r"(?:afterwards?|later|after that) (.+)$"
 )
+_DONE = (
+    r"(?:put|placed|applied|open|clos|cut|divid|clipp|rais|lower|lift|mov|grabb|grasp|let|releas)"
+)
+_ONLY_AFTER = re.compile(
+    r"^(?!.*\b(?:back|retreat|withdraw|retract|leave)\b)(.+?),? (?:but )?(?:only )?"
+    rf"(?:after|once|when|as soon as) (?:you've|you have) ({_DONE}\w* .+)$"
+)
+_BEFORE_DOING = re.compile(
+    r"^(?:before|prior to|ahead of) ((?:clipp|cutt|divid|clos|open|grabb|mov|rais|lower|lift)ing"
+    rf"\b.+?) (?=(?:please )?{_VERB}\b)(.+)$"
+)
 _BEFORE_TO = re.compile(r"^before (?:to|that you|you) ([^,]+?),? (?:please |first |you )+(.+)$")
+_SIDED = r"(?:left|right) (?:arm|hand|gripper|grasper|jaws?|instrument)"
+_SECOND_ARM = re.compile(  # "left gripper open right gripper closed"
+    rf"\b({_SIDED} [^,;]*\b(?:open(?:ed)?|closed?|shut|up|down|higher|lower|deeper|left|right|me|mm"
+    rf"|millimet\w+|cm|bit|little)) (?={_SIDED} \w)"
+)
 _IN_ORDER = (
     (_SWAPPED, r"\2, then \1"),
     (_AFTER, r"\1, then \2"),
     (_FIRST, r"\1, then \2"),
     (_BEFORE_TO, r"\2, then \1"),
+    (_ONLY_AFTER, r"\2, then \1"),
+    (_BEFORE_DOING, r"\2, then \1"),
+    (_SECOND_ARM, r"\1, "),
     (_LAST, r"\1, then \2"),
 )
 
