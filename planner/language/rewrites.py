@@ -154,6 +154,7 @@ _TOO: Rules = (  # too much, and not enough
      rf" (?={_LEVEL}( side)?($| (on|with|so|and|can|{_VERB})\b))", "too "),
     (r"\b(increase|raise|more) (height|elevation|altitude)\b", "raise"),
     (r"\b(decrease|reduce|lower|less) (height|elevation|altitude)\b", "lower"),
+    (r"\b(of|in|some|gain|with) (extra |more )?(height|elevation|altitude)\b", "higher"),
     (r"\b(increase|more) (depth|insertion|distance)\b", "deeper"),
     (r"\b(decrease|reduce|less) (depth|insertion)\b", "shallower"),
 )  # fmt: skip

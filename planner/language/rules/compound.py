@@ -31,6 +31,7 @@ _LEADS = re.compile(
 )
 _PART_LEADS = re.compile(
     r"^(?:queue|instead|now|also|proceed to|go ahead and|just"
+    r"|as (?:a|the) (?:first|second|third|next|last|final)(?: (?:step|thing|one))?"
     r"|(?:start|begin|kick|lead|finish|end|conclude|wrap)(?: off| up)? (?:with|by)),? "
 )
 _DOES = {  # "once you have gone back, ..."
@@ -50,7 +51,8 @@ _ASIDES = re.compile(
     r"|, (?:if you (?:would|please|could|don't mind)|please|would you|will you|kindly)(?=,|$)"
 )
 _FIRST_ONE = re.compile(
-    r"(?:but )?(?:the )?(?:cystic )?(left|right|duct|artery|grasper|scissors|applier)(?: \w+)? first"
+    r"(?:but )?(?:the )?(?:cystic )?(left|right|duct|artery|grasper|scissors|applier)"
+    r"(?: \w+)? first"
 )
 _BOTH_TUBES = re.compile(r"\bboth (?:of the |the )?(?:tubes|structures|vessels|of them)\b")
 _MARK = re.compile(r"(?:^|(?<=\s))\(?([1-6a-f])[.)]:?\s+")
@@ -59,7 +61,8 @@ _LATER = re.compile(
 )  # "before cutting the duct, go up"
 _IN_ORDER = re.compile(
     r"\b(?:then|than|followed by|after (?:that|this|it)|afterwards|subsequently|thereafter|before"
-    r"|(?:once|after|when|as soon as) you|prior to|(?:start|begin|finish|end)(?: off| up)? (?:with|by))\b"
+    r"|(?:once|after|when|as soon as) you|prior to"
+    r"|(?:start|begin|finish|end)(?: off| up)? (?:with|by))\b"
     r"|;|, [^,]+ (?:after|later)$"
 )
 _ARM = re.compile(
@@ -67,6 +70,7 @@ _ARM = re.compile(
     r"|\b(grasper|forceps)\b|\b(clip applier|applier|clipper|scissors|shears)\b|\bboth\b"
 )
 _ARM_ALONE = re.compile(r"(?:(?:with|for) )?(?:the |your )?(?:left|right|both) (?:arms?|hands?)")
+_GRIPPED = re.compile(r"\b(grab|grasp|take|seize|catch|release|let go of) (?:it|that)(?: again)?$")
 _SAME_CLIP = re.compile(r"(?:please )?(?:clip|do) (?:it|that)")
 _SIDE_ALONE = re.compile(r"(?:the )?\b(left|right)\b(?: one)?")
 _ASIDE = re.compile(r"\b(?:to|towards?|on|further|more) (?:the |your )?(?:left|right)\b")
@@ -125,6 +129,8 @@ def parts_of(text: str) -> list[str]:
     tubes = {found[0] for part in parts if (found := _TUBE.search(part))}
     arm, deed, tube, whole = "", "", min(tubes) if len(tubes) == 1 else "", list[str]()
     for part in map(_plain_part, parts):
+        if "gallbladder" in plain:
+            part = _GRIPPED.sub(r"\1 gallbladder", part)
         if deed and _TUBE_ALONE.fullmatch(part):
             part = f"{deed} {part}"
         named = arm_named(part)

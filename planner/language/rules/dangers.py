@@ -26,6 +26,7 @@ def _rules() -> tuple[tuple[re.Pattern[str], str], ...]:
     words = {name: "|".join(ps) for name, ps in phrase_lists("dangers")["words"].items()}
     off, guards = rf"\b(?:{words['off']})\b", rf"\b(?:{words['guards']})\b"
     harms, at_risk = rf"\b(?:{words['harms']})\b", rf"\b(?:{words['at_risk']})\b"
+    anyone = rf"\b(?:{words['people']})\b"
     kept_away = r"(?!.*\b(?:away|clear|off) (?:from|of)\b)"
     rules = (
         (
@@ -33,7 +34,8 @@ def _rules() -> tuple[tuple[re.Pattern[str], str], ...]:
             "the safety rules stay on",
         ),
         (
-            rf"{harms}{kept_away}.*{at_risk}|{at_risk}(?: \w+){{0,3}} {harms}(?: {words['it']})?$",
+            rf"{harms}{kept_away}.*(?:{at_risk}|{anyone})"
+            rf"|{at_risk}(?: \w+){{0,3}} {harms}(?: (?:{words['it']}))*$",
             "that would injure what must not be touched",
         ),
         (rf"{off} (?:{words['speaker']})\b", "a person can always stop the robot"),

@@ -34,7 +34,9 @@ _THE_SIDE = re.compile(
     r"(?= (?:slightly|a (?:bit|little|lot|touch)|while|by|comes?|goes|up|down|and|\d)|,|$)"
 )
 _LAST = re.compile(r"^(.+?)(?:, and|,| and) (.+?),? (?:after|later)$")
-_SWAPPED = re.compile(r"^(.+?),? but (?:first|before that),? (.+)$")
+_SWAPPED = re.compile(
+    r"^(.+?),? but (?:first|before(?:hand| that| you do)|(?:prior to|ahead of) (?:that|it)),? (.+)$"
+)
 _VERB = (
     r"(?:move|raise|lower|lift|drop|open|close|cut|clip|go|back|pull|push|nudge|come|take|bring"
     r"|place|put|fire|apply|retreat|withdraw|retract|grab|grasp|let|release|divide|snip|shut|shift)"
@@ -54,7 +56,9 @@ _DONE = (
 )
 _ONLY_AFTER = re.compile(
     r"^(?!.*\b(?:back|retreat|withdraw|retract|leave)\b)(.+?),? (?:but )?(?:only )?"
-    rf"(?:after|once|when|as soon as) (?:you've|you have) ({_DONE}\w* .+)$"
+    rf"(?:(?:after|once|when|as soon as) (?:you've|you have) (?={_DONE})"
+    rf"|(?:right |straight |directly |immediately )?after"
+    rf" (?=(?:{_DONE}|plac|apply|putt|clipp)\w*ing))(.+)$"
 )
 _BEFORE_DOING = re.compile(
     r"^(?:before|prior to|ahead of) ((?:clipp|cutt|divid|clos|open|grabb|mov|rais|lower|lift)ing"
