@@ -112,8 +112,7 @@ _THINGS: Rules = (
     (rf"\b(finish|round|top|complete|start|begin|open|continue) ({_OF_TUBE}) (off |up |out )?"
      r"(with|by)\b", r"\2"),
     (r"\b(is|'s|are)( now| still| all| just)* (waiting|ready|due|overdue|crying out|desperate|set)"
-     r" (for|to (have|get|receive|take))\b|\bawaits?\b|\bis (still )?(missing|lacking|short of)\b"
-     r"(?=.*\bclip\b)", "needs"),
+     r" (for|to (have|get|receive|take))\b|\bawaits?\b", "needs"),
     (r"\b(what|which)ever clip\b|\bclip( that| which)?( is|'s) (due|next|up)( next| now)?\b"
      r"|\bclip (due|up next)\b", "next clip"),
     (r"\bnext clip( that| which)?( is|'s| comes)?( now)? (due|next|up|needed|required|wanted)"

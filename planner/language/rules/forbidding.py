@@ -15,7 +15,8 @@ def forbidden_in(text: str) -> Prohibition | None:
     """Return what an English sentence forbids; None if it names no act."""
     for clause in _CLAUSE.split(text.lower().replace("’", "'")):
         words = in_plain_letters(clause)
-        if _says("never", words) and (act := _act(words)):
+        never = _find(phrase_lists("forbidding")["who"]["never"], words)
+        if never and (act := _act(words[never.end() :]) or _act(words)):
             return Prohibition(act=act, on=_on(act, words) or _on(act, in_plain_letters(text)))
     return None
 
@@ -23,12 +24,8 @@ def forbidden_in(text: str) -> Prohibition | None:
 def allowed_in(text: str) -> Prohibition | None:
     """Return what an English sentence allows again; None if it names no act."""
     words = in_plain_letters(text)
-    act = _act(words) if _says("may", words) else None
+    act = _act(words) if _find(phrase_lists("forbidding")["who"]["may"], words) else None
     return Prohibition(act=act, on=_on(act, words)) if act else None
-
-
-def _says(what: str, words: str) -> bool:
-    return bool(whole_words(phrase_lists("forbidding")["who"][what]).search(words))
 
 
 def _act(words: str) -> Act | None:
