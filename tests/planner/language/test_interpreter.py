@@ -254,6 +254,20 @@ def test_two_motions_are_made_in_their_order_unless_the_second_undoes_the_first(
          [("clipping third clip artery", None), ("cut artery", None)]),
         ("drop the grasper 2 mm, same arm 3 mm left",
          [("move left arm lower", 2.0), ("move left arm to the left", 3.0)]),
+        ("clips one and two on the duct, in that order",
+         [("clipping first clip duct", None), ("clipping second clip duct", None)]),
+        ("1) open the left gripper 2) left arm up 3) close the left gripper",
+         [("open left gripper", None), ("move left arm higher", None),
+          ("close left gripper", None)]),
+        ("left gripper open right gripper closed",
+         [("open left gripper", None), ("close right gripper", None)]),
+        ("cut both tubes, the artery first", [("cut artery", None), ("cut duct", None)]),
+        ("clip the artery only after you have opened the left gripper",
+         [("open left gripper", None), ("clip artery", None)]),
+        ("prior to opening the right gripper move the right arm 3 mm lower",
+         [("move right arm lower", 3.0), ("open right gripper", None)]),
+        ("let the gallbladder go and take it again",
+         [("let go", None), ("grabbing gallbladder", None)]),
         ("once you have opened the right gripper, close the left gripper",
          [("open right gripper", None), ("close left gripper", None)]),
     ],
@@ -304,6 +318,40 @@ def test_a_length_after_a_side_is_no_other_arm(sentence, mm):
     reading = INTERPRETER.read(sentence)
     assert reading.command == COMMANDS["move right arm to the left"]
     assert reading.size_m == pytest.approx(1e-3 * mm)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [("clip the left tube, I mean the right tube", "clip right tube"),
+     ("clip the artery, correction, clip the duct", "clip duct"),
+     ("left, sorry, I meant the right arm lower", "move right arm lower"),
+     ("left arm up, I mean down", "move left arm lower"),
+     ("clip the duct. Sorry, also open the left gripper", None)],
+)  # fmt: skip
+def test_a_slip_of_the_tongue_is_mended_and_asked_back_if_unclear(sentence, text):
+    command = INTERPRETER.read(sentence).command
+    assert (command and command.text) == text
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["I'd be most grateful if you would cut the duct", "all three clips are on, cut the duct",
+     "might I ask you to divide the duct", "cut the duct now, everything looks good"],
+)  # fmt: skip
+def test_politeness_and_that_all_is_well_change_nothing(sentence):
+    assert command_text(sentence) == "cut duct"
+
+
+def test_that_all_is_well_but_for_something_is_a_warning():
+    assert INTERPRETER.read("all the clips are on, but one looks loose").by == "warning"
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["is there any coffee left in the canteen", "next week we are off to Spain"],
+)
+def test_small_talk_does_not_hold_the_arms(sentence):
+    assert INTERPRETER.read(sentence).command is None
 
 
 @pytest.mark.parametrize(
