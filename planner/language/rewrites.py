@@ -111,10 +111,13 @@ _THINGS: Rules = (
     (r"\ba (?=(first|second|third) clip)", ""),
     (rf"\b(finish|round|top|complete|start|begin|open|continue) ({_OF_TUBE}) (off |up |out )?"
      r"(with|by)\b", r"\2"),
-    (r"\b(is|'s|are)( now| still| all| just)* (waiting|ready|due|overdue|crying out|desperate|set)"
-     r" (for|to (have|get|receive|take))\b|\bawaits?\b", "needs"),
+    (r"\b(is|'s|are)( now| still| all| just)* ((waiting|due|overdue|crying out|desperate)"
+     r" (for|to (have|get|receive|take))|ready for(?=.* (please|apply|place|put|go ahead)\b))\b"
+     r"|\bawaits?\b", "needs"),
     (r"\b(what|which)ever clip\b|\bclip( that| which)?( is|'s) (due|next|up)( next| now)?\b"
      r"|\bclip (due|up next)\b", "next clip"),
+    (r"\b(next|another|one more|a further)( one)? (?=(on|onto|to|for) (left|right|duct|artery"
+     r"|cystic)\b)", "next clip "),
     (r"\bnext clip( that| which)?( is|'s| comes)?( now)? (due|next|up|needed|required|wanted)"
      r"( next| now)?\b", "next clip"),
     (r"\b(in )?between ((its|those|these|two|three|proximal|distal|first|second|last|third|and"

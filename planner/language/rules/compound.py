@@ -21,7 +21,7 @@ _JOINTS = re.compile(
     r"|you(?:'re| are) (?:done|finished|through|there)(?: with (?:that|this|it))?)"
     r"|while you're (?:there|at it))"
     r"(?: you)?\b,?"
-    r"|, and\b|\band\b(?! (?:a )?(?:half|quarter))|,(?!\d)"
+    r"|, and\b|\b(?<!ahead )and\b(?! (?:a )?(?:half|quarter))|,(?!\d)"
     r"|\bbefore\b(?: you)?|\bwhile\b|&|\bplus\b|\. (?:step \w+:)?|\bstep \w+:)\s*"
 )
 _LEADS = re.compile(
@@ -31,6 +31,7 @@ _LEADS = re.compile(
 )
 _PART_LEADS = re.compile(
     r"^(?:queue|instead|now|also|proceed to|go ahead and|just"
+    r"|(?:second|third|fourth)(?=,? the (?:left|right) (?:arm|hand|gripper)\b)"
     r"|as (?:a|the) (?:first|second|third|next|last|final)(?: (?:step|thing|one))?"
     r"|(?:start|begin|kick|lead|finish|end|conclude|wrap)(?: off| up)? (?:with|by)),? "
 )
@@ -71,7 +72,10 @@ _ARM = re.compile(
 )
 _ARM_ALONE = re.compile(r"(?:(?:with|for) )?(?:the |your )?(?:left|right|both) (?:arms?|hands?)")
 _GRIPPED = re.compile(r"\b(grab|grasp|take|seize|catch|release|let go of) (?:it|that)(?: again)?$")
-_SAME_CLIP = re.compile(r"(?:please )?(?:clip|do) (?:it|that)")
+_SAME_CLIP = re.compile(
+    r"(?:please |go ahead and )?(?:clip|do|apply|place|put|fire) (?:it|that)(?: on)?"
+    r"(?: please| now)?"
+)
 _SIDE_ALONE = re.compile(r"(?:the )?\b(left|right)\b(?: one)?")
 _ASIDE = re.compile(r"\b(?:to|towards?|on|further|more) (?:the |your )?(?:left|right)\b")
 _IT = re.compile(
@@ -97,7 +101,9 @@ _DEED = re.compile(
 _CLIP_OR_CUT = re.compile(r"\b(?:clip|cut|clamp|divide|snip|transect)\b")
 _TUBE_ALONE = re.compile(rf"(?:the )?(?:{_TUBE.pattern})")
 _AGAIN = re.compile(r"\s+(?:again|too|as well|please)$")
-_BARE = re.compile(r"(?<![\d.#])(\d+(?:[.,]\d+)?)\s*$")
+_BARE = re.compile(
+    r"(?<![\d.#])(\d+(?:[.,]\d+)?)\s*$|(?<=\bby )(one|two|three|four|five|six|seven|eight|ten)$"
+)
 
 
 def in_order(text: str) -> bool:
@@ -205,7 +211,7 @@ def _completed(part: str, arm_before: str, named: str, tube: str) -> str:
         part = _about(arm_before, part)
     if tube and _DEED.search(part) and not of_tube and not named:
         part = f"{part} {tube}"
-    return _BARE.sub(r"\1 mm", part) if _DIRECTED.search(part) else part
+    return _BARE.sub(r"\g<0> mm", part) if _DIRECTED.search(part) else part
 
 
 def _of_each_arm(part: str) -> list[str]:

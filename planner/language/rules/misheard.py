@@ -21,6 +21,11 @@ _RULES = (
      r"hold(?:s|ing) (?:on to )?(?:the )?gallbladder\b"
      r"|\bgallbladder(?:'s)? (?:hand|arm)\b", "left arm"),
     (r"\bclip (?:too|to) on\b", "clip two on"),
+    (r"\bright (scissors|shears|clip applier|applier|clipper)\b", r"\1"),
+    (r"\b(?:have|get) (it|(?:(?:the|your|that|left|right|cystic) )*(?:duct|artery|tube|arm|hand"
+     r"|gripper|grasper|jaws|scissors)) (cut|divided|snipped|transected|severed|clipped|opened"
+     r"|closed|shut)\b(?! ?\?| (?:yet|already|fully|properly|now))(?: (?:for|by) \w+)?",
+     r"please \2 \1"),
     (r",?\s*\b(?:i\.?\s?e\b\.?|that is to say|in other words|meaning|namely),?", ","),
     (r"\bplus (?=\d.*\b(?:up\w*|higher|right\w*|deeper|away)\b)"
      r"|\bminus (?=\d.*\b(?:down\w*|lower|left\w*|towards)\b)", "by "),
