@@ -49,4 +49,5 @@ def page_of(
         host,
         port,
         console,
+        say_port,
     )

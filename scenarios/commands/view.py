@@ -52,7 +52,7 @@ class View:
     port: Annotated[int | None, at_least(1)] = None
     """Port to listen on; the default is the first free one from 8080 on."""
     say_port: Annotated[int | None, at_least(1)] = None
-    """Port that takes `POST /say` from a speech recogniser or another program; none by default."""
+    """Port of a page with a microphone, and of `POST /say` for other programs; none by default."""
     camera: bool = False
     """Whether the endoscope's picture is shown, too; needs a renderer, and slows the loop down."""
     start: bool = False

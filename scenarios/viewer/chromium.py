@@ -51,8 +51,10 @@ def browser() -> Iterator[Browser]:
 
 
 @contextmanager
-def open_tab(chromium: Browser, address: str, *, offline: bool = False) -> Iterator[Page]:
-    """Open a tab on an address.
+def open_tab(
+    chromium: Browser, address: str, *, offline: bool = False, script: str = ""
+) -> Iterator[Page]:
+    """Open a tab on an address; `script` runs before the page's own.
 
     Raises:
         RuntimeError: when the block is left, if the page had an error.
@@ -62,6 +64,7 @@ def open_tab(chromium: Browser, address: str, *, offline: bool = False) -> Itera
     tab = context.new_page()
     tab.set_default_timeout(PATIENCE_MS)
     tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.add_init_script(script)
     tab.goto(address)
     yield tab
     context.close()

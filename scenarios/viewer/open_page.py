@@ -25,9 +25,13 @@ class Served(Protocol):
 
 @contextmanager
 def serve(
-    make: Callable[[int], Served], host: str, port: int | None, console: Console
+    make: Callable[[int], Served],
+    host: str,
+    port: int | None,
+    console: Console,
+    say_port: int | None = None,
 ) -> Iterator[None]:
-    """Serve a page while the block lasts.
+    """Serve a page while the block lasts; the microphone's, if any, is on `say_port`.
 
     Raises:
         BadInputError: the page cannot be served on this port.
@@ -39,7 +43,10 @@ def serve(
         if token:
             warning = "warning: others can reach this address; who has it can move the robot"
             console.print(warning, highlight=False, soft_wrap=True)
-        address = f"http://{host}:{page.port}" + (f"/?token={token}" if token else "")
-        told = f"open {address} in a browser; press Ctrl-C to end"
+        asked = f"/?token={token}" if token else ""
+        told = f"open http://{host}:{page.port}{asked} in a browser; press Ctrl-C to end"
         console.print(told, highlight=False, soft_wrap=True)
+        if say_port is not None:
+            told = f"speak at http://{host}:{say_port}{asked}"
+            console.print(told, highlight=False, soft_wrap=True)
         yield

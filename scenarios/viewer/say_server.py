@@ -1,4 +1,4 @@
-"""`POST /say`: an external speech recogniser, or any program, speaks to the episode."""
+"""`POST /say`: a person at the microphone page, or any program, speaks to the episode."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
 from threading import Thread
 from typing import Any
 
@@ -14,12 +15,13 @@ from scenarios.loop.inbox import LONGEST, read
 from scenarios.viewer.gate import Gate
 from scenarios.viewer.session_state import Asks, SessionState
 
+PAGE = files("scenarios.viewer").joinpath("microphone.html")
 MOST_BYTES = 4 * LONGEST + 100  # of a body: UTF-8, and the JSON around it
 
 
 @contextmanager
 def say_server(ask: Asks, gate: Gate, *, host: str, port: int) -> Iterator[None]:
-    """Serve `POST /say` while the block lasts."""
+    """Serve `POST /say`, and the page with the microphone, while the block lasts."""
     server = ThreadingHTTPServer((host, port), _handler(ask, gate))
     Thread(target=server.serve_forever, name="calot-say", daemon=True).start()
     try:
@@ -47,6 +49,14 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         """Answers in JSON how the text is read; the robot's reply stands in the page's log."""
 
+        def do_GET(self) -> None:
+            """Send the page with the microphone."""
+            if (why := gate.refusal(dict(self.headers), self.path)) is not None:
+                return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
+            if self.path.partition("?")[0] != "/":
+                return self._answer(HTTPStatus.NOT_FOUND, {"error": "only / and /say are served"})
+            return self._send(HTTPStatus.OK, PAGE.read_bytes(), "text/html; charset=utf-8")
+
         def do_POST(self) -> None:
             """Read the text, and submit it."""
             if (why := gate.refusal(dict(self.headers), self.path)) is not None:
@@ -67,9 +77,11 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
             return self._answer(HTTPStatus.OK, {"command": command, "reply": reading.reply})
 
         def _answer(self, status: HTTPStatus, content: dict[str, Any]) -> None:
-            body = json.dumps(content).encode()
+            self._send(status, json.dumps(content).encode(), "application/json")
+
+        def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
             self.send_response(status)
-            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Type", kind)
             self.send_header("Content-Length", str(len(body)))
             self.end_headers()
             self.wfile.write(body)

@@ -219,3 +219,43 @@ def test_an_exported_page_works_offline(chromium, tmp_path, session):
     page.write_text(export(RecordingFrames(recorded(session), every=6), lambda time_s: None))
     with open_tab(chromium, page.as_uri(), offline=True) as tab:
         wait_until(lambda: share_of_green(picture(tab, tmp_path / "exported.png")) > 0.01)
+
+
+RECOGNISER = """window.SpeechRecognition = class {
+  start() {}
+  stop() {
+    this.onresult({results: [[{transcript: "wait, don't"}], [{transcript: "cut the duct"}]]});
+    this.onend();
+  }
+};"""
+
+
+def test_what_is_said_while_the_button_is_held_is_heard_by_the_episode(chromium, session):
+    say_port = choose_port(HOST) + 1
+    with (
+        PageProcess(session, host=HOST, port=choose_port(HOST), say_port=say_port),
+        open_tab(chromium, f"http://{HOST}:{say_port}", script=RECOGNISER) as tab,
+    ):
+        talk = button(tab, "Hold to talk")
+        talk.dispatch_event("pointerdown")
+        assert talk.get_attribute("aria-pressed") == "true"
+        talk.dispatch_event("pointerup")
+        tab.get_by_text("“wait, don't cut the duct”").wait_for()
+        assert talk.get_attribute("aria-pressed") == "false"
+    session.pace.go_on()
+    run_to(session, 0.3)
+    lines = [line for line in session.watcher.status().lines if line.kind == "said"]
+    assert "I hold" in lines[0].detail
+
+
+def test_a_browser_without_speech_recognition_takes_typed_sentences(chromium, session):
+    say_port = choose_port(HOST) + 1
+    script = "delete window.SpeechRecognition; delete window.webkitSpeechRecognition;"
+    with (
+        PageProcess(session, host=HOST, port=choose_port(HOST), say_port=say_port),
+        open_tab(chromium, f"http://{HOST}:{say_port}", script=script) as tab,
+    ):
+        assert button(tab, "Hold to talk").is_disabled()
+        type_in(tab, "wait")
+        enter(tab)
+        tab.get_by_text("“wait”").wait_for()

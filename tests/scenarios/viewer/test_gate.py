@@ -117,3 +117,19 @@ def test_a_foreign_or_bad_request_is_refused_with_the_reason(served, body, kind,
     found, answer = said(port, body, kind, **headers)
     assert found == status
     assert answer["error"]
+
+
+@pytest.mark.parametrize(
+    ("path", "host", "status"),
+    [("/", HOST, 200), ("/", "evil.example", 403), ("/other", HOST, 404)],
+)
+def test_the_page_with_the_microphone_is_for_this_machine(served, path, host, status):
+    _, _, port = served
+    request = urllib.request.Request(f"http://{HOST}:{port}{path}", headers={"Host": host})
+    try:
+        with urllib.request.urlopen(request) as response:
+            assert b"Hold to talk" in response.read()
+            found = response.status
+    except urllib.error.HTTPError as error:
+        found = error.code
+    assert found == status
