@@ -2,22 +2,28 @@
 
 Any website that a browser shows may open a WebSocket to this machine; only its `Origin` tells it
 from the page (RFC 6455, section 10.2). A name that an attacker points at this machine passes for
-the same origin, so `Host` is checked as well.
+the same origin, so `Host` is checked as well. A tab that floods the page is read no faster than a
+person acts, so that it waits by itself and the others do not.
 """
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.cookies import SimpleCookie
+from time import monotonic
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from websockets.asyncio.server import ServerConnection
+
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 COOKIE = "calot"
+MOST_PER_S, BURST = 200, 600  # messages from a tab; viser's page sends 20 to 60 a second; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +72,29 @@ def gate_for(host: str) -> Gate:
     return Gate(token="" if host in LOOPBACK else secrets.token_urlsafe(16))
 
 
+class Paced(ServerConnection):
+    """A connection of which at most `MOST_PER_S` messages are read, after a burst of `BURST`.
+
+    What is not read fills the sender's own buffers.
+    """
+
+    _free_at_s = 0.0
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        """Return the next message, in its time."""
+        message = await super().recv(decode)
+        earliest_s = monotonic() - BURST / MOST_PER_S
+        self._free_at_s = max(self._free_at_s, earliest_s) + 1.0 / MOST_PER_S
+        if (wait_s := self._free_at_s - monotonic()) > 0.0:
+            await asyncio.sleep(wait_s)
+        return message
+
+
 @contextmanager
 def guarded(gate: Gate) -> Iterator[None]:
     """Put the gate before every `websockets` server that is started while the block lasts.
+
+    Its connections are `Paced`.
 
     viser has no setting for it.
     """
@@ -77,7 +103,8 @@ def guarded(gate: Gate) -> Iterator[None]:
     serve = server.serve
 
     def serve_guarded(*args: Any, process_request: Any = None, **settings: Any) -> Any:
-        return serve(*args, process_request=gate.before(process_request), **settings)
+        settings |= {"process_request": gate.before(process_request), "create_connection": Paced}
+        return serve(*args, **settings)
 
     server.serve = serve_guarded  # pyright: ignore[reportAttributeAccessIssue]
     try:

@@ -1,15 +1,19 @@
 """Tests of who may reach the page and `POST /say`: its own pages, or who has the token."""
 
+import asyncio
 import json
 import urllib.error
 import urllib.request
+from functools import partial
+from time import monotonic
 
 import pytest
+from websockets.asyncio import client, server
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from scenarios.loop.inbox import LONGEST
-from scenarios.viewer.gate import Gate, gate_for
+from scenarios.viewer.gate import BURST, MOST_PER_S, Gate, gate_for, guarded
 from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.port import choose_port
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
@@ -72,6 +76,44 @@ def test_another_sites_page_cannot_open_the_pages_websocket(served):
         connect(address, origin="https://evil.example")
     assert refused.value.response.status_code == 403
     connect(address, origin=f"http://{HOST}:{port}", subprotocols=["viser-v0"]).close()
+
+
+def test_a_tab_that_floods_the_page_waits_by_itself():
+    heard, is_over = {"flood": 0, "word": 0}, asyncio.Event()
+
+    async def handle(connection):
+        while not is_over.is_set():
+            heard[await connection.recv()] += 1
+
+    async def flood(address):
+        tab = partial(client.connect, address, close_timeout=0.1)
+        async with tab() as flooder, tab() as other:
+            flooding = asyncio.ensure_future(endless(flooder))
+            start_s = monotonic()
+            while heard["flood"] < BURST + 2 * MOST_PER_S:
+                await asyncio.sleep(0.01)
+            took_s = monotonic() - start_s
+            await other.send("word")
+            while not heard["word"]:
+                await asyncio.sleep(0.001)
+            waited_s = monotonic() - start_s - took_s
+            flooding.cancel()
+            is_over.set()
+            return took_s, waited_s
+
+    async def endless(connection):
+        while True:
+            await connection.send("flood")
+            await asyncio.sleep(0)
+
+    async def both():
+        with guarded(Gate()):
+            async with server.serve(handle, HOST, 0, close_timeout=0.1) as serving:
+                return await flood(f"ws://{HOST}:{serving.sockets[0].getsockname()[1]}")
+
+    took_s, waited_s = asyncio.run(both())
+    assert took_s >= 1.9  # two seconds of `MOST_PER_S`, after the burst
+    assert waited_s < took_s
 
 
 def said(port, body, kind="text/plain", **headers):
