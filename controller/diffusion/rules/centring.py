@@ -32,8 +32,8 @@ from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 BESIDE_M = 0.006  # of the jaws from the tube at the chunk's end; farther off it is free; assumed
 WITHIN_M = 1e-4  # to either side of a place; assumed
 ABOVE_LOWEST_M = 2e-4  # the upper clip at least, if it belongs higher: the cut errs, too; assumed
-CLOSED_RAD = 0.12  # jaws that have closed on a clip have 0.07, blades that have cut 0.12
-SOONEST = 8  # rows in which a chunk's end is moved; assumed
+ACTED_RAD = 0.12  # jaws that have closed on a clip have 0.07, blades that have cut 0.12
+SOONEST = 8  # rows in which a chunk is moved by all that it lacks, at least; assumed
 MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
 REACH_M = {CLIP_APPLIER: CLIP_LENGTH_M, SCISSORS: BLADE_LENGTH_M}
 CUT = {USUAL_CLIPS: 3, FEWEST_CLIPS: 6}  # rows of `Places`, by the number of clips on the tube
@@ -52,12 +52,9 @@ def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
         seen: `Observation.vector()` at its start.
         task: the running one.
     """
-    observation = observation_of(seen, 0.0)
-    if task.tube is None or not still_closes(task, observation):
-        return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     row = _closing_row(arms[:, RIGHT_ARM, JAW])
-    lacking = lacking_m(seen, observation, task, task.tube, moved_m=arms[row, RIGHT_ARM, MOVE])
+    lacking = lacking_m(seen, task, moved_m=arms[row, RIGHT_ARM, MOVE])
     if lacking is None:
         return chunk
     along_m, along = lacking
@@ -68,29 +65,27 @@ def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
 
 def _closing_row(jaws_rad: Array) -> int:
     """Return the row in which jaws (n,) close, as a policy goes back after it, or the last one."""
-    closed = np.flatnonzero(jaws_rad < CLOSED_RAD)
+    closed = np.flatnonzero(jaws_rad < ACTED_RAD)
     return int(closed[0]) if len(closed) else len(jaws_rad) - 1
 
 
 def lacking_m(
-    seen: NDArray[np.float32],
-    observation: Observation,
-    task: Task,
-    tube: Tube,
-    moved_m: Array | float = 0.0,
+    seen: NDArray[np.float32], task: Task, moved_m: Array | float = 0.0
 ) -> tuple[float, Array] | None:
     """Return how far the jaws are below the task's places, and which way (3,) is up the tube.
 
     Args:
         seen: `Observation.vector()`.
-        observation: the same.
         task: the running one.
-        tube: its tube.
-        moved_m: what the jaws will have moved by (3,).
+        moved_m: what the jaws will have moved by (3,), endoscope frame.
 
     Returns:
-        None beside the tube; above the places the length is negative, within them zero.
+        Zero within the places, negative above them. None if the jaws are beside the tube, or have
+        nothing left to close on.
     """
+    observation, tube = observation_of(seen, 0.0), task.tube
+    if tube is None or not _still_close(task, tube, observation):
+        return None
     tip = observation.tips_endoscope[RIGHT_ARM]
     jaws_m = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2] + moved_m
     now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
@@ -105,10 +100,10 @@ def lacking_m(
     return float(np.clip(0.0, least_m, most_m)), u
 
 
-def still_closes(task: Task, observation: Observation) -> bool:
+def _still_close(task: Task, tube: Tube, observation: Observation) -> bool:
     """Return whether the jaws still have to close on the task's tube."""
-    if task.kind == "cut" and task.tube is not None:
-        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(task.tube)]
+    if task.kind == "cut":
+        return observation.tools[1] == SCISSORS and not observation.severed[TUBES.index(tube)]
     return task.kind == "clip" and observation.clip_loaded
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW
-from controller.diffusion.rules.centring import lacking_m, still_closes
+from controller.diffusion.rules.centring import lacking_m
 from planner.task import Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import observation_of
@@ -21,7 +21,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 OPEN_RAD = 0.3  # jaws about a tube stand open by 0.3 to 0.4
 BEGUN_RAD = 0.2  # they have begun to close
 CLOSED_RAD = 0.03  # the policy's when a clip has needed most
-CLOSES_RAD = 0.033  # in a control step, the expert's
+STEP_RAD = 0.033  # in a control step, the expert's
 BELOW_M, ABOVE_M = 2e-4, 4e-4  # the task's places: a gap of clips has 0.3 mm to spare; assumed
 LAGS_RAD = 0.04  # behind what was asked: the filter or tissue holds the jaws open; assumed
 
@@ -37,18 +37,16 @@ def closed_in_place(chunk: Array, seen: NDArray[np.float32], task: Task, jaws_ra
         task: the running one.
         jaws_rad: (m, 2) commanded before it, the last one last.
     """
-    now, asked_rad = observation_of(seen, 0.0), jaws_rad[:, RIGHT_ARM]
-    if task.tube is None or not still_closes(task, now):
-        return chunk
-    lacking = lacking_m(seen, now, task, task.tube)
+    lacking = lacking_m(seen, task)
     if lacking is None:
         return chunk
     arms, below_m = chunk.reshape(len(chunk), 2, -1).copy(), lacking[0]
-    jaws, jaw_rad = arms[:, RIGHT_ARM, JAW], float(now.joints[RIGHT_ARM, -1])
+    jaws, asked_rad = arms[:, RIGHT_ARM, JAW], jaws_rad[:, RIGHT_ARM]
+    jaw_rad = float(observation_of(seen, 0.0).joints[RIGHT_ARM, -1])
     if below_m > BELOW_M and jaw_rad > BEGUN_RAD:
         jaws = np.maximum(jaws, min(asked_rad[-1], OPEN_RAD))
     elif -ABOVE_M < below_m < BELOW_M and _have_begun(jaw_rad, asked_rad):
-        closing = asked_rad[-1] - CLOSES_RAD * np.arange(1, len(arms) + 1)
+        closing = asked_rad[-1] - STEP_RAD * np.arange(1, len(arms) + 1)
         jaws = np.minimum(jaws, np.maximum(closing, CLOSED_RAD))
     arms[:, RIGHT_ARM, JAW] = jaws
     return arms.reshape(chunk.shape)

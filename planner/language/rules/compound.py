@@ -57,9 +57,8 @@ _FIRST_ONE = re.compile(
 )
 _BOTH_TUBES = re.compile(r"\bboth (?:of the |the )?(?:tubes|structures|vessels|of them)\b")
 _MARK = re.compile(r"(?:^|(?<=\s))\(?([1-6a-f])[.)]:?\s+")
-_LATER = re.compile(
-    r"^(?:before|prior to|ahead of)(?: you)? ([^,]+), (.+)$"
-)  # "before cutting the duct, go up"
+# "before cutting the duct, go up"
+_LATER = re.compile(r"^(?:before|prior to|ahead of)(?: you)? ([^,]+), (.+)$")
 _IN_ORDER = re.compile(
     r"\b(?:then|than|followed by|after (?:that|this|it)|afterwards|subsequently|thereafter|before"
     r"|(?:once|after|when|as soon as) you|prior to"

@@ -10,9 +10,9 @@ from controller.diffusion.rules.centring import BESIDE_M
 from controller.diffusion.rules.closing import (
     BEGUN_RAD,
     CLOSED_RAD,
-    CLOSES_RAD,
     LAGS_RAD,
     OPEN_RAD,
+    STEP_RAD,
     closed_in_place,
 )
 from controller.diffusion.rules.holding import UNTURNED
@@ -81,7 +81,7 @@ def test_jaws_that_have_begun_close_at_the_experts_rate(
     vector: NDArray[np.float32], task: Task
 ) -> None:
     jaws = jaws_of(vector, task)
-    closing = NOW_RAD - CLOSES_RAD * np.arange(1, STEPS + 1)
+    closing = NOW_RAD - STEP_RAD * np.arange(1, STEPS + 1)
     assert jaws == pytest.approx(np.maximum(closing, CLOSED_RAD))
 
 
