@@ -48,6 +48,8 @@ def test_what_is_uncertain_is_decided_when_the_first_clip_is_due():
     short = with_length(needed_m("duct", FEWEST_CLIPS) - 0.001, std_m=0.001)
     assert why(short, due=False) is None
     assert why(short, due=True) is not None
+    hardly = with_length(needed_m("duct", FEWEST_CLIPS) - 0.0001, std_m=0.001)
+    assert why(hardly, due=True) is None
     clearly = with_length(needed_m("duct", FEWEST_CLIPS) - 0.005, std_m=0.001)
     assert why(clearly, due=False) is not None
 
