@@ -21,7 +21,7 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.done import pulls
+from planner.seen.done import is_grasped, pulls
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
 from planner.task import GRAB
@@ -64,7 +64,7 @@ class PlannerLearned:
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
         self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
         self._preferred, self._has_cut = N_TASKS, False
-        self._tries, self._pulled_s = Counter[int](), 0.0
+        self._tries, self._pulled_s, self._grasped_s = Counter[int](), 0.0, 0.0
         self._frame = RestFrame()
         self._room, self._standstill = RoomSeen(), Standstill()
 
@@ -116,6 +116,7 @@ class PlannerLearned:
             passed_s = min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
             self._since_s += passed_s
             self._pulled_s = self._pulled_s + passed_s if pulls(observation) else 0.0
+            self._grasped_s = self._grasped_s + passed_s if is_grasped(observation) else 0.0
         seen = self._frame.follow(observation.vector())
         self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
 
@@ -130,7 +131,7 @@ class PlannerLearned:
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None
         owed = [
-            due(asked, given, self._since_s, observation, self._pulled_s).index - 1
+            due(asked, given, self._since_s, observation, self._pulled_s, self._grasped_s).index - 1
             for asked in TASKS
         ]
         return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)

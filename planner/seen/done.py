@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
+import torch
 
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
+from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
-from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
+from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
+from tissue_sim.sensing.tissue_features import gap_m
 from tissue_sim.thresholds import (
     GRASP_MAX_JAW_RAD,
     GRASP_MIN_TRACTION_N,
     HELD_PINCH_N,
     RETRACTED_M,
+    SPREAD_MIN_M,
+    TAUT_MIN,
 )
 from tissue_sim.tools.arms import LEFT_ARM
+
+STRAIGHT = TAUT_MIN + 0.02  # surely so: straightness is seen about so wrong; assumed
+FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
 
 
 def is_done(task: Task, seen: Observation) -> bool:
@@ -41,14 +49,31 @@ def has_slipped(seen: Observation) -> bool:
 
 def pulls(seen: Observation) -> bool:
     """Return whether the grasper holds the gallbladder and pulls, as its motors tell."""
-    traction_n = np.linalg.norm(seen.forces_n[LEFT_ARM])
-    return seen.pinch_n >= HELD_PINCH_N and bool(traction_n >= GRASP_MIN_TRACTION_N)
+    return seen.pinch_n >= HELD_PINCH_N and traction_n(seen) >= GRASP_MIN_TRACTION_N
 
 
-def holds_too_wide(seen: Observation) -> bool:
-    """Return whether tissue is wedged between jaws that are too wide for a grasp."""
-    wide = seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
-    return seen.pinch_n >= HELD_PINCH_N and bool(wide)
+def traction_n(seen: Observation) -> float:
+    """Return the force of the tissue on the grasper."""
+    return float(np.linalg.norm(seen.forces_n[LEFT_ARM]))
+
+
+def holds_badly(seen: Observation) -> bool:
+    """Return whether tissue is wedged between jaws that are too wide, or hardly pulled at."""
+    wide = seen.pinch_n >= HELD_PINCH_N and seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
+    return bool(wide) or (pulls(seen) and traction_n(seen) < FIRM_TRACTION_N)
+
+
+def is_grasped(seen: Observation) -> bool:
+    """Return whether the grasp surely does what it is for: both tubes are straight, and apart."""
+    now = {name: torch.from_numpy(part[None]) for name, part in fields(seen.vector()).items()}
+    straight = bool((lacking_m(seen) <= 0.0).all()) and gap_m(now).item() >= SPREAD_MIN_M
+    return pulls(seen) and not holds_badly(seen) and straight
+
+
+def lacking_m(seen: Observation) -> Array:
+    """Return (2,) by how much the ends of each tube must come apart until it is surely straight."""
+    chords_m = [tube_m[-1] - tube_m[0] for tube_m in (seen.left_tube_m, seen.right_tube_m)]
+    return STRAIGHT * seen.rest_length_m - np.linalg.norm(chords_m, axis=1)
 
 
 def is_back(seen: Observation) -> bool:

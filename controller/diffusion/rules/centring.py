@@ -7,11 +7,14 @@ word in this one direction; all else is the policy's.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE
+from controller.diffusion.gallbladder import wall_distance_m
 from controller.diffusion.places import places_on
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
@@ -83,6 +86,45 @@ def lacking_m(
         Zero within the places, negative above them. None if the jaws are beside the tube, or have
         nothing left to close on.
     """
+    upon = _upon(seen, task, moved_m)
+    if upon is None:
+        return None
+    off_m, u = upon.off_m[upon.place], upon.along
+    if np.linalg.norm(off_m - (off_m @ u) * u) > BESIDE_M:
+        return None
+    most_m = off_m @ u + WITHIN_M
+    least_m = min(most_m - 2.0 * WITHIN_M, upon.off_m[upon.lowest] @ u + ABOVE_LOWEST_M)
+    return float(np.clip(0.0, least_m, most_m)), u
+
+
+def place_ahead(seen: NDArray[np.float32], task: Task) -> tuple[Array, float] | None:
+    """Return the way (3,) from the jaws' middle to the task's place, and its room.
+
+    The room is the distance of the place from the gallbladder's wall. None if the jaws have nothing
+    left to close on.
+    """
+    upon = _upon(seen, task, 0.0)
+    return None if upon is None else (upon.off_m[upon.place], float(upon.room_m[upon.place]))
+
+
+class _Upon(NamedTuple):
+    """The places on the task's tube, and which two are the task's.
+
+    Attributes:
+        off_m: (9, 3) from the jaws' middle to the places, endoscope frame.
+        room_m: (9,) of the places from the gallbladder's wall.
+        along: (3,) up the tube at the task's place.
+        place, lowest: rows of the task's place, and of the lowest that will do.
+    """
+
+    off_m: Array
+    room_m: Array
+    along: Array
+    place: int
+    lowest: int
+
+
+def _upon(seen: NDArray[np.float32], task: Task, moved_m: Array | float) -> _Upon | None:
     observation, tube = observation_of(seen, 0.0), task.tube
     if tube is None or not _still_close(task, tube, observation):
         return None
@@ -90,14 +132,12 @@ def lacking_m(
     jaws_m = tip[:3, 3] - 0.5 * REACH_M[observation.tools[1]] * tip[:3, 2] + moved_m
     now = {name: torch.from_numpy(part[None].copy()) for name, part in fields(seen).items()}
     on_tube = places_on(now)[TUBES.index(tube)]
-    points, along = (part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along))
+    room_m = wall_distance_m(now["sac_m"], now["sac_radius_m"], on_tube.points_m)
+    points, along, room_m = (
+        part[0].numpy().astype(float) for part in (on_tube.points_m, on_tube.along, room_m)
+    )
     place, lowest = _rows(task, tube, observation)
-    off, u = points - jaws_m, along[place]
-    if np.linalg.norm(off[place] - (off[place] @ u) * u) > BESIDE_M:
-        return None
-    most_m = off[place] @ u + WITHIN_M
-    least_m = min(most_m - 2.0 * WITHIN_M, off[lowest] @ u + ABOVE_LOWEST_M)
-    return float(np.clip(0.0, least_m, most_m)), u
+    return _Upon(points - jaws_m, room_m, along[place], place, lowest)
 
 
 def _still_close(task: Task, tube: Tube, observation: Observation) -> bool:

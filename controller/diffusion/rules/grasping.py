@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE
-from planner.seen.done import pulls
+from planner.seen.done import FIRM_TRACTION_N, lacking_m, pulls, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, observation_of
-from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, TAUT_MIN
+from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed
-BEYOND = 0.02  # beyond `TAUT_MIN`: straightness is seen about so wrong; assumed
 RESTS_M = 5e-4  # a chunk that moves the left tip by less rests; assumed
 MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
+SLACK_M = 4e-4  # by which a chunk's end is moved while the pull is too weak; assumed
 MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N; assumed
 
 
@@ -56,13 +56,12 @@ def _too_wide_rad(seen: Observation) -> float:
 
 
 def _lacking_m(seen: Observation) -> Array:
-    """Return the pull (3,) along its chord that the less straight tube lacks."""
-    chords_m = [tube_m[-1] - tube_m[0] for tube_m in (seen.left_tube_m, seen.right_tube_m)]
-    lengths_m = np.linalg.norm(chords_m, axis=1)
-    lacking_m = (TAUT_MIN + BEYOND) * seen.rest_length_m - lengths_m
-    k = int(lacking_m.argmax())
-    if lacking_m[k] <= 0.0 or not pulls(seen):
+    """Return the pull (3,) along its chord that the less straight tube, or the traction, lacks."""
+    if not pulls(seen) or traction_n(seen) > MOST_TRACTION_N:
         return np.zeros(3)
-    if np.linalg.norm(seen.forces_n[LEFT_ARM]) > MOST_TRACTION_N:
-        return np.zeros(3)
-    return min(lacking_m[k], MOST_M) * chords_m[k] / lengths_m[k]
+    lacks_m = lacking_m(seen)
+    k = int(lacks_m.argmax())
+    slack_m = SLACK_M if traction_n(seen) < FIRM_TRACTION_N else 0.0
+    tube_m = (seen.left_tube_m, seen.right_tube_m)[k]
+    chord_m = tube_m[-1] - tube_m[0]
+    return np.clip(lacks_m[k], slack_m, MOST_M) * chord_m / np.linalg.norm(chord_m)

@@ -6,20 +6,21 @@ import pytest
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.grasping import (
-    BEYOND,
     CLOSE_RAD,
     MOST_M,
     MOST_PINCH_N,
     MOST_RAD,
     MOST_TRACTION_N,
     RESTS_M,
+    SLACK_M,
     grasped_on,
 )
 from controller.diffusion.rules.holding import UNTURNED
+from planner.seen.done import FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
-from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, TAUT_MIN
+from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 STEPS, LENGTH_M = 16, 0.028
@@ -58,13 +59,19 @@ def pulled_m(vector: Array, task: Task = GRAB, own_m: float = 0.0) -> Array:
 
 @pytest.mark.parametrize(("left", "right"), [(0.98, 1.02), (1.02, 0.98)])
 def test_it_pulls_along_the_less_straight_tube_by_what_it_lacks(left: float, right: float) -> None:
-    lacking_m = (TAUT_MIN + BEYOND - 0.98) * LENGTH_M
+    lacking_m = (STRAIGHT - 0.98) * LENGTH_M
     assert pulled_m(seen(left, right)) == pytest.approx([0.0, lacking_m, 0.0], abs=1e-7)
 
 
 def test_it_pulls_little_by_little_and_not_where_both_are_straight() -> None:
     assert pulled_m(seen(0.8, 0.9)) == pytest.approx([0.0, MOST_M, 0.0])
     assert not pulled_m(seen(1.0, 1.0)).any()
+
+
+def test_it_pulls_on_where_the_pull_is_too_weak_to_be_sure() -> None:
+    weak, firm = (seen(1.0, 1.0, pull_n=share * FIRM_TRACTION_N) for share in (0.9, 1.1))
+    assert pulled_m(weak) == pytest.approx([0.0, SLACK_M, 0.0])
+    assert not pulled_m(firm).any()
 
 
 @pytest.mark.parametrize(

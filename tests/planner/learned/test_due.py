@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.base import PATIENCE_S
-from planner.learned.due import due
+from planner.learned.due import GRASPED_S, due
+from planner.seen.done import FIRM_TRACTION_N
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
@@ -74,6 +75,19 @@ def test_that_the_grab_is_done_is_up_to_the_network() -> None:
     for given in (None, GRAB):
         assert due(GRAB, given, 60.0, seen(back=True)) == GRAB
         assert {due(asked, given, 1.0, seen(back=True)) for asked in TASKS[1:]} == {FIRST}
+
+
+@pytest.mark.parametrize(("share", "goes_on"), [(0.9, True), (1.1, False)])
+def test_a_grab_goes_on_while_the_pull_is_too_weak_to_be_sure(share: float, goes_on: bool) -> None:
+    now = seen()
+    now.forces_n[LEFT_ARM, 1] = share * FIRM_TRACTION_N
+    assert due(FIRST, GRAB, BEFORE_S, now) == (GRAB if goes_on else FIRST)
+
+
+@pytest.mark.parametrize("given", [None, GRAB])
+def test_a_grasp_that_has_surely_been_good_is_done(given: Task | None) -> None:
+    assert due(GRAB, given, 3.0, seen(), grasped_s=0.9 * GRASPED_S) == GRAB
+    assert due(GRAB, given, 3.0, seen(), grasped_s=1.1 * GRASPED_S) == FIRST
 
 
 @pytest.mark.parametrize(("wide", "goes_on"), [(1.1, True), (0.9, False)])
