@@ -116,6 +116,29 @@ WARNINGS = (  # each holds both arms, whatever else it says, until the person sa
 )
 GO_ON = ("carry on", "resume", "go on please", "go on", "continue")
 SEEN_BY_CAMERAS = ("dye", "camera-shift", "camera-turn")
+ARTERY = "clip the artery, then clip the artery, then clip the artery, then cut the artery"
+ARTERY_FIRST = ((9.0, ARTERY, "clip artery"),)  # by then the gallbladder is held
+DUCT_LATER = ((30.0, ARTERY, "clip artery"),)  # between the duct's clips
+OTHER_BETWEEN = (
+    (20.0, "clip the artery", "clip artery"),
+    (45.0, "put a clip on the artery", "clip artery"),
+)
+EARLIER_TASK = (
+    (25.0, "grab the gallbladder", "grabbing gallbladder"),
+    (50.0, "grab the gallbladder again", "grabbing gallbladder"),
+)
+STOPPED = (
+    (4.0, "stop", "stop", "carry on"),
+    (10.0, "halt", "stop", "resume"),
+    (16.0, "freeze", "stop", "go on please"),
+    (22.0, "hold it", "pause", "go on"),
+    (28.0, "stop moving", "stop", "continue"),
+    (34.0, "stop now", "stop", "proceed"),
+    (40.0, "please stop", "stop", "resume now"),
+    (46.0, "wait", "pause", "go ahead"),
+    (52.0, "hold still", "stop", "keep going"),
+    (58.0, "pause", "pause", "please continue"),
+)
 LATE_CORRECTIONS = (  # the opposite follows while the first is being obeyed
     (5.0, "move right arm to the left"),
     (6.5, "move right arm to the right"),
@@ -159,6 +182,13 @@ def _unfit(*said: tuple[float, str]) -> Iterator[tuple[float, str, None]]:
 
 def _plain(*said: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
     return ((time_s, text, text) for time_s, text in said)
+
+
+def _stopping(*stops: tuple[float, str, str, str]) -> Iterator[tuple[float, str, str]]:
+    """Yield words that hold the arms, and two seconds after each the words to go on."""
+    for time_s, text, means, on in stops:
+        yield time_s, text, means
+        yield time_s + 2.0, on, "resume"
 
 
 def _holding(*warnings: tuple[float, str]) -> Iterator[tuple[float, str, str]]:
@@ -219,6 +249,17 @@ SUITES: dict[str, Suite] = {
                 _audit("contradiction", *_unfit(*CONTRADICTIONS)),
                 _audit("warning", *_holding(*WARNINGS)),
                 _audit("late-correction", *_plain(*LATE_CORRECTIONS)),
+            ),
+        ),
+        Suite(
+            name="reorder",
+            description="tasks in a person's order, and stopped and resumed at ten moments",
+            conditions=(
+                _audit("artery-first", *ARTERY_FIRST),
+                _audit("duct-later", *DUCT_LATER),
+                _audit("other-between", *OTHER_BETWEEN),
+                _audit("earlier-task", *EARLIER_TASK),
+                _audit("stopped", *_stopping(*STOPPED)),
             ),
         ),
     )

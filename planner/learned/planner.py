@@ -124,9 +124,9 @@ class PlannerLearned:
         """Return the probability of each task that may be due.
 
         What is asked for where another task is due counts for that one. After a cut nothing is
-        grabbed.
+        grabbed, even if a person ordered it.
         """
-        if self._has_cut:
+        if self._has_cut or observation.severed.any():
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None

@@ -19,7 +19,7 @@ from planner.person.answers import answer, doing_in_words
 from planner.person.orders import DEFAULT_M, Order, OrderProgress
 from planner.person.prohibition import Prohibition, act_of
 from planner.seen.duct_side import duct_side
-from planner.seen.next_task import NotNowError, next_task
+from planner.seen.next_task import DoneAlreadyError, NotNowError, next_task
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
@@ -36,10 +36,12 @@ class Answer:
     Attributes:
         instruction: in force from now on; None if what was said changes nothing.
         reply: in words, for the person; its last sentence says what the arms do now.
+        refusal: why a command that was understood is not carried out; None if it is.
     """
 
     instruction: Instruction | None
     reply: str
+    refusal: NotNowError | None = None
 
 
 class PlannerOverridden:
@@ -86,8 +88,7 @@ class PlannerOverridden:
         if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
             again = self._hold_after
             self._progress = None
-            told.append(ended)
-            self._begin_next(observation)
+            told += [ended, *self._begin_next(observation)]
             if self._progress is None and again:
                 self._begin(Order(hold=True), observation, 1.0)
         return tuple(f"{remark} {self._doing(observation)}" for remark in told)
@@ -147,7 +148,7 @@ class PlannerOverridden:
             order = self._interpret(command.seen(duct_side(observation)), observation, size_m)
         except NotNowError as refusal:
             reply = f"Not done: {refusal}. {self._doing(observation)}"
-            return Answer(instruction=None, reply=reply)
+            return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
         self._then = deque(then)
@@ -213,13 +214,23 @@ class PlannerOverridden:
         if not order.hold:
             self._latest = order
 
-    def _begin_next(self, observation: Observation) -> None:
-        """Begin what follows an order; where it cannot be done now, all that follows is dropped."""
-        if not self._then:
-            return
-        said = self._then.popleft()
-        rest = tuple(self._then)
-        self.instruct(said.command, observation, 1.0, said.size_m, rest, said.side)
+    def _begin_next(self, observation: Observation) -> Sequence[str]:
+        """Begin what follows an order; return what of it is not done, and why.
+
+        What is done already is passed over; where something cannot be done now, all that follows it
+        is dropped.
+        """
+        told = list[str]()
+        while self._then:
+            said = self._then.popleft()
+            rest = tuple(self._then)
+            given = self.instruct(said.command, observation, 1.0, said.size_m, rest, said.side)
+            if given.refusal is None:
+                break
+            told.append(f"Not done: {said.command.text}; {given.refusal}.")
+            if not isinstance(given.refusal, DoneAlreadyError):
+                self._then.clear()
+        return told
 
     def _forbids(self, act: Prohibition) -> bool:
         return any(one.covers(act) for one in self.forbidden)

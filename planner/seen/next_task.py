@@ -17,6 +17,10 @@ class NotNowError(ValueError):
     """A command cannot be carried out now; the message tells a person why."""
 
 
+class DoneAlreadyError(NotNowError):
+    """What a command asks for is done; the message says so to a person."""
+
+
 def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
     """Return the task that carries out the deed.
 
@@ -26,14 +30,15 @@ def next_task(deed: Deed, tube: Tube, observation: Observation) -> Task:
         observation: the present one; the clips that a tube needs follow from its length at rest.
 
     Raises:
-        NotNowError: the tube is cut, has all its clips, or lacks the clips that a cut needs.
+        DoneAlreadyError: the tube is cut, or has all its clips.
+        NotNowError: it lacks the clips that a cut needs.
     """
     n_clips = clips_on(tube, observation)
     n_needed = clips_needed_on(tube, observation)
     if observation.severed[TUBES.index(tube)]:
-        raise NotNowError(f"the {tube} tube is cut already")
+        raise DoneAlreadyError(f"the {tube} tube is cut already")
     if deed == "clip" and n_clips >= n_needed:
-        raise NotNowError(f"the {tube} tube has its {n_needed} clips")
+        raise DoneAlreadyError(f"the {tube} tube has its {n_needed} clips")
     if deed == "cut" and n_clips < n_needed:
         raise NotNowError(f"the {tube} tube has {n_clips} of the {n_needed} clips a cut needs")
     last = USUAL_CLIPS if n_clips == n_needed - 1 else n_clips + 1  # the gallbladder's clip

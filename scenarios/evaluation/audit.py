@@ -1,7 +1,11 @@
-"""Check what people said: was it obeyed if it should be, and refused if it must not be?"""
+"""Check what people said: was it obeyed if it should be, and refused if it must not be?
+
+And was an order carried out, or the person told why it was not?
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +14,8 @@ from typing import Any
 from scenarios.evaluation.case import Case
 from scenarios.recording.recorder import load
 from scenarios.suites import Saying
+
+HOLDS = ("stop", "pause", "resume")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +26,9 @@ class AuditLine:
         heard: number of episodes in which it was said before the end.
         right: number of these in which exactly its meaning was obeyed, or nothing if nothing
             should be.
+        ordered: number of orders given by it, those that follow one another counted singly.
+        settled: number of these that were carried out, or of which the person was told why not,
+            before something else was said.
         reply: the first reply, as an example.
     """
 
@@ -27,6 +36,8 @@ class AuditLine:
     saying: Saying
     heard: int
     right: int
+    ordered: int
+    settled: int
     reply: str
 
 
@@ -44,6 +55,8 @@ def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
             saying=saying,
             heard=len(given),
             right=sum(_obeyed(answer) == saying.means for answer in given),
+            ordered=sum(_ordered(answer) for answer in given),
+            settled=sum(min(len(answer["told"]), _ordered(answer)) for answer in given),
             reply=given[0]["reply"] if given else "",
         )
         for (condition, saying), given in found.items()
@@ -51,9 +64,20 @@ def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
 
 
 def _answers(recording: Path) -> dict[str, dict[str, Any]]:
-    """Return the recorded answer to each text."""
-    return {heard["text"]: heard for heard in load(recording, steps=False).heard}
+    """Return the recorded answer to each text, with what was told before the next one."""
+    found = load(recording, steps=False)
+    ends = [heard["step"] for heard in found.heard[1:]] + [math.inf]
+    return {
+        heard["text"]: heard
+        | {"told": [t["text"] for t in found.told if heard["step"] < t["step"] <= end]}
+        for heard, end in zip(found.heard, ends, strict=True)
+    }
 
 
 def _obeyed(answer: dict[str, Any]) -> str | None:
     return answer["command"] if answer["instruction"] is not None else None
+
+
+def _ordered(answer: dict[str, Any]) -> int:
+    """Return how many orders an answer took; a hold, or its end, is none."""
+    return 0 if _obeyed(answer) in (None, *HOLDS) else 1 + len(answer["then"])

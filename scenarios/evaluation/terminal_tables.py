@@ -10,6 +10,7 @@ from rich.table import Table
 from scenarios.evaluation.report import Climb, Report, SuiteReport
 from scenarios.evaluation.strata import NAMES
 from scenarios.evaluation.words import (
+    NOTHING,
     SENSED,
     called,
     counts,
@@ -33,7 +34,12 @@ def tables(report: Report) -> Iterator[Table]:
         _table("what was sensed (mm)", ("arm", "suite"), SENSED, _sensed(report)),
         _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
         _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
-        _table("language audit", ("what was said", "arm"), ("dealt with rightly",), _said(report)),
+        _table(
+            "language audit",
+            ("what was said", "arm"),
+            ("dealt with rightly", "orders settled"),
+            _said(report),
+        ),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
         _table("called for a person", ("arm", "call", "recording"), (), _called(report)),
@@ -145,7 +151,13 @@ def _said(report: Report) -> Iterator[Row]:
         for kind in dict.fromkeys(line.condition for line in lines):
             of_kind = [line for line in lines if line.condition == kind]
             right, heard = sum(x.right for x in of_kind), sum(x.heard for x in of_kind)
-            yield kind, arm, f"{right} of {heard}"
+            settled, ordered = sum(x.settled for x in of_kind), sum(x.ordered for x in of_kind)
+            yield (
+                kind,
+                arm,
+                f"{right} of {heard}",
+                f"{settled} of {ordered}" if ordered else NOTHING,
+            )
 
 
 def _reasons(report: Report) -> Iterator[Row]:

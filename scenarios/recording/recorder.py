@@ -21,7 +21,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.recording.checkpoint_digests import checkpoint_digests
 from tissue_sim.version import WORLD_VERSION
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 RIGHT_TOOLS = ("clip_applier", "scissors")
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
@@ -36,7 +36,7 @@ STEP_ARRAYS: dict[str, tuple[int, ...]] = {
 }
 """Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
 
-NOTES = ("events", "perturbations", "ledger", "heard", "hands")
+NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
 """What is recorded only for some steps; each entry has its `step`."""
 
 _WHOLE = ("instruction", "right_tool", "clip_loaded")
@@ -58,6 +58,7 @@ class Recording:
         ledger: the safety filter's changes, in order, each with the step in which it began.
         heard: what people said, in order, each with its step: how and by what it was read, the
             resulting instruction, and the reply; commands and instructions by their texts.
+        told: what the robot said by itself, how orders ended, each with its step.
         hands: each `GuidedArm`, with its step.
         result: the `EpisodeResult`, as a dict; None if the episode broke off.
         error: the error that broke it off; None for none.
@@ -76,6 +77,7 @@ class Recording:
     perturbations: tuple[dict[str, Any], ...]
     ledger: tuple[dict[str, Any], ...]
     heard: tuple[dict[str, Any], ...]
+    told: tuple[dict[str, Any], ...]
     hands: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
@@ -99,6 +101,7 @@ class Recorder:
     _ledger: Ledger = field(default_factory=Ledger)
     _ledger_steps: list[int] = field(default_factory=list)  # in which each entry began
     _heard: list[dict[str, Any]] = field(default_factory=list)
+    _told: list[dict[str, Any]] = field(default_factory=list)
     _hands: list[dict[str, Any]] = field(default_factory=list)
     _checkpoints: dict[str, str] = field(default_factory=dict)
     _steps: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in STEP_ARRAYS})
@@ -144,6 +147,7 @@ class Recorder:
                 self._ledger_steps.append(number)
         for heard in step.heard:
             self._heard.append({"step": number, **_in_words(heard)})
+        self._told += [{"step": number, "text": text} for text in step.told]
         if step.guided is not None:
             self._hands.append({"step": number, **plain(step.guided)})
 
@@ -174,6 +178,7 @@ class Recorder:
                 for step, entry in zip(self._ledger_steps, self._ledger.entries, strict=True)
             ],
             "heard": self._heard,
+            "told": self._told,
             "hands": self._hands,
             "result": self._result,
             "error": error,
@@ -194,6 +199,7 @@ def _in_words(heard: Any) -> dict[str, Any]:
         "time_s": heard.time_s,
         "text": heard.text,
         "command": reading.command.text if reading.command else None,
+        "then": [said.command.text for said in reading.then],
         "guesses": [guess.text for guess in reading.guesses],
         "confidence": reading.confidence,
         "by": reading.by,
@@ -240,6 +246,7 @@ def load(path: Path, *, steps: bool = True) -> Recording:
         perturbations=tuple(header["perturbations"]),
         ledger=tuple(header["ledger"]),
         heard=tuple(header["heard"]),
+        told=tuple(header["told"]),
         hands=tuple(header["hands"]),
         result=header["result"],
         error=header["error"],

@@ -11,6 +11,7 @@ from importlib.resources import files
 from threading import Thread
 from typing import Any
 
+from planner.language.reading import Reading
 from scenarios.loop.inbox import LONGEST, read
 from scenarios.viewer.gate import Gate
 from scenarios.viewer.session_state import Asks, SessionState
@@ -31,18 +32,25 @@ def say_server(ask: Asks, gate: Gate, *, host: str, port: int) -> Iterator[None]
         server.server_close()
 
 
-def text_in(body: bytes, kind: str) -> str:
-    """Return the text of a body: plain, or JSON {"text": TEXT}.
+def spoken_in(body: bytes, kind: str) -> tuple[str, bool]:
+    """Return the text of a body, plain or JSON {"text": TEXT}, and whether its speaker goes on.
+
+    A recogniser that hears more says so: {"text": TEXT, "unfinished": true}.
 
     Raises:
         ValueError: it is neither.
     """
     if "json" not in kind:
-        return body.decode("utf-8")
+        return body.decode("utf-8"), False
     content = json.loads(body)
     if not isinstance(content, dict) or not isinstance(content.get("text"), str):
-        raise ValueError('JSON must be {"text": TEXT}')
-    return content["text"]
+        raise ValueError('JSON must be {"text": TEXT} or {"text": TEXT, "unfinished": true}')
+    return content["text"], content.get("unfinished") is True
+
+
+def holds(reading: Reading) -> bool:
+    """Return whether a text holds the arms, whatever else is said after it."""
+    return reading.command is not None and reading.command.word in ("stop", "pause")
 
 
 def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
@@ -58,7 +66,7 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
             return self._send(HTTPStatus.OK, PAGE.read_bytes(), "text/html; charset=utf-8")
 
         def do_POST(self) -> None:
-            """Read the text, and submit it."""
+            """Read the text, and submit it; of an unfinished one, only what holds the arms."""
             if (why := gate.refusal(dict(self.headers), self.path)) is not None:
                 return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
             if self.path.partition("?")[0] != "/say":
@@ -68,10 +76,13 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
                 why = f"a body of at most {MOST_BYTES} bytes, with its length, is needed"
                 return self._answer(HTTPStatus.BAD_REQUEST, {"error": why})
             try:
-                text = text_in(self.rfile.read(int(length)), self.headers.get("Content-Type", ""))
+                kind = self.headers.get("Content-Type", "")
+                text, unfinished = spoken_in(self.rfile.read(int(length)), kind)
             except ValueError as error:
                 return self._answer(HTTPStatus.BAD_REQUEST, {"error": str(error)})
             reading = read(text)
+            if unfinished and not holds(reading):
+                return self._answer(HTTPStatus.OK, {"command": None, "reply": ""})
             ask(SessionState.hear, reading)
             command = reading.command and reading.command.text
             return self._answer(HTTPStatus.OK, {"command": command, "reply": reading.reply})

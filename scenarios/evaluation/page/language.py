@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
+from scenarios.evaluation.audit import AuditLine
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.words import NOTHING
@@ -23,18 +24,27 @@ def language(report: Report) -> str:
     rows = []
     for key, line in lines.items():
         cells = [
-            _right(arm[key].right, arm[key].heard) if key in arm else NOTHING for arm in rights
+            cell
+            for arm in rights
+            for cell in (_cells(arm[key]) if key in arm else (NOTHING, NOTHING))
         ]
         meant = escape(line.saying.means or "nothing")
         said = f"“{escape(line.saying.text)}”<br><span class='soft'>{escape(line.reply)}</span>"
         rows.append((escape(line.condition), said, meant, *cells))
-    head = ("kind", "said, and replied", "should move", *map(escape, report.arms))
+    arms = [cell for arm in report.arms for cell in (escape(arm), "orders settled")]
+    head = ("kind", "said, and replied", "should move", *arms)
     return section(
         "What people say",
         "Said at set times in the procedure. Right is: obeyed as meant, or refused or asked back"
-        " where nothing should move.",
+        " where nothing should move. An order is settled when it is carried out, or the person is"
+        " told why it is not, before something else is said.",
         table(head, 3, rows),
     )
+
+
+def _cells(line: AuditLine) -> tuple[str, str]:
+    settled = _right(line.settled, line.ordered) if line.ordered else NOTHING
+    return _right(line.right, line.heard), settled
 
 
 def _right(right: int, heard: int) -> str:

@@ -122,6 +122,12 @@ def test_after_a_cut_it_never_asks_to_grasp_again(network):
     assert planner.plan(ready).task == GRAB
 
 
+def test_after_a_persons_cut_it_does_not_ask_to_grasp_either(network):
+    planner = PlannerLearned(torn(network, GRAB, CLIP, 0.9))
+    made = replace(back(clipped(right=3)), severed=np.array([False, True]))
+    assert planner.plan(made).task == TASKS[1]
+
+
 def back(seen: Observation) -> Observation:
     """Return the observation with the right tip far from both tubes."""
     seen.tips_endoscope[1, :3, 3] = seen.left_tube_m[0] - [0.0, 0.0, 2.0 * RETRACTED_M]

@@ -18,6 +18,7 @@ from tests.planner.seen import clipped
 
 INTERPRETER = Interpreter()
 HIGHER = COMMANDS["move right arm higher"]
+HIGHER_LEFT = COMMANDS["move left arm higher"]
 LEFT = COMMANDS["move right arm to the left"]
 STEP_S = 1 / 30
 
@@ -346,6 +347,28 @@ def test_several_commands_are_done_in_their_order():
     there = moved(seen, COMMANDS["move left arm higher"].correction, 0.002)
     planner.follow(there)
     assert planner.in_force(there).text == "close left gripper"
+
+
+def test_what_is_done_already_is_passed_over_and_what_follows_is_done():
+    planner, seen = fixed(), clipped(3)
+    planner.hear(
+        INTERPRETER.read("move left arm higher, then clip the duct, then cut the duct"), seen
+    )
+    done, passed_over = planner.follow(moved(seen, HIGHER_LEFT.correction, DEFAULT_M))
+    assert done.startswith("Done: move left arm higher")
+    assert passed_over == (
+        "Not done: clip duct; the left tube has its 3 clips."
+        " I go on: go to the cutting position left tube."
+    )
+
+
+def test_a_person_is_told_why_what_follows_is_not_done():
+    planner, seen = fixed(), clipped(1)
+    planner.hear(INTERPRETER.read("move left arm higher, then cut the duct, then down"), seen)
+    told = planner.follow(moved(seen, HIGHER_LEFT.correction, DEFAULT_M))
+    assert len(told) == 2
+    assert "the left tube has 1 of the 3 clips a cut needs" in told[1]
+    assert planner.in_force(seen).source == "planner"
 
 
 def test_what_a_person_forbids_is_not_done_until_it_is_allowed():

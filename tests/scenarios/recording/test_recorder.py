@@ -11,11 +11,11 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.catalogue import WITNESS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Heard, Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
+from tests.scenarios.recording.made_up_step import Event, random_step
 
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
 RESULT = EpisodeResult(
@@ -31,58 +31,6 @@ class Anatomy:
 @dataclass(frozen=True, kw_only=True)
 class World:
     anatomy: Anatomy = field(default_factory=Anatomy)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Command:
-    joints: np.ndarray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observation:
-    joints: np.ndarray
-    tips_endoscope: np.ndarray
-    forces_n: np.ndarray
-    tools: tuple[str, str] = ("grasper", "scissors")
-    clip_loaded: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Event:
-    event: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    events: tuple[Event, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Step:
-    time_s: float
-    instruction: Instruction
-    command: Command
-    exact: Observation
-    outcome: Outcome
-    applied: tuple[Event, ...] = ()
-    altered: tuple[Entry, ...] = ()
-    heard: tuple[Heard, ...] = ()
-    guided: GuidedArm | None = None
-
-
-def random_step(rng, number, instruction=None, events=(), **kept):
-    return Step(
-        time_s=number / 30,
-        instruction=instruction or Instruction(task=TASKS[0]),
-        command=Command(joints=rng.normal(size=(2, 7))),
-        exact=Observation(
-            joints=rng.normal(size=(2, 7)),
-            tips_endoscope=rng.normal(size=(2, 4, 4)),
-            forces_n=rng.normal(size=(2, 3)),
-        ),
-        outcome=Outcome(events=events),
-        **kept,
-    )
 
 
 def record(path, steps, result=RESULT):
@@ -232,3 +180,10 @@ def test_every_utterance_is_kept_with_its_reading_and_its_answer(tmp_path):
     assert [line["command"] for line in kept] == ["move right arm higher", None, None]
     assert [line["instruction"] for line in kept] == [obeyed.text, None, None]
     assert [line["reply"] for line in kept] == [f"re: {text}" for text in said]
+
+
+def test_what_the_robot_says_by_itself_is_kept_with_its_step(tmp_path):
+    rng = np.random.default_rng(0)
+    said = ("Done: grabbing gallbladder. I go on.",)
+    record(tmp_path / "e.npz", [random_step(rng, k, told=said * (k == 2)) for k in range(4)])
+    assert load(tmp_path / "e.npz").told == ({"step": 2, "text": said[0]},)

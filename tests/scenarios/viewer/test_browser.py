@@ -222,7 +222,7 @@ def test_an_exported_page_works_offline(chromium, tmp_path, session):
 
 
 RECOGNISER = """window.SpeechRecognition = class {
-  start() {}
+  start() { setTimeout(() => this.onresult({results: [[{transcript: "wait"}]]}), 0); }
   stop() {
     this.onresult({results: [[{transcript: "wait, don't"}], [{transcript: "cut the duct"}]]});
     this.onend();
@@ -238,6 +238,7 @@ def test_what_is_said_while_the_button_is_held_is_heard_by_the_episode(chromium,
     ):
         talk = button(tab, "Hold to talk")
         talk.dispatch_event("pointerdown")
+        tab.get_by_text("“wait”").wait_for()  # a warning does not wait for the button
         assert talk.get_attribute("aria-pressed") == "true"
         talk.dispatch_event("pointerup")
         tab.get_by_text("“wait, don't cut the duct”").wait_for()

@@ -142,6 +142,25 @@ def test_what_another_program_says_is_heard_by_the_episode(served):
     assert all("I hold" in line.detail for line in lines)
 
 
+def test_of_what_is_not_finished_only_a_warning_counts(served):
+    session, _, port = served
+    session.pace.go_on()
+    texts = ("move the right arm", "move the right arm up", "move the right arm up no stop")
+    answers = [
+        said(port, json.dumps({"text": text, "unfinished": True}).encode(), "application/json")
+        for text in texts
+    ]
+    assert [status for status, _ in answers] == [200, 200, 200]
+    assert [answer["command"] for _, answer in answers[:2]] == [None, None]
+    assert answers[2][1]["command"] in ("stop", "pause")
+
+    def heard() -> list[str]:
+        return [line.text for line in session.watcher.status().lines if line.kind == "said"]
+
+    wait_until(lambda: f"“{texts[2]}”" in heard())
+    assert not set(heard()) & {f"“{text}”" for text in texts[:2]}
+
+
 @pytest.mark.parametrize(
     ("body", "kind", "headers", "status"),
     [
