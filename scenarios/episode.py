@@ -272,12 +272,13 @@ class Episode:
     def _is_over(self, step: Step) -> bool:
         """Return whether a task is out of time, a person is called, or all is seen to be done.
 
-        The last task alone is not the end: it is also how the arm backs off from the last cut.
+        Going back from the last cut is not the end before the arm is back. In a person's order of
+        tasks, the last cut may be another one.
         """
         task, seen = step.instruction.task, step.observation
         if step.instruction.call or self.tasks.results[task.index].time_s > self.config.task_cap_s:
             return True
-        ends = task == TASKS[-1] and bool(seen.severed.all()) and is_back(seen)
+        ends = task.goes_back and bool(seen.severed.all()) and is_back(seen)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
 

@@ -21,6 +21,7 @@ from controller.diffusion.rules.closing import closed_in_place
 from controller.diffusion.rules.grasping import grasped_on
 from controller.diffusion.rules.holding import held
 from controller.diffusion.rules.reaching import reached
+from controller.diffusion.rules.squaring import squared
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
@@ -118,7 +119,7 @@ class ControllerDiffusion:
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
             seen, task = self._foreseen(0), instruction.task
-            chunk = grasped_on(reached(chunk, seen, task), seen, task)
+            chunk = grasped_on(reached(squared(chunk, seen, task), seen, task), seen, task)
             chunk = centred(chunk, seen, task)
             chunk = closed_in_place(chunk, seen, task, jaws_rad)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
