@@ -16,12 +16,8 @@ from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_o
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
-from controller.diffusion.rules.centring import centred
-from controller.diffusion.rules.closing import closed_in_place
-from controller.diffusion.rules.grasping import grasped_on
 from controller.diffusion.rules.holding import held
-from controller.diffusion.rules.reaching import reached
-from controller.diffusion.rules.squaring import squared
+from controller.diffusion.rules.last_word import last_word
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.checkpoint import chosen
@@ -38,11 +34,11 @@ class ControllerDiffusion:
     The next chunk takes over when `play` motions of the running chunk have been played. It is
     computed from the observation `delay` steps before, as if computing took that long, and from
     the motions up to its start. Its first motions are blended with the remaining ones of the
-    running chunk, so that accelerations at the joint are like those inside chunks. What a chunk
-    hardly moves stays where it is (`holding`). New words drop the running chunk; the next one
-    starts at once from the played motions. All motions are in a frame that moves with the body
-    (`body_frame`). If motions arrive late (`dead_time`), the observed tools are replaced by the
-    poses they were asked to reach by then.
+    running chunk, so that accelerations at the joint are like those inside chunks. Rules have the
+    last word on a chunk (`rules`). New words drop the running chunk; the next one starts at once
+    from the played motions. All motions are in a frame that moves with the body (`body_frame`). If
+    motions arrive late (`dead_time`), the observed tools are replaced by the poses they were asked
+    to reach by then.
 
     Attributes:
         place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk
@@ -118,10 +114,7 @@ class ControllerDiffusion:
         )
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
-            seen, task = self._foreseen(0), instruction.task
-            chunk = grasped_on(reached(squared(chunk, seen, task), seen, task), seen, task)
-            chunk = centred(chunk, seen, task)
-            chunk = closed_in_place(chunk, seen, task, jaws_rad)
+            chunk = last_word(chunk, self._foreseen(0), instruction.task, jaws_rad)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 

@@ -1,0 +1,61 @@
+"""Tests of all rules together: each has its word, in the grab and on a tube."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.rules.last_word import last_word
+from planner.task import GRAB, Task, task_from_text
+from tests.controller.diffusion.on_tube import RULE_M, seen
+from tissue_sim.frames import Array, axis_angle
+from tissue_sim.sensing.observation import fields
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+STEPS, WIDE_RAD, NARROW_RAD = 16, 0.35, 0.12
+CLIP, BACK = (
+    task_from_text(f"{words} first clip left tube") for words in ("clipping", "going back")
+)
+
+
+def chunk(left_rad: float = 0.7, right_rad: float = WIDE_RAD, ahead_m: float = 0.0) -> Array:
+    """Return a chunk (16, 2, 10) whose jaws stay as they are, and whose right arm goes ahead."""
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[..., TURN] = UNTURNED
+    arms[:, LEFT_ARM, JAW], arms[:, RIGHT_ARM, JAW] = left_rad, right_rad
+    arms[:, RIGHT_ARM, MOVE.stop - 1] = np.linspace(0.0, ahead_m, STEPS)
+    return arms
+
+
+def changed(asked: Array, vector: NDArray[np.float32], task: Task, *right_rad: float) -> Array:
+    """Return what the rules add to the last row (2, 10) of a chunk."""
+    jaws_rad = np.stack([np.full(len(right_rad), 0.7), right_rad], axis=1)
+    kept = last_word(asked.reshape(STEPS, ACTION_SIZE), vector, task, jaws_rad)
+    return kept.reshape(STEPS, 2, -1)[-1] - asked[-1]
+
+
+def test_jaws_on_a_tube_reach_their_place_along_it_and_close() -> None:
+    low, before, begun = seen(RULE_M[0] - 8e-4), seen(RULE_M[0]), seen(RULE_M[0])
+    fields(before)["tips_endoscope"][RIGHT_ARM, 2, 3] -= 0.005
+    for vector, jaw_rad in ((low, WIDE_RAD), (before, WIDE_RAD), (begun, NARROW_RAD)):
+        fields(vector)["joints"][RIGHT_ARM, -1] = jaw_rad
+    held, closing = (WIDE_RAD, WIDE_RAD), (NARROW_RAD + 0.03, NARROW_RAD)
+    assert changed(chunk(), low, CLIP, *held)[RIGHT_ARM, MOVE.start + 1] > 5e-4
+    assert changed(chunk(ahead_m=-0.002), before, CLIP, *held)[RIGHT_ARM, MOVE.stop - 1] > 0.002
+    assert changed(chunk(right_rad=NARROW_RAD), begun, CLIP, *closing)[RIGHT_ARM, JAW] < -0.05
+    assert not changed(chunk(ahead_m=-0.002), before, BACK, *held).any()
+
+
+def test_a_grasper_holds_firmly_and_square_to_a_wide_gallbladder() -> None:
+    wedged, wide = seen(RULE_M[0]), seen(RULE_M[0])
+    now = fields(wedged)
+    now["pinch_n"][:], now["joints"][LEFT_ARM, -1] = 1.0, 0.7
+    now = fields(wide)
+    now["sac_m"][:] = np.linspace([-0.01, 0.0, 0.09], [0.0, 0.0, 0.09], len(now["sac_m"]))
+    now["sac_radius_m"][:], now["joints"][LEFT_ARM, -1] = 0.009, 0.7
+    now["tips_endoscope"][LEFT_ARM, :, :3] = axis_angle(np.array([0.0, 1.0, 0.0]), 0.3)
+    now["tips_endoscope"][LEFT_ARM, :, 3] = 0.0, 0.0, 0.1
+    assert changed(chunk(), wedged, GRAB, WIDE_RAD)[LEFT_ARM, JAW] < -0.02
+    assert np.abs(changed(chunk(), wide, GRAB, WIDE_RAD)[LEFT_ARM, TURN]).max() > 0.2
+    assert not changed(chunk(), wedged, BACK, WIDE_RAD).any()
