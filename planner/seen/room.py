@@ -1,16 +1,15 @@
 """Do the tubes have room for the procedure? From the observation alone, before the first clip.
 
-The rule of `tissue_sim.outcome.room`, on what is seen: lengths of the tubes, whether they cross in
-the endoscope's picture, and whether there is a third one.
+The rule of `tissue_sim.outcome.room`, on what is seen: lengths of the tubes, whether they cross,
+and whether there is a third one.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
+import numpy as np
 
 from planner.command import TUBES
 from planner.seen.duct_side import structure_seen
-from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import Observation
 
@@ -19,19 +18,23 @@ from tissue_sim.sensing.observation import Observation
 # operable patients were called with a quarter (0.15 mm). A tube that is short by so little takes
 # its clips by the tolerance of 0.8 mm in the clip rule's `CUT_ROOM_M`.
 SURE, DUE = 2.0, 0.5
-LIKELY = 0.5  # chance of a third tube, or share of looks in which the tubes cross
+LIKELY = 0.5  # chance of a third tube
+# So far beside the duct the artery's upper end must look when the first clip is due, on the mean.
+# In truth 1 % of 441 operable patients have less than 2.5 mm, and no crossing artery has -1.7 mm.
+# Perception saw those that cross behind the duct 4 mm too far over: 12 of 13 below 2.1 mm.
+BESIDE_M = 0.0021
 
 
 class RoomSeen:
     """Collects observations of one patient's tubes until the first clip."""
 
     def __init__(self) -> None:
-        self._n, self._crossed, self._third = 0, 0, 0.0
+        self._n, self._beside_m, self._third = 0, 0.0, 0.0
 
     def see(self, seen: Observation) -> None:
         """Take in one observation."""
         self._n += 1
-        self._crossed += tubes_cross(seen)
+        self._beside_m += artery_beside_m(seen)
         self._third += seen.third_tube
 
     def why_call(self, seen: Observation, *, due: bool) -> str | None:
@@ -52,24 +55,22 @@ class RoomSeen:
                     f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"
                     f" a cut needs {1e3 * needs_m:.1f} mm."
                 )
-        if self._crossed > LIKELY * self._n:
+        if self._beside_m < (BESIDE_M if due else 0.0) * self._n:
             reasons.append("The artery seems to cross the duct: a person must deal with it.")
         if self._third > LIKELY * self._n:
             reasons.append("There seems to be a second artery: a person must deal with it.")
         return " ".join(reasons) or None
 
 
-def tubes_cross(seen: Observation) -> bool:
-    """Return whether the tubes' centrelines cross in the endoscope's picture."""
-    left, right = (line[:, :2] / line[:, 2:] for line in (seen.left_tube_m, seen.right_tube_m))
-    return any(_meet(*a, *b) for a in pairwise(left) for b in pairwise(right))
+def artery_beside_m(seen: Observation) -> float:
+    """Return how far beside the duct's line the artery's upper end lies in the endoscope's picture.
 
-
-def _meet(a: Array, b: Array, c: Array, d: Array) -> bool:
-    """Return whether the segments a b and c d cross, each end (2,)."""
-    apart = _turn(a, b, c) * _turn(a, b, d) < 0.0
-    return bool(apart and _turn(c, d, a) * _turn(c, d, b) < 0.0)
-
-
-def _turn(a: Array, b: Array, c: Array) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    At the tubes' mean depth; negative if it lies on the duct's other side than its lower end.
+    """
+    sides = zip(TUBES, (seen.left_tube_m, seen.right_tube_m), strict=True)
+    lines = {structure_seen(side, seen): line for side, line in sides}
+    duct, artery = (lines[tube][:, :2] / lines[tube][:, 2:] for tube in ("duct", "artery"))
+    up = np.argsort(duct[:, 1])
+    low, high = artery[[0, -1], 0] - np.interp(artery[[0, -1], 1], duct[up, 1], duct[up, 0])
+    depth_m = 0.5 * (lines["duct"][:, 2].mean() + lines["artery"][:, 2].mean())
+    return float(np.sign(low) * high * depth_m)

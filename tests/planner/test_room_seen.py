@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.seen.next_task import clips_needed_on
-from planner.seen.room import RoomSeen, tubes_cross
+from planner.seen.room import BESIDE_M, RoomSeen, artery_beside_m
+from planner.task import Tube
 from tests.planner.seen import clipped
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
@@ -54,13 +55,31 @@ def test_what_is_uncertain_is_decided_when_the_first_clip_is_due():
     assert why(clearly, due=False) is not None
 
 
-def test_tubes_that_cross_in_the_picture_are_a_reason():
-    left, right = SEEN.left_tube_m.copy(), SEEN.right_tube_m.copy()
-    left[4:, 0], right[4:, 0] = right[4:, 0].copy(), left[4:, 0].copy()
-    crossed = replace(SEEN, left_tube_m=left, right_tube_m=right)
-    assert tubes_cross(crossed)
-    assert not tubes_cross(SEEN)
-    assert "cross" in (why(crossed) or "")
+def artery_ending(beside_m: float, duct: Tube = "left") -> Observation:
+    """Return an observation whose artery ends so far beside the duct's line."""
+    seen = clipped(duct=duct)
+    lines = {"left": seen.left_tube_m, "right": seen.right_tube_m}
+    artery = lines["right" if duct == "left" else "left"]
+    side = np.sign(artery[0, 0] - lines[duct][0, 0])
+    artery[:, 0] = np.linspace(artery[0, 0], lines[duct][-1, 0] + side * beside_m, len(artery))
+    return seen
+
+
+@pytest.mark.parametrize("duct", ["left", "right"])
+@pytest.mark.parametrize("beside_m", [-0.004, 0.0, 0.003])
+def test_how_far_beside_the_duct_the_artery_ends_is_told_for_either_side(
+    duct: Tube, beside_m: float
+) -> None:
+    assert artery_beside_m(artery_ending(beside_m, duct)) == pytest.approx(beside_m, abs=1e-6)
+
+
+def test_an_artery_that_ends_beyond_the_duct_or_hardly_beside_it_is_a_reason() -> None:
+    crossed, hardly, beside = (artery_ending(share * BESIDE_M) for share in (-1.0, 0.9, 1.1))
+    assert "cross" in (why(crossed, due=False) or "")
+    assert why(hardly, due=False) is None
+    assert "cross" in (why(hardly) or "")
+    assert why(beside) is None
+    assert why(beside, beside, hardly) is None
 
 
 def test_a_likely_third_tube_is_a_reason():
