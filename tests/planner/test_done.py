@@ -22,7 +22,7 @@ def grasp(
     jaw: float = 0.5,
     gap: float = 2.0,
 ) -> Observation:
-    """Return what is seen of a good grasp, as shares of each threshold."""
+    """Return what is seen of a grasp; each number is a share of its threshold."""
     bare = clipped()
     seen = clipped(apart_m=gap * SPREAD_MIN_M + float(bare.tube_radius_m.sum()))
     seen.left_tube_m[:, 1] *= left

@@ -19,6 +19,7 @@ from controller.diffusion.rules.reaching import (
 )
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
+from tests.controller.diffusion.ruled import arm_after
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -51,13 +52,8 @@ def chunk(ahead_m: float = -0.002, jaw_rad: float = OPEN_RAD) -> Array:
 
 
 def right(vector: NDArray[np.float32], task: Task = CLIP, asked: Array | None = None) -> Array:
-    """Return the right arm's rows (16, 10); the chunk itself and the left arm are not changed."""
-    asked = chunk() if asked is None else asked
-    before = asked.copy()
-    arms = reached(asked, vector, task).reshape(STEPS, 2, -1)
-    assert (asked == before).all()
-    assert (arms[:, 1 - RIGHT_ARM] == before.reshape(STEPS, 2, -1)[:, 1 - RIGHT_ARM]).all()
-    return arms[:, RIGHT_ARM]
+    """Return the right arm's rows (16, 10)."""
+    return arm_after(reached, RIGHT_ARM, chunk() if asked is None else asked, vector, task)
 
 
 def is_left_alone(rows: Array, asked: Array | None = None) -> bool:

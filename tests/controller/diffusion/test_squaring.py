@@ -10,6 +10,7 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, squared
 from planner.task import GRAB, TASKS, Task
+from tests.controller.diffusion.ruled import arm_after
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.sensing.observation import SAC_POINTS, VECTOR_SIZE, fields
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
@@ -45,13 +46,8 @@ def chunk(jaw_rad: float = OPEN_RAD) -> Array:
 
 
 def left(vector: NDArray[np.float32], task: Task = GRAB, asked: Array | None = None) -> Array:
-    """Return the left arm's rows (16, 10); the chunk itself and the right arm do not change."""
-    asked = chunk() if asked is None else asked
-    kept = asked.copy()
-    arms = squared(asked, vector, task).reshape(STEPS, 2, -1)
-    assert (asked == kept).all()
-    assert (arms[:, 1 - LEFT_ARM] == kept.reshape(STEPS, 2, -1)[:, 1 - LEFT_ARM]).all()
-    return arms[:, LEFT_ARM]
+    """Return the left arm's rows (16, 10)."""
+    return arm_after(squared, LEFT_ARM, chunk() if asked is None else asked, vector, task)
 
 
 def poses_at(rows: Array, vector: NDArray[np.float32]) -> tuple[Array, Array]:

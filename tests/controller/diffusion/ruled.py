@@ -1,0 +1,23 @@
+"""What a rule makes of one arm's motions, and that it changes nothing else."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.task import Task
+from tissue_sim.frames import Array
+
+Rule = Callable[[Array, NDArray[np.float32], Task], Array]
+
+
+def arm_after(rule: Rule, arm: int, asked: Array, vector: NDArray[np.float32], task: Task) -> Array:
+    """Return an arm's rows (n, 10) of a chunk (n, 20) after a rule.
+
+    The chunk itself and the other arm must not change.
+    """
+    kept = asked.copy()
+    arms = rule(asked, vector, task).reshape(len(asked), 2, -1)
+    assert (asked == kept).all()
+    assert (arms[:, 1 - arm] == kept.reshape(arms.shape)[:, 1 - arm]).all()
+    return arms[:, arm]
