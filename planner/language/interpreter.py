@@ -16,7 +16,7 @@ from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.corrected import as_corrected
-from planner.language.rules.dangers import danger_in
+from planner.language.rules.dangers import danger_in, tells
 from planner.language.rules.echoes import echo_in
 from planner.language.rules.forbidding import allowed_in, forbidden_in
 from planner.language.rules.foreign import in_english
@@ -73,20 +73,21 @@ class Interpreter:
         if _YES.fullmatch(in_plain_letters(text)):
             return Reading(text=text, agrees=True, by="rule", reply="There is nothing to agree to.")
         if danger:
-            return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
+            return self._refused(text, english, danger)
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
         reading = self._several(text, english) or self._one(text, english)
-        unclear = reading.command is None and reading.question is None
-        if unclear and not is_small_talk(english) and self._alarms(english):
+        if self._alarms(reading, english):
             return self._warned(text, english, danger)
         return replace(reading, allows=allowed_in(english))
 
-    def _alarms(self, english: str) -> bool:
+    def _alarms(self, reading: Reading, english: str) -> bool:
         """Return whether a sentence that is not understood is taken for a warning."""
+        if reading.command or reading.question or is_small_talk(english):
+            return False
         from planner.language.alarm_head import alarms  # PyTorch: seconds, once
 
-        return alarms(english)
+        return alarms(english, guessed=bool(reading.guesses))
 
     def warm_up(self) -> None:
         """Load the sentence encoder, so that the first unknown word does not wait for seconds."""
@@ -115,6 +116,12 @@ class Interpreter:
             guesses=() if meant is None or reading.by != "warning" else (meant,),
             reply=_what_is_held(reading, danger, forbids and forbids.text, meant),
         )
+
+    def _refused(self, text: str, english: str, danger: str) -> Reading:
+        """Refuse a dangerous request, and hold where one rather tells of it: "that's liver"."""
+        reading = Reading(text=text, by="rule", reply=f"Refused: {danger}.")
+        frightens = tells(english) and self._alarms(reading, english)
+        return self._warned(text, english, danger) if frightens else reading
 
     def _at_speed(self, text: str, english: str, speed: str) -> Reading:
         """Return the reading of words about speed, and of what else the sentence asks for."""

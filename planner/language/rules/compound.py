@@ -11,6 +11,7 @@ from planner.language.rules.sizes import without_size
 
 _JOINTS = re.compile(
     r"\s*(?:;"
+    r"|[,.]? ?(?:and )after,"
     r"|[,.]? ?(?:and,? )?\b(?:then|than|followed by(?: (?:the|a))?|afterwards?"
     r"|(?:after|following|straight after) (?:that|this|which|it(?= the))|thereafter|later"
     r"|next(?! (?:step|clip|task|move|one))"

@@ -12,6 +12,8 @@ _TELLS = re.compile(
     r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has)\b"
 )
 
+_VERBS = re.compile(r"\b(?:is|are|was|were|has|have|fell|it's|its|that's|thats|there's|youre)\b")
+
 
 def danger_in(text: str) -> str:
     """Return why a request is refused, or "" if nothing in it is dangerous."""
@@ -19,6 +21,11 @@ def danger_in(text: str) -> str:
     if _TELLS.match(words):
         return ""
     return next((why for pattern, why in _rules() if pattern.search(words)), "")
+
+
+def tells(text: str) -> bool:
+    """Return whether a sentence tells what is, which a request hardly does."""
+    return _VERBS.search(in_plain_letters(text)) is not None
 
 
 @cache

@@ -33,6 +33,13 @@ _RULES = (
     (r",\s*(?:my (?:dear|good|old|young|friend)\b[\w ]*|buddy|sweetie|mate|pal|honey|love|darling"
      r"|dear|doc|doctor|chief|boss|sir|madam|robot|friend|amig[oa]|bro|man|dude|guys|folks|son"
      r"|kiddo|champ|please and thank you|if you would|por favor|per favore|bitte)\s*[.!]*$", ""),
+    (r",?\s*\b(?:(?:there|that)'?s a |like a )?(?:good|great|dear)"
+     r" (?:man|woman|lad|lass|girl|chap|fellow|boy)\b[.!]*$", ""),
+    (r",?\s*\b(?:thanks a million|much obliged|thanking you|if you'?d be so (?:kind|good))"
+     r"\s*[.!]*$", ""),
+    (r",?\s*\blet'?s say,?", " "),
+    (r"\bwould it kill you to ", "please "),
+    (r"(?<=to the )write\b", "right"),
     (r",?\s*for (?:heaven|god|christ|goodness|pete)'?s sake\b", ""),
     (r",?\s*would be my preference\s*[.!]*$", ""),
     (r"^(?:you've|you have) (?:got )?(?:the|my) (?:go-ahead|green light|permission)[:,]? ?", ""),
@@ -49,7 +56,7 @@ _RULES = (
     (r"\b(resume|continue) (?:the |your )?(?:trajectory|motion|execution|program\w*)\b", r"\1"),
     (r"\bre-?run\b|\bdo one (?:time more|more time)\b", "repeat"),
     (r"\bre-?gra(?:sp|b)\b", "grab"),
-    (r"\bcut (?:pose|place|point)\b", "cut"),
+    (r"(?<!to the )(?<!to )(?<!into )\bcut (?:pose|place|point)\b", "cut"),
     (r"\b(?:i should|i would|i'd) like (?=(?:the |your )?(?:left|right) (?:arm|hand|gripper))",
      "i want "),
 )  # fmt: skip

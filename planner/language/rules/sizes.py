@@ -17,8 +17,10 @@ _NUMBERS = {
     "couple": 2.0, "few": 3.0, "half": 0.5, "half a": 0.5, "half an": 0.5, "quarter": 0.25,
     "quarter of a": 0.25, "quarter of an": 0.25, "eighth of an": 0.125,
     "sixteenth of an": 0.0625, "third of a": 1 / 3, "tenth of a": 0.1, "tenth of an": 0.1,
-    "to": 2.0, "too": 2.0,
+    "three quarters of a": 0.75, "three quarters of an": 0.75, "to": 2.0, "too": 2.0,
 }  # fmt: skip
+_TENTHS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+_NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _TENTHS}
 _UNITS_M = {
     r"(?:mms?|mils?|millis?|mil+im(?:et(?:er|re)s?))": 1e-3,
     r"(?:cms?|cent(?:i|e)m(?:et(?:er|re)s?)|centis?)": 1e-2,

@@ -1,4 +1,4 @@
-"""Talk of meals, journeys and the like, which is no business of the robot's; small_talk.toml."""
+"""Talk of meals and journeys, and of progress: no business of the robot's; small_talk.toml."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from planner.language.rules.warning import in_plain_letters
 
 
 def is_small_talk(text: str) -> bool:
-    """Return whether a text names a topic of small talk, and nothing of the operation."""
+    """Return whether a text names a topic of small talk, or tells only what is done."""
     words, lists = in_plain_letters(text), phrase_lists("small_talk")["small_talk"]
     topic, operation = (whole_words(lists[name]).search(words) for name in ("topics", "operation"))
-    return topic is not None and operation is None
+    progress = whole_words(lists["progress"]).fullmatch(words)
+    return (topic is not None and operation is None) or progress is not None

@@ -160,6 +160,7 @@ def test_politeness_praise_and_reasons_change_nothing(sentence, frame):
         ("the duct can be divided now", "cut duct"),
         ("the robot opened the left gripper", None),
         ("the duct is divided", None),
+        ("both clips are on", None),
         ("the left tube should be clipped by now", "stop"),
         ("you could have cut the artery", "stop"),
     ],
