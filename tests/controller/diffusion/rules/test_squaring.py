@@ -10,7 +10,7 @@ from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, squared
 from planner.task import GRAB, TASKS, Task
-from tests.controller.diffusion.ruled import arm_after
+from tests.controller.diffusion.rules.ruled import arm_after
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.sensing.observation import SAC_POINTS, VECTOR_SIZE, fields
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N

@@ -19,7 +19,7 @@ from controller.diffusion.rules.reaching import (
 )
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
-from tests.controller.diffusion.ruled import arm_after
+from tests.controller.diffusion.rules.ruled import arm_after
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
