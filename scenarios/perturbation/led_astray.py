@@ -30,6 +30,7 @@ from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.surgery.abuses import crushed
 from tissue_sim.surgery.grasp import LEFT_FINGERS, pinch_n
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -39,6 +40,8 @@ from tissue_sim.world import World
 NEAR_M = 0.022  # tip's distance from its goal at which the tool is about to act
 GRASPER_ROOM_M = 0.010  # along the tubes from wide open jaws to the grasper's tip
 BOTH_BEYOND_M = 0.003  # the tips past both tubes: jaws are widest at the tips
+CAUGHT_N = 0.1  # pinch on a tube at which jaws stop; 2.5 N crush it; assumed
+SHUTTING_RAD = 0.012  # in a control step: slow enough to stop at a thin tube
 STANDOFF_M = 0.015  # before the wrong pose: it is approached from there, to avoid other tissue
 
 Waypoint = tuple[Array, float]  # T_world_tool (4, 4) and jaw opening (rad)
@@ -105,8 +108,8 @@ class GraspMissed(LedAstray):
 
     def _leading(self, world: World, T_failing: Array, jaw_rad: float) -> Iterator[Waypoint]:
         yield from super()._leading(world, T_failing, jaw_rad)
-        while jaw_rad > GRASP_SHUT_RAD and _pinch_n(world) < GRASP_PINCH_N:
-            jaw_rad = _nearer(jaw_rad, GRASP_SHUT_RAD)
+        while jaw_rad > GRASP_SHUT_RAD and not _has_hold(world):
+            jaw_rad = max(jaw_rad - SHUTTING_RAD, GRASP_SHUT_RAD)
             yield T_failing, jaw_rad
 
 
@@ -196,6 +199,12 @@ def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Tool
     turns[arm] = rotation_to_6d(T[:3, :3].T @ T_world_tool[:3, :3])
     jaws[arm] = jaw_rad
     return still
+
+
+def _has_hold(world: World) -> bool:
+    """Return whether the grasper pinches firmly, or has caught a tube, which it must not crush."""
+    caught_n = max(reading.value for reading in crushed(world, world.record))
+    return _pinch_n(world) >= GRASP_PINCH_N or caught_n > CAUGHT_N
 
 
 def _pinch_n(world: World) -> float:

@@ -5,6 +5,7 @@ from pkgutil import resolve_name
 import numpy as np
 import pytest
 
+from controller.expert.skills import GRASP_SHUT_RAD
 from planner.criteria import structure_of, task_done
 from planner.task import TASKS
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
@@ -84,6 +85,12 @@ def test_the_grasper_closes_as_far_above_or_below_as_said(monkeypatch, name, sig
     off_m = (led.failing - led.goal)[:3, 3] @ led.world.T_world_endoscope[:3, :3]
     np.testing.assert_allclose(off_m, [0.0, sign * led.magnitude, 0.0], atol=1e-12)
     assert led.world.target[led.arm, 6] < 0.5
+
+
+def test_a_grasper_that_is_led_onto_a_tube_does_not_crush_it(monkeypatch):
+    led = Led(monkeypatch, "grasp-missed-below", GRAB, seed=10_003)  # closes upon the artery
+    assert led.world.record.injuries == ()
+    assert led.world.target[led.arm, 6] > GRASP_SHUT_RAD
 
 
 def test_the_applier_is_around_the_other_tube_only(monkeypatch):
