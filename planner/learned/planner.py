@@ -21,7 +21,7 @@ from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.done import is_grasped, pulls
+from planner.seen.done import is_grasped, is_low, pulls
 from planner.seen.room import RoomSeen
 from planner.seen.standstill import STANDSTILL, Standstill
 from planner.task import GRAB
@@ -85,7 +85,8 @@ class PlannerLearned:
                 task=task, hold=True, call=True, remark=why, time_s=observation.time_s
             )
         given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
-        wanted = opinion.flag.sigmoid().item() > FLAG_ABOVE and given < MOST_CORRECTIONS
+        flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE and given < MOST_CORRECTIONS
+        wanted = flagged and not (task == GRAB and is_low(observation))  # its jaws open first
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
             task=task,

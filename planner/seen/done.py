@@ -8,7 +8,7 @@ import torch
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
-from tissue_sim.frames import Array
+from tissue_sim.frames import Array, unit
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation, fields, tip_to_tubes_m
 from tissue_sim.sensing.tissue_features import gap_m
@@ -22,6 +22,12 @@ from tissue_sim.thresholds import (
 )
 from tissue_sim.tools.arms import LEFT_ARM
 
+# A grasp holds the gallbladder 12.6 to 16.4 mm above the lowest observed point of its axis (10
+# tuning patients; 10.9 mm in one), one that is led 8 mm too low closes at 7.3 to 7.7 mm.
+LOW_M = 0.0095
+ASIDE_M = 0.006  # of the fingers from the axis: farther off the grasper is elsewhere; assumed
+FINGER_M = 0.006  # from the tip back to where the fingers hold; assumed
+OPEN_RAD = 0.8  # wider jaws hold nothing; assumed
 STRAIGHT = TAUT_MIN + 0.02  # surely so: straightness is seen about so wrong; assumed
 FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
 
@@ -49,7 +55,18 @@ def has_slipped(seen: Observation) -> bool:
 
 def pulls(seen: Observation) -> bool:
     """Return whether the grasper holds the gallbladder and pulls, as its motors tell."""
-    return seen.pinch_n >= HELD_PINCH_N and traction_n(seen) >= GRASP_MIN_TRACTION_N
+    firm = seen.pinch_n >= HELD_PINCH_N and traction_n(seen) >= GRASP_MIN_TRACTION_N
+    return firm and not is_low(seen)
+
+
+def is_low(seen: Observation) -> bool:
+    """Return whether jaws that are not open stand at the gallbladder's neck, or the tubes."""
+    tip, neck_m = seen.tips_endoscope[LEFT_ARM], seen.sac_m[0]
+    off_m = tip[:3, 3] - FINGER_M * tip[:3, 2] - neck_m
+    along = unit(seen.sac_m[-1] - neck_m)
+    up_m = float(off_m @ along)
+    aside_m = float(np.linalg.norm(off_m - up_m * along))
+    return up_m < LOW_M and aside_m < ASIDE_M and seen.joints[LEFT_ARM, -1] < OPEN_RAD
 
 
 def traction_n(seen: Observation) -> float:
@@ -58,7 +75,9 @@ def traction_n(seen: Observation) -> float:
 
 
 def holds_badly(seen: Observation) -> bool:
-    """Return whether tissue is wedged between jaws that are too wide, or hardly pulled at."""
+    """Return whether tissue is wedged between jaws that are too wide, too low, hardly pulled at."""
+    if is_low(seen):
+        return True
     wide = seen.pinch_n >= HELD_PINCH_N and seen.joints[LEFT_ARM, -1] > GRASP_MAX_JAW_RAD
     return bool(wide) or (pulls(seen) and traction_n(seen) < FIRM_TRACTION_N)
 

@@ -5,7 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.done import FIRM_TRACTION_N, STRAIGHT, is_grasped
+from planner.seen.done import (
+    ASIDE_M,
+    FINGER_M,
+    FIRM_TRACTION_N,
+    LOW_M,
+    OPEN_RAD,
+    STRAIGHT,
+    holds_badly,
+    is_grasped,
+    is_low,
+    pulls,
+)
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, SPREAD_MIN_M
@@ -46,3 +57,29 @@ def test_each_part_of_the_criterion_counts(what: str) -> None:
 def test_jaws_that_are_too_wide_hold_nothing() -> None:
     assert is_grasped(grasp(jaw=0.99))
     assert not is_grasped(grasp(jaw=1.01))
+
+
+def at(up_m: float, aside_m: float = 0.0, jaw_rad: float = 0.3) -> Observation:
+    """Return a good grasp whose fingers are so far up the gallbladder's axis, and beside it."""
+    seen = grasp(jaw=jaw_rad / GRASP_MAX_JAW_RAD)
+    along = (seen.sac_m[-1] - seen.sac_m[0]) / np.linalg.norm(seen.sac_m[-1] - seen.sac_m[0])
+    off_m = up_m * along + aside_m * np.array([1.0, 0.0, 0.0])
+    ahead = seen.tips_endoscope[LEFT_ARM, :3, 2]
+    seen.tips_endoscope[LEFT_ARM, :3, 3] = seen.sac_m[0] + off_m + FINGER_M * ahead
+    return seen
+
+
+def test_a_grasp_at_the_gallbladders_neck_is_none() -> None:
+    assert is_grasped(at(LOW_M + 1e-3))
+    assert pulls(at(LOW_M + 1e-3))
+    low = at(LOW_M - 1e-3)
+    assert is_low(low)
+    assert holds_badly(low)
+    assert not is_grasped(low)
+    assert not pulls(low)
+
+
+def test_open_jaws_and_those_elsewhere_are_not_low() -> None:
+    assert not is_low(at(0.0, jaw_rad=OPEN_RAD))
+    assert not is_low(at(0.0, aside_m=ASIDE_M + 1e-3))
+    assert is_low(at(0.0, aside_m=ASIDE_M - 1e-3))

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.diffusion.chunk_frame import JAW, MOVE
-from planner.seen.done import FIRM_TRACTION_N, lacking_m, pulls, traction_n
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.holding import UNTURNED
+from planner.seen.done import FIRM_TRACTION_N, is_low, lacking_m, pulls, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, observation_of
@@ -19,6 +20,8 @@ from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
+OPENING_RAD = 0.034  # in a control step, the policy's own
+WIDE_RAD = 1.0  # as it approaches the gallbladder
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed
 RESTS_M = 5e-4  # a chunk that moves the left tip by less rests; assumed
@@ -41,7 +44,13 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     if task != GRAB:
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
-    now, share = observation_of(seen, 0.0), np.arange(1, len(arms) + 1) / len(arms)
+    now, steps = observation_of(seen, 0.0), np.arange(1, len(arms) + 1)
+    if is_low(now):
+        left, opening = arms[:, LEFT_ARM], now.joints[LEFT_ARM, -1] + OPENING_RAD * steps
+        left[:, JAW] = np.maximum(left[:, JAW], np.minimum(opening, WIDE_RAD))
+        left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
+        return arms.reshape(chunk.shape)
+    share = steps / len(arms)
     if np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
         arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)
     arms[:, LEFT_ARM, JAW] -= share * _too_wide_rad(now)

@@ -13,13 +13,15 @@ from controller.diffusion.rules.grasping import (
     MOST_TRACTION_N,
     RESTS_M,
     SLACK_M,
+    WIDE_RAD,
     grasped_on,
 )
 from controller.diffusion.rules.holding import UNTURNED
-from planner.seen.done import FIRM_TRACTION_N, STRAIGHT
+from planner.seen.done import FINGER_M, FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import observation_of
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -99,3 +101,16 @@ def test_jaws_that_hold_too_wide_close_little_by_little_and_press_never_hard() -
     assert not added(seen(**{**wide, "jaw_rad": 0.9 * CLOSE_RAD})).any()
     for pinch_n in (0.9 * HELD_PINCH_N, 1.1 * MOST_PINCH_N):
         assert not added(seen(**wide, pinch_n=pinch_n)).any()
+
+
+@pytest.mark.parametrize("jaw_rad", [0.0, 0.3, 0.7])
+def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
+    now = observation_of(seen(1.0, 1.0, jaw_rad=jaw_rad), 0.0)
+    now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + [0.0, 0.0, FINGER_M]
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, 0.01, STEPS)
+    arms[..., TURN] = UNTURNED
+    end = grasped_on(arms.reshape(STEPS, -1), now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
+    assert np.allclose(end[MOVE], 0.0)
+    assert end[JAW] > jaw_rad
+    assert end[JAW] <= WIDE_RAD + 1e-6
