@@ -53,7 +53,7 @@ def test_a_grasper_holds_firmly_and_square_to_a_wide_gallbladder() -> None:
     now["pinch_n"][:], now["joints"][LEFT_ARM, -1] = 1.0, 0.7
     now = fields(wide)
     now["sac_m"][:] = np.linspace([-0.01, 0.0, 0.09], [0.0, 0.0, 0.09], len(now["sac_m"]))
-    now["sac_radius_m"][:], now["joints"][LEFT_ARM, -1] = 0.009, 0.7
+    now["sac_radius_m"][:], now["joints"][LEFT_ARM, -1] = 0.009, 1.0
     now["tips_endoscope"][LEFT_ARM, :, :3] = axis_angle(np.array([0.0, 1.0, 0.0]), 0.3)
     now["tips_endoscope"][LEFT_ARM, :, 3] = 0.0, 0.0, 0.1
     assert changed(chunk(), wedged, GRAB, WIDE_RAD)[LEFT_ARM, JAW] < -0.02
