@@ -33,7 +33,7 @@ def grasp(
     jaw: float = 0.5,
     gap: float = 2.0,
 ) -> Observation:
-    """Return what is seen of a grasp; each number is a share of its threshold."""
+    """Return a grasp as it is seen. Each number is in units of its threshold."""
     bare = clipped()
     seen = clipped(apart_m=gap * SPREAD_MIN_M + float(bare.tube_radius_m.sum()))
     seen.left_tube_m[:, 1] *= left

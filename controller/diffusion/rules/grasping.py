@@ -33,6 +33,8 @@ MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N
 def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
 
+    Jaws at the gallbladder's neck open instead, where they are.
+
     It is returned as it is where the left arm does not hold the gallbladder. An arm that moves
     anyway is not pulled.
 

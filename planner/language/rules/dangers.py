@@ -11,8 +11,8 @@ from planner.language.rules.warning import in_plain_letters
 _TELLS = re.compile(
     r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has)\b"
 )
-
-_VERBS = re.compile(r"\b(?:is|are|was|were|has|have|fell|it's|its|that's|thats|there's|youre)\b")
+# Words that tell what is, and are hardly in a request.
+_TELLING = re.compile(r"\b(?:is|are|was|were|has|have|fell|it's|its|that's|thats|there's|youre)\b")
 
 
 def danger_in(text: str) -> str:
@@ -25,7 +25,7 @@ def danger_in(text: str) -> str:
 
 def tells(text: str) -> bool:
     """Return whether a sentence tells what is, which a request hardly does."""
-    return _VERBS.search(in_plain_letters(text)) is not None
+    return _TELLING.search(in_plain_letters(text)) is not None
 
 
 @cache
