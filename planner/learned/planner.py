@@ -23,6 +23,7 @@ from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
 from planner.seen.done import is_grasped, is_low, pulls
 from planner.seen.room import RoomSeen
+from planner.seen.sight import UNSEEN, Sight
 from planner.seen.standstill import STANDSTILL, Standstill
 from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
@@ -51,8 +52,9 @@ class PlannerLearned:
     done, or not, decides which tasks may be due (`due`). Corrections that have not helped for some
     seconds make room for the task itself. After the first cut it never grasps again: the tubes can
     no longer be spread. How many clips a tube gets follows from its length as it was seen before
-    anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`), where
-    the arms stand still, and where a clip or a cut would be tried for the fourth time.
+    anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`) or are
+    not seen well (`Sight`), where the arms stand still, and where a clip or a cut would be tried
+    for the fourth time.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -66,12 +68,13 @@ class PlannerLearned:
         self._preferred, self._has_cut = N_TASKS, False
         self._tries, self._pulled_s, self._grasped_s = Counter[int](), 0.0, 0.0
         self._frame = RestFrame()
-        self._room, self._standstill = RoomSeen(), Standstill()
+        self._room, self._sight, self._standstill = RoomSeen(), Sight(), Standstill()
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that should be given now, with a correction if one is needed."""
         self._remember(observation)
         self._standstill.see(observation)
+        self._sight.see(observation)
         if _untouched(observation):
             self._room.see(observation)
         with torch.inference_mode(), one_thread():
@@ -104,6 +107,8 @@ class PlannerLearned:
         """Return why a person must be called now; None if there is no reason."""
         if self._standstill.lasts:
             return STANDSTILL
+        if self._sight.is_lost:
+            return UNSEEN
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
         if _untouched(observation):
