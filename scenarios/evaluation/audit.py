@@ -66,11 +66,11 @@ def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
 def _answers(recording: Path) -> dict[str, dict[str, Any]]:
     """Return the recorded answer to each text, with what was told before the next one."""
     found = load(recording, steps=False)
-    ends = [heard["step"] for heard in found.heard[1:]] + [math.inf]
+    steps = [heard["step"] for heard in found.heard]  # none if it was over before the first text
     return {
         heard["text"]: heard
         | {"told": [t["text"] for t in found.told if heard["step"] < t["step"] <= end]}
-        for heard, end in zip(found.heard, ends, strict=True)
+        for heard, end in zip(found.heard, [*steps[1:], math.inf], strict=bool(steps))
     }
 
 

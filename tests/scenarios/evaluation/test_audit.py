@@ -36,6 +36,11 @@ def line(
     return audit(folder, [case])[0]
 
 
+def test_what_is_said_after_the_end_is_not_heard(tmp_path: Path) -> None:
+    found = line(tmp_path, {90: UP}, {}, UP, obeyed=True)
+    assert (found.heard, found.right, found.ordered, found.reply) == (0, 0, 0, "")
+
+
 def answer(text: str, obeyed: bool) -> Heard:
     instruction = Instruction(task=TASKS[1], source="human") if obeyed else None
     return Heard(time_s=0.0, reading=read(text), instruction=instruction, reply="re")
