@@ -72,14 +72,15 @@ class OrderProgress:
     """Follows one order: which task is asked for now, and whether the order is over.
 
     A clip or a cut that is not seen to be done in `PATIENCE_S` is tried again from further away.
-    Once it is done, the arm goes back. Tool exchanges, of which the robot knows, do not count.
+    Once it is done, the arm goes back; before, too, if it is `leaving` another place. Tool
+    exchanges, of which the robot knows, do not count.
     """
 
-    def __init__(self, order: Order) -> None:
+    def __init__(self, order: Order, leaving: Task | None = None) -> None:
         self.order = order
         self._lasted_s, self._seen_s = 0.0, order.given_s
-        self._stage, self._stage_s, self._tries, self._held_s = order.task, 0.0, 1, 0.0
-        self._done = False
+        self._stage, self._stage_s, self._held_s = leaving or order.task, 0.0, 0.0
+        self._tries, self._done = 0 if leaving else 1, False
 
     @property
     def task(self) -> Task | None:
@@ -97,6 +98,20 @@ class OrderProgress:
         if self.order.correction is not None:
             return self._corrected(seen)
         return self._carried_out(seen, passed_s)
+
+    @property
+    def is_task(self) -> bool:
+        """Return whether a task was ordered, and neither a correction nor a hold."""
+        return self.order.task is not None and not (self.order.hold or self.order.correction)
+
+    def go_on(self, time_s: float) -> None:
+        """Let the time until now not count: something else was done."""
+        self._seen_s = time_s
+
+    def left(self) -> str:
+        """Return in words how a task ends for which something else was said."""
+        assert self.order.task is not None, "a task was ordered"
+        return _end(self.order.task, self._done, "something else was said")
 
     def _corrected(self, seen: Observation) -> str | None:
         words, left_m = self.order.correction, self.order.left_m(seen)
@@ -127,6 +142,7 @@ class OrderProgress:
                 return _end(task, over, "something is in the way")
             self._go_on_with(TASKS[task.index])  # back, done or for another try
         elif stage != task and (over or self._stage_s > PATIENCE_S):
+            self._done |= not task.goes_back and is_done(task, seen)  # seen late
             if self._done or self._tries >= MOST_TRIES:
                 return _end(task, self._done, f"tried {self._tries} times")
             self._tries += 1

@@ -18,6 +18,7 @@ from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
 from planner.person.orders import DEFAULT_M, Order, OrderProgress
 from planner.person.prohibition import Prohibition, act_of
+from planner.seen.done import is_back
 from planner.seen.duct_side import duct_side
 from planner.seen.next_task import DoneAlreadyError, NotNowError, next_task
 from planner.task import Tube
@@ -84,13 +85,17 @@ class PlannerOverridden:
 
     def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
-        told = list[str]()
+        told, self._left = self._left, []
         if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
             again = self._hold_after
             self._progress = None
             told += [ended, *self._begin_next(observation)]
             if self._progress is None and again:
                 self._begin(Order(hold=True), observation, 1.0)
+            elif self._progress is None and self._interrupted is not None:
+                self._progress, self._then = self._interrupted
+                self._interrupted = None
+                self._progress.go_on(observation.time_s)
         return tuple(f"{remark} {self._doing(observation)}" for remark in told)
 
     def in_force(self, observation: Observation) -> Instruction:
@@ -151,6 +156,7 @@ class PlannerOverridden:
             return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
+        self._interrupt(order)
         self._then = deque(then)
         self._hold_after = order.correction is not None and (self._held or self._hold_after)
         self._begin(order, observation, confidence)
@@ -163,8 +169,9 @@ class PlannerOverridden:
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
+        self._interrupt(Order(hold=True))
         self._progress, self._stopped_s, self._hold_after = None, None, False
-        self._then.clear()
+        self._then = deque[Said]()
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
@@ -182,6 +189,8 @@ class PlannerOverridden:
         self._planned: Instruction | None = None
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
+        self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
+        self._left: list[str] = []  # what is still to be told of orders that were left
         self._hold_after = False  # a correction in a hold ends in it
         self._latest = Order()
         self._stopped_s: float | None = None
@@ -206,13 +215,29 @@ class PlannerOverridden:
             left_m=order.left_m(observation),
         )
 
+    def _interrupt(self, order: Order) -> None:
+        """Keep an ordered task for after a correction; tell that anything else ends it."""
+        if self._progress is not None and self._progress.is_task:
+            self._interrupted = self._progress, self._then
+        if order.correction is None and self._interrupted is not None:
+            self._left.append(self._interrupted[0].left())
+            self._interrupted = None
+
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
         tips_m = observation.tips_endoscope[:, :3, 3].copy()
-        self._progress = OrderProgress(
-            replace(order, given_s=observation.time_s, start_m=tips_m, confidence=confidence)
-        )
+        now = replace(order, given_s=observation.time_s, start_m=tips_m, confidence=confidence)
+        self._progress = OrderProgress(now, self._leaving(order, observation))
         if not order.hold:
             self._latest = order
+
+    def _leaving(self, order: Order, observation: Observation) -> Task | None:
+        """Return the way back that must come first: to go on from among tissue is not learned."""
+        present, task = self.in_force(observation).task, order.task
+        among = present.tube is not None and not is_back(observation)
+        if task is None or task.tube is None or task.goes_back or order.correction or not among:
+            return None
+        back = present if present.goes_back else TASKS[present.index]
+        return None if present == task else back
 
     def _begin_next(self, observation: Observation) -> Sequence[str]:
         """Begin what follows an order; return what of it is not done, and why.
