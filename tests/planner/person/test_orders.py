@@ -1,12 +1,13 @@
 """Tests of orders: how they begin among tissue, what interrupts them, and how they end."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planner.base import PATIENCE_S
+from planner.base import MOST_TRIES, PATIENCE_S
 from planner.command import COMMANDS
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import TASKS
@@ -51,6 +52,16 @@ def test_an_order_among_tissue_begins_with_the_way_back_which_is_no_try(held):
     assert reply.endswith("I go on: going back second clip left tube.")
     assert follow(planner, at(1.0, near=True), at(2.0, near=False)) == []
     assert task(planner, at(2.0, near=False)) == OTHER
+
+
+def test_the_way_back_leaves_all_tries_to_the_order():
+    planner, stages = fixed(SECOND_LEFT), list[str]()
+    say(planner, OTHER, at(0.0, near=True))
+    for second in range(round(9 * PATIENCE_S)):
+        follow(planner, at(float(second), near=True))
+        stages.append(task(planner, at(float(second), near=True)))
+    begun = sum(a != b == OTHER for a, b in itertools.pairwise(stages))
+    assert begun == MOST_TRIES
 
 
 @pytest.mark.parametrize(
