@@ -24,6 +24,7 @@ class Header:
         failures: why it did not pass: injuries, tasks that were not done.
         anatomy: of the patient, as plain data.
         versions: name to version of the software that made it.
+        cameras: whose videos lie beside its frames.
     """
 
     seed: int
@@ -33,6 +34,7 @@ class Header:
     failures: Sequence[str]
     anatomy: Mapping[str, Any]
     versions: Mapping[str, str]
+    cameras: Sequence[str] = ()
     world_version: int = WORLD_VERSION
     schema_version: int = SCHEMA_VERSION
 
@@ -42,7 +44,7 @@ class DatasetEpisode:
     """Frames of one episode, 30 a second.
 
     Attributes:
-        columns: the requested ones, by their names in `schema.FEATURES`: (n,) or (n, size);
+        columns: the requested ones, by their names in `schema.features`: (n,) or (n, size);
             strings are objects.
     """
 

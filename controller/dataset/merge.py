@@ -1,10 +1,14 @@
-"""Merge parts into a dataset: it is built beside the old one, then replaces it."""
+"""Merge parts into a dataset: it is built beside the old one, then replaces it.
+
+Of parts with videos each stretch that the expert led becomes an episode of its own, because stock
+trainers cannot leave out frames; the videos stay whole.
+"""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -15,11 +19,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
+from controller.dataset.card import CARD_PATH, card
 from controller.dataset.dataset_episode import DatasetEpisode
-from controller.dataset.part import read_part
-from controller.dataset.schema import FEATURES, TEXTS
+from controller.dataset.part import read_part, video_path
+from controller.dataset.schema import FPS, PICTURES, TEXTS, Feature, features
 from controller.dataset.statistics import Statistics, pooled, statistics_of
 from controller.dataset.tables import arrow_schema, table_of
+from controller.dataset.videos import picture_statistics
 
 BUILDING = ".merging"
 
@@ -39,37 +45,103 @@ def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_F
     shutil.rmtree(building, ignore_errors=True)
     try:
         frames = _build(parts, building, file_most_mb)
-        for folder in ("meta", "data"):  # without meta there is no dataset
-            shutil.rmtree(root / folder, ignore_errors=True)
-        for folder in ("data", "meta"):
-            (building / folder).rename(root / folder)
+        for name in ("meta", "data", "videos"):  # without meta there is no dataset
+            shutil.rmtree(root / name, ignore_errors=True)
+        for name in ("videos", "data", CARD_PATH, "meta"):
+            if (building / name).exists():
+                (building / name).rename(root / name)
     finally:
         shutil.rmtree(building, ignore_errors=True)
     return frames
 
 
 def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
-    rows, statistics = [], []
-    with closing(_DataFiles(root, file_most_mb)) as files:
-        for episode in map(read_part, parts):
-            columns = _numbered(episode, len(rows), files.frames)
-            statistics.append(statistics_of(columns, FEATURES))
-            rows.append(_row(episode, len(rows), files.frames, statistics[-1]))
-            rows[-1] |= files.add(table_of(columns, FEATURES))
+    rows: list[dict[str, Any]] = []
+    statistics: list[dict[str, Statistics]] = []
+    cameras = read_part(parts[0]).header.cameras
+    columns = features(cameras)
+    with closing(_DataFiles(root, file_most_mb, columns)) as files:
+        for number, part in enumerate(parts):
+            episode = read_part(part)
+            if episode.header.cameras != cameras:
+                raise ValueError(
+                    f"{part}: its cameras are {_listed(episode.header.cameras)}, those of other"
+                    f" parts {_listed(cameras)}: collect it into another folder"
+                )
+            shown = _copied(part, cameras, root, number)
+            for first, one in _episodes_of(episode):
+                numbered = _numbered(one, len(rows), files.frames)
+                statistics.append(statistics_of(numbered, columns) | shown)
+                rows.append(_row(one, len(rows), files.frames, statistics[-1]))
+                rows[-1] |= files.add(table_of(numbered, columns))
+                rows[-1] |= _filmed(cameras, number, first, first + len(one))
+    if not rows:
+        raise ValueError(f"{root.parent}: the expert led the arms in no part")
     _write_episodes(root / layout.EPISODES_PATH, rows)
     _write_tasks(root / layout.TASKS_PATH)
     whole = {name: pooled([s[name] for s in statistics]) for name in statistics[0]}
-    lists = {n: {key: v.tolist() for key, v in s.items()} for n, s in whole.items()}
-    _write_json(root / layout.STATS_PATH, lists)
-    _write_json(root / layout.INFO_PATH, layout.info(len(rows), files.frames))
+    _write_json(root / layout.STATS_PATH, {n: _plain(n, s) for n, s in whole.items()})
+    _write_json(root / layout.INFO_PATH, layout.info(len(rows), files.frames, cameras))
+    (root / CARD_PATH).write_text(card(rows, cameras))
     return files.frames
+
+
+def _listed(cameras: Sequence[str]) -> str:
+    return ", ".join(cameras) or "none"
+
+
+def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[int, DatasetEpisode]]:
+    """Yield the episodes of a part, each with its first frame there."""
+    if not part.header.cameras:
+        yield 0, part
+        return
+    for stretch in part.stretches():
+        columns = {name: column[stretch] for name, column in part.columns.items()}
+        numbers = np.arange(stretch.stop - stretch.start)
+        columns |= {"frame_index": numbers, "timestamp": (numbers / FPS).astype(np.float32)}
+        yield stretch.start, DatasetEpisode(header=part.header, columns=columns)
+
+
+def _copied(part: Path, cameras: Sequence[str], root: Path, number: int) -> dict[str, Statistics]:
+    """Copy a part's videos into the dataset; return the statistics of their pictures."""
+    found = {PICTURES + c: picture_statistics(video_path(part, c)) for c in cameras}
+    for camera in cameras:
+        path = root / layout.video_path(camera, number)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(video_path(part, camera), path)
+    return found
+
+
+def _filmed(cameras: Sequence[str], number: int, first: int, end: int) -> dict[str, float]:
+    """Return where the videos show an episode."""
+    chunk, within = divmod(number, layout.FILES_A_CHUNK)
+    return {
+        f"videos/{PICTURES}{camera}/{name}": value
+        for camera in cameras
+        for name, value in {
+            "chunk_index": chunk,
+            "file_index": within,
+            "from_timestamp": first / FPS,
+            "to_timestamp": end / FPS,
+        }.items()
+    }
+
+
+def _plain(name: str, statistics: Statistics) -> dict[str, Any]:
+    """Return statistics as lists; those of pictures have the shape (channels, 1, 1)."""
+    pictures = {key for key in statistics if name.startswith(PICTURES) and key != "count"}
+    return {
+        key: (value[:, None, None] if key in pictures else value).tolist()
+        for key, value in statistics.items()
+    }
 
 
 class _DataFiles:
     """Writes frames into one file after another, an episode a row group."""
 
-    def __init__(self, root: Path, file_most_mb: float) -> None:
+    def __init__(self, root: Path, file_most_mb: float, columns: Mapping[str, Feature]) -> None:
         self._root, self._most_bytes = root, file_most_mb * 2**20
+        self._schema = arrow_schema(columns)
         self._file, self._writer = -1, None
         self.frames = 0
 
@@ -97,7 +169,7 @@ class _DataFiles:
         path = self._root / layout.data_path(self._file)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._writer = pq.ParquetWriter(
-            path, arrow_schema(FEATURES), compression="zstd", write_page_checksum=True
+            path, self._schema, compression="zstd", write_page_checksum=True
         )
 
 
@@ -126,6 +198,7 @@ def _row(
         "anatomy": json.dumps(header["anatomy"]),
         "failures": json.dumps(header["failures"]),
         "versions": json.dumps(header["versions"]),
+        "cameras": json.dumps(header["cameras"]),
         **dict(_flat(statistics)),
     }
 

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset.dataset_episode import DatasetEpisode, Header
-from controller.dataset.schema import DEMONSTRATED, SCHEMA_VERSION
+from controller.dataset.schema import SCHEMA_VERSION, demonstrated
 from controller.dataset.tables import columns_of, table_of
 from tissue_sim.version import WORLD_VERSION
 
@@ -27,10 +27,28 @@ def part_bytes(episode: DatasetEpisode) -> bytes:
     if not len(episode):
         raise ValueError("an episode must have at least one frame")
     header = json.dumps(asdict(episode.header), allow_nan=False).encode()
-    table = table_of(episode.columns, DEMONSTRATED).replace_schema_metadata({_HEADER: header})
+    features = demonstrated(episode.header.cameras)
+    table = table_of(episode.columns, features).replace_schema_metadata({_HEADER: header})
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return sink.getvalue().to_pybytes()
+
+
+def video_path(part: Path, camera: str) -> Path:
+    """Return the path of what a camera filmed of a part, picture by frame."""
+    return part.with_suffix(f".{camera}.mp4")
+
+
+def cameras_of(part: Path) -> tuple[str, ...]:
+    """Return the cameras that filmed a part.
+
+    Raises:
+        ValueError: as in `read_part`.
+    """
+    try:
+        return tuple(_header_of(pq.read_schema(part)).cameras)
+    except (OSError, ValueError, TypeError, pa.ArrowException) as error:
+        raise ValueError(f"{part}: {one_line(error)}") from error
 
 
 def read_part(path: Path) -> DatasetEpisode:
@@ -41,13 +59,19 @@ def read_part(path: Path) -> DatasetEpisode:
     """
     try:
         table = pq.read_table(path, page_checksum_verification=True)
-        if _HEADER not in (metadata := table.schema.metadata or {}):
-            raise ValueError("it is no demonstrated episode")
-        header = Header(**json.loads(metadata[_HEADER]))
-        require_versions(header.schema_version, header.world_version)
-        return DatasetEpisode(header=header, columns=columns_of(table, DEMONSTRATED))
+        header = _header_of(table.schema)
+        columns = columns_of(table, demonstrated(header.cameras))
+        return DatasetEpisode(header=header, columns=columns)
     except (OSError, ValueError, TypeError, pa.ArrowException) as error:
         raise ValueError(f"{path}: {one_line(error)}") from error
+
+
+def _header_of(schema: pa.Schema) -> Header:
+    if _HEADER not in (metadata := schema.metadata or {}):
+        raise ValueError("it is no demonstrated episode")
+    header = Header(**json.loads(metadata[_HEADER]))
+    require_versions(header.schema_version, header.world_version)
+    return header
 
 
 def require_versions(schema_version: int, world_version: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +13,17 @@ import pyarrow.parquet as pq
 from controller.dataset import layout
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
-from controller.dataset.schema import FEATURES
+from controller.dataset.schema import Feature, features
 from controller.dataset.tables import arrow_schema, columns_of
 
 _HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
-_JSON = ("anatomy", "failures", "versions")
+_JSON = ("anatomy", "failures", "versions", "cameras")
 _PLACE = ("data/chunk_index", "data/file_index")
 _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
 
-def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Iterator[DatasetEpisode]:
-    """Yield the episodes of a dataset in their order, with the requested columns.
+def read_episodes(root: Path, columns: Sequence[str] | None = None) -> Iterator[DatasetEpisode]:
+    """Yield the episodes of a dataset in their order, with the requested columns, or with all.
 
     The dataset's description is checked at once, an episode when it is read.
 
@@ -32,14 +32,19 @@ def read_episodes(root: Path, columns: Sequence[str] = tuple(FEATURES)) -> Itera
             are missing, unknown or of another shape, numbers not finite; a file is missing or
             damaged. The message is one line.
     """
-    if unknown := [name for name in columns if name not in FEATURES]:
-        raise ValueError(f"unknown columns {', '.join(unknown)}; there are {', '.join(FEATURES)}")
-    require_dataset(root)
-    return _episodes(root, columns, _table_of_episodes(root))
+    there = features(require_dataset(root))
+    asked = tuple(there) if columns is None else columns
+    if unknown := [name for name in asked if name not in there]:
+        raise ValueError(f"unknown columns {', '.join(unknown)}; there are {', '.join(there)}")
+    return _episodes(root, asked, there, _table_of_episodes(root))
 
 
-def require_dataset(root: Path) -> None:
-    """Raise ValueError unless there is a dataset of the present schema and world, with episodes."""
+def require_dataset(root: Path) -> tuple[str, ...]:
+    """Return the cameras of a dataset.
+
+    Raises:
+        ValueError: there is no dataset of the present schema and world, or no episode in it.
+    """
     path = root / layout.INFO_PATH
     try:
         found = json.loads(path.read_text())
@@ -52,12 +57,14 @@ def require_dataset(root: Path) -> None:
         require_versions(own.get("schema_version", 0), own.get("world_version", 0))
     except ValueError as error:
         raise ValueError(f"{root}: {error}") from None
-    expected = layout.info(found.get("total_episodes", 0), found.get("total_frames", 0))
+    cameras = tuple(own.get("cameras", ()))
+    expected = layout.info(found.get("total_episodes", 0), found.get("total_frames", 0), cameras)
     for name, feature in expected["features"].items():
         if (have := found.get("features", {}).get(name)) != feature:
             raise ValueError(f"{root}: column {name} is described as {have}, not {feature}")
     if not found.get("total_episodes"):
         raise ValueError(f"{root}: the dataset is empty")
+    return cameras
 
 
 def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
@@ -72,16 +79,19 @@ def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
 
 
 def _episodes(
-    root: Path, columns: Sequence[str], rows: list[dict[str, Any]]
+    root: Path,
+    columns: Sequence[str],
+    there: Mapping[str, Feature],
+    rows: list[dict[str, Any]],
 ) -> Iterator[DatasetEpisode]:
-    features, path = {name: FEATURES[name] for name in columns}, None
+    asked, path = {name: there[name] for name in columns}, None
     for row in rows:
         place = dict(zip(("chunk_index", "file_index"), (row[key] for key in _PLACE), strict=True))
         before, path = path, root / layout.DATA_PATH.format(**place)
         try:
             if path != before:
-                file, group = _opened(path), 0
-            read = columns_of(file.read_row_group(group, columns=[*columns]), features)
+                file, group = _opened(path, there), 0
+            read = columns_of(file.read_row_group(group, columns=[*columns]), asked)
             group += 1
             episode = DatasetEpisode(header=_header(row), columns=read)
             if len(episode) != row["length"]:
@@ -92,9 +102,9 @@ def _episodes(
         yield episode
 
 
-def _opened(path: Path) -> pq.ParquetFile:
+def _opened(path: Path, there: Mapping[str, Feature]) -> pq.ParquetFile:
     file = pq.ParquetFile(path, page_checksum_verification=True)
-    if missing := set(arrow_schema(FEATURES).names) - set(file.schema_arrow.names):
+    if missing := set(arrow_schema(there).names) - set(file.schema_arrow.names):
         raise ValueError(f"columns are missing: {', '.join(sorted(missing))}")
     return file
 

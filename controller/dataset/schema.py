@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 
 import pyarrow as pa
 
@@ -10,9 +12,9 @@ from controller.action import ACTION_SIZE
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
 from tissue_sim.periods import CONTROL_HZ
-from tissue_sim.sensing.observation import VECTOR_SIZE
+from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT, VECTOR_SIZE
 
-SCHEMA_VERSION = 4  # raise it when a column is added, dropped or changes its meaning
+SCHEMA_VERSION = 5  # raise it when a column is added, dropped or changes its meaning
 FPS = CONTROL_HZ
 TEXTS = tuple(said.text for said in (*TASKS, *CORRECTIONS))  # `task_index` counts these
 
@@ -44,8 +46,13 @@ class Feature:
         return (frames,) if self.size == 1 else (frames, self.size)
 
 
+ENCODED_SIZE = sum(prod(VECTOR_LAYOUT[name]) for name in ENCODED)
+STATE, TISSUE = "observation.state", "observation.environment_state"  # LeRobot's names
+PICTURES = "observation.images."  # and a camera's name
+PICTURE_SHAPE = (240, 320, 3)  # height, width, channels
 DEMONSTRATED: dict[str, Feature] = {
-    "observation.state": Feature(dtype="float32", size=VECTOR_SIZE),
+    STATE: Feature(dtype="float32", size=ENCODED_SIZE),
+    TISSUE: Feature(dtype="float32", size=VECTOR_SIZE - ENCODED_SIZE),
     "privileged.state": Feature(dtype="float32", size=VECTOR_SIZE),
     "action": Feature(dtype="float32", size=ACTION_SIZE),
     "timestamp": Feature(dtype="float32"),
@@ -62,9 +69,11 @@ DEMONSTRATED: dict[str, Feature] = {
 }
 """The columns of one episode.
 
-observation.state: `Observation.vector()` before the action, as the episode's sense told it.
-privileged.state: the same without errors, and which points no camera sees. No robot has it: it
-    serves to sense the episode again with other errors (`tissue_sim.sensing.tracker`).
+observation.state: before the action, what encoders and motor currents tell (`ENCODED`).
+observation.environment_state: the rest of `Observation.vector()`, the tissue, as the episode's
+    sense told it; not in a dataset with pictures, which show it.
+privileged.state: the whole vector without errors, and which points no camera sees. No robot has it:
+    it serves to sense the episode again with other errors (`tissue_sim.sensing.tracker`).
 action: `ToolAction.vector()` as commanded, after the safety filter; if injected noise disturbed
     it, as the expert asked for it.
 timestamp: s since the first frame; exchanges of tools and holds, in which policies pause,
@@ -83,9 +92,13 @@ expert: False if a perturbation, noise or a learned controller led the arms: not
 segment: one more after each exchange of tools or hold of the arms, where a policy starts again.
 """
 
-FEATURES: dict[str, Feature] = {
-    **DEMONSTRATED,
-    "episode_index": Feature(dtype="int64"),
-    "index": Feature(dtype="int64"),
-}
-"""The columns of a dataset; `index` counts all its frames."""
+
+def demonstrated(cameras: Sequence[str]) -> Mapping[str, Feature]:
+    """Return the columns of an episode that these cameras filmed, or none."""
+    return {name: f for name, f in DEMONSTRATED.items() if not (cameras and name == TISSUE)}
+
+
+def features(cameras: Sequence[str]) -> Mapping[str, Feature]:
+    """Return the columns of a dataset; `index` counts all its frames. Pictures are in videos."""
+    numbers = {name: Feature(dtype="int64") for name in ("episode_index", "index")}
+    return {**demonstrated(cameras), **numbers}

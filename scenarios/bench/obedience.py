@@ -1,4 +1,4 @@
-"""Whether a controller obeys: each correction, and the instruction to clip the other tube."""
+"""Whether words are obeyed: each correction, and the instruction to clip the other tube."""
 
 from __future__ import annotations
 
@@ -8,16 +8,23 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.trials.obedience_trial import ObedienceExamination, ObedienceTrial, lost_trial
+from scenarios.bench.trials.obedience_trial import (
+    ObedienceExamination,
+    ObedienceTrial,
+    Speaker,
+    lost_trial,
+)
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.episode_config import EpisodeConfig
 
 
-def run_trials(config: EpisodeConfig, episodes: int, workers: int) -> list[ObedienceTrial]:
+def run_trials(
+    config: EpisodeConfig, episodes: int, workers: int, by: Speaker = "planner"
+) -> list[ObedienceTrial]:
     """Run a trial on each patient from the configuration's seed on; return them in that order."""
     seeds = range(config.seed, config.seed + episodes)
-    examination = TrialAttempt(run=ObedienceExamination(config=config), lost=lost_trial)
+    examination = TrialAttempt(run=ObedienceExamination(config=config, by=by), lost=lost_trial)
     return sorted(run_all("words", seeds, workers, examination), key=lambda trial: trial.seed)
 
 

@@ -172,7 +172,10 @@ class BenchController:
 
 @dataclass(frozen=True, kw_only=True)
 class Obedience:
-    """Check whether a controller obeys each correction, and clips the tube that it is told."""
+    """Check whether each correction is obeyed, and the tube is clipped that is told.
+
+    A planner's correction is heard by the controller alone; a person's is carried out by rule.
+    """
 
     controller: Literal["diffusion", "expert"] = "diffusion"
     """Which controller."""
@@ -184,6 +187,8 @@ class Obedience:
     """Number of patients, each tested at four times."""
     workers: Annotated[int, at_least(1)] = 1
     """Number of processes."""
+    by: Literal["planner", "person"] = "planner"
+    """Who says the corrections."""
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
@@ -200,7 +205,7 @@ class Obedience:
             checkpoint=checkpoint,
             seed=self.seed,
         )
-        trials = run_trials(config, self.episodes, self.workers)
+        trials = run_trials(config, self.episodes, self.workers, self.by)
         errors = error_lines(trials)
         _show([obedience_table(trials), *errors])
         return 1 if errors else 0

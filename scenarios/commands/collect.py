@@ -18,6 +18,7 @@ from scenarios.commands.checkpoint_option import require_checkpoint, require_pla
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.picture_collection import collect_pictures
+from scenarios.commands.renderer_option import require_renderer
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -77,6 +78,10 @@ class Collect:
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
 
+    cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
+    """Cameras that film the episodes, a picture for each frame, for policies that see:
+    endoscope_left, endoscope_right, wrist_left, wrist_right. Each stretch that the expert leads
+    becomes an episode, and observation.state holds encoders and motor currents only."""
     pictures: bool = False
     """Take labelled pictures for `calot train perception` instead of demonstrations; of the other
     options only --out, --seed, --episodes and --checkpoint matter. With a checkpoint the learned
@@ -99,6 +104,7 @@ class Collect:
             checkpoint=checkpoint,
             planner=str(self.planner_checkpoint or ""),
             sense=self.sense,
+            cameras=self.cameras,
             artery_below_m=math.inf if self.artery_below_mm is None else self.artery_below_mm / 1e3,
         )
         if len(asked) < self.episodes:
@@ -125,7 +131,29 @@ class Collect:
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
+        self._require_cameras()
         require_cluster(self.cluster, self.out)
+
+    def _require_cameras(self) -> None:
+        from controller.dataset.part import cameras_of
+        from tissue_sim.sensing.cameras import CAMERA_NAMES
+
+        if unknown := [name for name in self.cameras if name not in CAMERA_NAMES]:
+            raise BadInputError(
+                f"--cameras: there is no {', '.join(unknown)}; allowed: {', '.join(CAMERA_NAMES)}"
+            )
+        for part in sorted((self.out / PARTS).glob("*.parquet"))[:1]:
+            try:
+                there = cameras_of(part)
+            except ValueError as error:
+                raise BadInputError(str(error)) from None
+            if there != self.cameras:
+                raise BadInputError(
+                    f"--cameras: the episodes in {self.out} were filmed by"
+                    f" {', '.join(there) or 'no camera'}: name the same, or choose another --out"
+                )
+        if self.cameras:
+            require_renderer("--cameras")
 
     def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
         outcomes: list[DemonstrationOutcome] = []

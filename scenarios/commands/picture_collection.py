@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from scenarios.commands.renderer_option import require_renderer
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
 from scenarios.files.errors import BadInputError
@@ -18,10 +19,7 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
     Raises:
         BadInputError: there is no renderer, too few training seeds are left, or the disk is full.
     """
-    from tissue_sim.rendering.renderer_probe import renderer_available
-
-    if not renderer_available():
-        raise BadInputError("--pictures: there is no renderer here; see `calot doctor`")
+    require_renderer("--pictures")
     asked = pictured(first_seed, episodes, checkpoint)
     if len(asked) < episodes:
         raise BadInputError(

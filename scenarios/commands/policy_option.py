@@ -11,6 +11,7 @@ from scenarios.commands.checkpoint_option import (
     require_planner_checkpoint,
 )
 from scenarios.commands.endpoint_option import require_endpoint
+from scenarios.commands.renderer_option import require_renderer
 from scenarios.files.errors import BadInputError
 
 
@@ -39,14 +40,8 @@ def require_perception(sense: str, checkpoint: Path | None) -> None:
         BadInputError: the checkpoint does not fit or is not wanted; or there is no renderer.
     """
     require_perception_checkpoint(sense, checkpoint)
-    if sense not in PERCEIVING:
-        return
-    from tissue_sim.rendering.renderer_probe import renderer_available
-
-    if not renderer_available():
-        raise BadInputError(
-            f"--sense {sense} needs a renderer and there is none; see `calot doctor`"
-        )
+    if sense in PERCEIVING:
+        require_renderer(f"--sense {sense}")
 
 
 def say_who_acts(planner: str, controller: str, sense: str) -> None:

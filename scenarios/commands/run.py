@@ -19,6 +19,7 @@ from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
+from scenarios.commands.renderer_option import require_renderer
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import plain
@@ -163,10 +164,7 @@ class Run:
         self._require_alone("--video")
         if self.episodes != 1:
             raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
-        from tissue_sim.rendering.renderer_probe import renderer_available
-
-        if not renderer_available():
-            raise BadInputError("--video needs a renderer and there is none; see `calot doctor`")
+        require_renderer("--video")
         require_writable_folder(video.parent, "--video")
 
     def _run(self, finished: list[EpisodeResult]) -> None:

@@ -14,6 +14,7 @@ from scenarios.commands.arguments import at_least, number, one_of, policy_of, te
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
+from scenarios.commands.renderer_option import require_renderer
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
@@ -65,7 +66,7 @@ class View:
         require_perception(self._sense, self.perception_checkpoint)
         require_writable_folder(self.out, "--out")
         if self.camera:
-            _require_renderer()
+            require_renderer("--camera")
         from scenarios.viewer.session import watch_episodes
 
         session = new_session(
@@ -96,10 +97,3 @@ class View:
             )
         except ValueError as error:
             raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
-
-
-def _require_renderer() -> None:
-    from tissue_sim.rendering.renderer_probe import renderer_available
-
-    if not renderer_available():
-        raise BadInputError("--camera needs a renderer and there is none; see `calot doctor`")

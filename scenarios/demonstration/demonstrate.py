@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import time
 import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ if TYPE_CHECKING:  # heavy to import
     from planner.base import Planner
     from scenarios.episode import Episode as Running
     from scenarios.loop.episode_config import EpisodeConfig
+    from scenarios.loop.observer import Observer
     from tissue_sim.sensing.observation import Observation
     from tissue_sim.world import World
 
@@ -70,7 +73,7 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
 
     start_s = time.perf_counter()
     try:
-        episode = run(demonstration)
+        episode = run(demonstration, part_path(demonstration, out))
     except Exception as error:
         trace = traceback.format_exc().encode()
         return _written(
@@ -85,13 +88,24 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
         frames=len(episode),
         wall_s=time.perf_counter() - start_s,
     )
-    kept = success or demonstration.is_rollout
-    path = part_path(demonstration, out, PARTS if kept else FAILED)
+    path = part_path(demonstration, out)
+    if not (success or demonstration.is_rollout):
+        path = _moved_videos(demonstration, path, part_path(demonstration, out, FAILED))
     return _written(outcome, path, part_bytes(episode))
 
 
-def run(demonstration: PlannedDemonstration) -> Demonstrated:
-    """Run the demonstration; return its frames."""
+def _moved_videos(demonstration: PlannedDemonstration, part: Path, failed: Path) -> Path:
+    """Move the videos of a part that failed; return where its frames belong."""
+    from controller.dataset.part import video_path
+
+    failed.parent.mkdir(parents=True, exist_ok=True)
+    for camera in demonstration.cameras:
+        video_path(part, camera).replace(video_path(failed, camera))
+    return failed
+
+
+def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
+    """Run the demonstration, and film it into files beside `part`; return its frames."""
     from controller.dataset.dataset_episode import DatasetEpisode, Header
     from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
     from scenarios.demonstration.rollout_recorder import RolloutRecorder
@@ -100,11 +114,12 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
     from scenarios.files.versions import versions
     from scenarios.run_episode import play
 
-    seed, kind = demonstration.seed, demonstration.kind
-    episode = begun(demonstration)
+    seed, kind, cameras = demonstration.seed, demonstration.kind, demonstration.cameras
+    episode = begun(demonstration, render=bool(cameras))
     make = RolloutRecorder if demonstration.is_rollout else DemonstrationRecorder
-    recorder = make(lambda: expert_acts(episode.controller))
-    result = play(episode, [recorder], time.perf_counter())
+    recorder = make(lambda: expert_acts(episode.controller), filmed=bool(cameras))
+    with _filming(cameras, part) as filming:
+        result = play(episode, [recorder, *filming], time.perf_counter())
     header = Header(
         seed=seed,
         kind=kind,
@@ -113,8 +128,21 @@ def run(demonstration: PlannedDemonstration) -> Demonstrated:
         failures=failures_of(result),
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
+        cameras=cameras,
     )
     return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
+
+
+@contextmanager
+def _filming(cameras: Sequence[str], part: Path) -> Iterator[list[Observer]]:
+    """Yield who films, if there are cameras."""
+    if not cameras:
+        yield []
+        return
+    from scenarios.demonstration.filming import Filming
+
+    with Filming(cameras, part) as filming:
+        yield [filming]
 
 
 def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Running:

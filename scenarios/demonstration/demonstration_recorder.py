@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.dataset.schema import TEXTS
+from controller.dataset.schema import STATE, TEXTS, TISSUE
 from controller.dataset.tables import strings
 from controller.driver import motion_between, rig_in
 from controller.expert.skills import JAW_TIME_S
@@ -16,12 +16,17 @@ from scenarios.demonstration.labels import WINDOW_STEPS, first_correction_of
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.observation import Observation, encoded_and_tissue
 from tissue_sim.sensing.tracked import Occluded
 from tissue_sim.world import World
 
 PAUSE_STEPS = round(JAW_TIME_S / CONTROL_PERIOD_S)  # the expert opens jaws that are open already
 _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
+
+
+def is_frame(step: Step) -> bool:
+    """Return whether a step becomes a frame: tool exchanges and holds do not."""
+    return not (step.exchange or step.instruction.hold)
 
 
 class DemonstrationRecorder:
@@ -31,9 +36,12 @@ class DemonstrationRecorder:
         result: the episode's, once it has ended.
     """
 
-    def __init__(self, expert_acts: Callable[[], bool]) -> None:
-        """Begin without frames; `expert_acts` says whether the last motions are the expert's."""
-        self._expert_acts = expert_acts
+    def __init__(self, expert_acts: Callable[[], bool], filmed: bool = False) -> None:
+        """Begin without frames; `expert_acts` says whether the last motions are the expert's.
+
+        Where cameras film the episode, the columns leave the tissue to the pictures.
+        """
+        self._expert_acts, self._filmed = expert_acts, filmed
         self.result: EpisodeResult | None = None
         self._frames: list[dict[str, Any]] = []
         self._failures, self._failed = FailureTracker(), False  # whether a failure persists now
@@ -47,7 +55,7 @@ class DemonstrationRecorder:
 
     def on_step(self, step: Step) -> None:
         """Add a frame, except during tool exchanges and holds."""
-        if step.exchange or step.instruction.hold:
+        if not is_frame(step):
             self._segment += 1
         else:
             self._frames.append(self._frame(step))
@@ -60,13 +68,15 @@ class DemonstrationRecorder:
         self.result = result
 
     def columns(self, seed: int, kind: str) -> dict[str, np.ndarray]:
-        """Return all frames so far as columns, by the names of `schema.DEMONSTRATED`."""
+        """Return all frames so far as columns, by the names of `schema.demonstrated`."""
         frames, n = self._frames, len(self._frames)
         corrections, flags = self._labels()
         numbers = np.arange(n)
         heard = [f["instruction"] for f in frames]
+        state, tissue = encoded_and_tissue(np.stack([f["seen"].vector() for f in frames]))
         return {
-            "observation.state": np.stack([f["seen"].vector() for f in frames]),
+            STATE: state,
+            **({} if self._filmed else {TISSUE: tissue}),
             "privileged.state": np.stack([f["exact"].vector() for f in frames]),
             "action": np.stack([f["action"] for f in frames]).astype(np.float32),
             "timestamp": (numbers * CONTROL_PERIOD_S).astype(np.float32),

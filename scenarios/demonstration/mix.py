@@ -53,6 +53,7 @@ class PlannedDemonstration:
             is the one that comes with Calot.
         planner: checkpoint of the learned planner; "" for the scripted planner.
         sense: a key of `scenarios.catalogue.SENSES`.
+        cameras: names of those that film it.
     """
 
     seed: int
@@ -61,6 +62,7 @@ class PlannedDemonstration:
     checkpoint: str = ""
     planner: str = ""
     sense: str = "tracked"
+    cameras: tuple[str, ...] = ()
 
     @property
     def is_rollout(self) -> bool:
@@ -92,6 +94,7 @@ def demonstrations(
     checkpoint: str = "",
     planner: str = "",
     sense: str = "tracked",
+    cameras: tuple[str, ...] = (),
     artery_below_m: float = math.inf,
 ) -> list[PlannedDemonstration]:
     """Plan one for each training seed with a short enough artery; more episodes only add some.
@@ -109,6 +112,7 @@ def demonstrations(
             checkpoint=checkpoint if learned else "",
             planner=planner if learned else "",
             sense=sense,
+            cameras=cameras,
         )
 
     every = map(planned, range(first_seed, TRAINING_SEEDS.stop))

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, ClassVar, Self
 
 from scenarios.loop.results import EpisodeResult
-from tissue_sim.periods import CONTROL_HZ
+from tissue_sim.saving.video import Video
 
 
 @dataclass(kw_only=True)
@@ -24,31 +23,21 @@ class VideoWriter:
     path: Path
     overlay: bool = False
     _world: Any = None
-    _frames: Any = None
+
+    def __post_init__(self) -> None:
+        self._video = Video(self.path)
 
     def __enter__(self) -> Self:
-        import imageio.v2 as imageio
-
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._frames = imageio.get_writer(
-            self._partial, fps=CONTROL_HZ, codec="libx264", macro_block_size=2
-        )
+        self._video.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._frames.close()
-        if self._partial.exists():
-            self._partial.replace(self.path)
+    def __exit__(self, *left: Any) -> None:
+        self._video.__exit__(*left)
 
     def on_reset(self, world: Any) -> None:
         """Add a frame of the initial state."""
         self._world = world
-        self._frames.append_data(world.endoscope_rgb())
+        self._video.add(world.endoscope_rgb())
 
     def on_step(self, step: Any) -> None:
         """Add a frame after one control step."""
@@ -57,11 +46,7 @@ class VideoWriter:
             from scenarios.recording.overlay import overlaid
 
             picture = overlaid(picture, step.observation)
-        self._frames.append_data(picture)
+        self._video.add(picture)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Do nothing."""
-
-    @property
-    def _partial(self) -> Path:
-        return self.path.with_suffix(f".partial{self.path.suffix}")

@@ -1,1 +1,1 @@
-"""How is a world's state saved, checked and restored?"""
+"""How are a world's state and its pictures saved, checked and restored?"""

@@ -138,6 +138,8 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
 """Order and shapes of the parts of `Observation.vector()`."""
 
 VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
+ENCODED = ("joints", "tips_endoscope", "forces_n", "pinch_n", "clip_loaded", "scissors")
+"""The parts of `Observation.vector()` that encoders and motor currents tell, without a camera."""
 
 
 def fields(vectors: Any) -> dict[str, Any]:
@@ -148,6 +150,14 @@ def fields(vectors: Any) -> dict[str, Any]:
         parts[name] = vectors[..., at : at + size].reshape(*vectors.shape[:-1], *shape)
         at += size
     return parts
+
+
+def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
+    """Split vectors (n, `VECTOR_SIZE`) into what `ENCODED` names and what is seen of the tissue."""
+    parts = fields(vectors)
+    flat = {name: part.reshape(len(vectors), -1) for name, part in parts.items()}
+    encoded = np.concatenate([flat[name] for name in ENCODED], axis=1)
+    return encoded, np.concatenate([flat[n] for n in flat if n not in ENCODED], axis=1)
 
 
 def observation_of(vector: NDArray[np.float32], time_s: float) -> Observation:

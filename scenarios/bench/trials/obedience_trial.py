@@ -1,6 +1,7 @@
-"""Whether a controller obeys each correction, and the wrong tube, on one patient.
+"""Whether each correction is obeyed, and the wrong tube, on one patient.
 
-All corrections at one time of its episode start from the same saved state.
+A planner's correction is heard by the controller alone; a person's is carried out by rule. All
+corrections at one time of an episode start from the same saved state.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Literal
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
+Speaker = Literal["planner", "person"]
 MOMENTS = 4  # of each episode
 FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
 MIN_M = 3e-3  # motion in the named direction that counts as obeyed
@@ -85,9 +88,14 @@ class PlannerFixed:
 
 @dataclass(frozen=True, kw_only=True)
 class ObedienceExamination:
-    """Examines a controller, under an episode's configuration with each trial's seed."""
+    """Examines a controller, under an episode's configuration with each trial's seed.
+
+    Attributes:
+        by: who says the corrections, the planner or a person.
+    """
 
     config: EpisodeConfig
+    by: Speaker = "planner"
 
     def __call__(self, seed: int) -> ObedienceTrial:
         """Run the trial on a seed's patient."""
@@ -98,7 +106,7 @@ class ObedienceExamination:
             if wrong_tube is None and step.instruction.task == TASKS[1]:
                 wrong_tube = _goes_to_the_other_tube(episode)
             if moments_s and step.time_s >= moments_s[0] and not step.exchange:
-                responses += _responses(episode, step.instruction)
+                responses += _responses(episode, step.instruction, self.by)
                 del moments_s[0]
             if not moments_s:
                 break
@@ -120,12 +128,15 @@ def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool
     return bool((moved_m[rows] @ along >= MIN_M).all())
 
 
-def _responses(episode: Episode, instruction: Instruction) -> Iterator[CorrectionResponse]:
+def _responses(
+    episode: Episode, instruction: Instruction, by: Speaker
+) -> Iterator[CorrectionResponse]:
     """Yield the response to each harmless, possible correction, from the same state."""
     for correction in CORRECTIONS:
         if is_harmless(correction, episode.world) and _has_room(correction, episode.world):
-            said = replace(instruction, correction=correction)
-            yield _response(episode, said, correction)
+            said = replace(instruction, correction=correction if by == "planner" else None)
+            heard = correction.text if by == "person" else ""
+            yield _response(episode, said, correction, heard)
 
 
 def _has_room(correction: Correction, world: World) -> bool:
@@ -135,11 +146,15 @@ def _has_room(correction: Correction, world: World) -> bool:
     return bool((room[correction.jaw][ROWS[correction.arm]] > THRESHOLD_RAD).all())
 
 
-def _response(episode: Episode, said: Instruction, correction: Correction) -> CorrectionResponse:
+def _response(
+    episode: Episode, said: Instruction, correction: Correction, heard: str
+) -> CorrectionResponse:
     start = episode.world.observe()  # whether the arms obeyed is judged exactly
     asked_m, altered = np.zeros((2, 3)), False
     asked_rad = start.joints[:, 6]
     with _forked(episode, said) as fork:
+        if heard:
+            fork.inbox.say(heard)
         for step in islice(fork.steps(), WITHIN_STEPS):
             seen = episode.world.observe()
             moved_m = (seen.tips_endoscope - start.tips_endoscope)[:, :3, 3]

@@ -3,14 +3,17 @@
 import numpy as np
 
 from controller.dataset.dataset_episode import DatasetEpisode, Header
-from controller.dataset.part import part_bytes
-from controller.dataset.schema import DEMONSTRATED, TEXTS
+from controller.dataset.part import part_bytes, video_path
+from controller.dataset.schema import PICTURE_SHAPE, TEXTS, demonstrated
 from controller.dataset.tables import strings
+from tissue_sim.saving.video import Video
 
 
-def random_episode(seed, frames=50, **changes):
+def random_episode(seed, frames=50, cameras=(), **changes):
     rng = np.random.default_rng(seed)
-    columns = {name: _random(feature, frames, rng) for name, feature in DEMONSTRATED.items()}
+    columns = {
+        name: _random(feature, frames, rng) for name, feature in demonstrated(cameras).items()
+    }
     columns["instruction"] = strings([TEXTS[k] for k in columns["task_index"]])
     columns["segment"] = np.sort(columns["segment"])
     header = Header(
@@ -21,6 +24,7 @@ def random_episode(seed, frames=50, **changes):
         failures=(),
         anatomy={"hash": f"{seed}"},
         versions={"calot": "0"},
+        cameras=cameras,
     )
     return DatasetEpisode(header=header, columns=columns | changes)
 
@@ -35,9 +39,24 @@ def _random(feature, frames, rng):
     return rng.normal(size=feature.shape(frames)).astype(feature.dtype)
 
 
+def grey(frame):
+    """Return a picture whose grey tells the frame's number, below 60."""
+    return np.full(PICTURE_SHAPE, 4 * frame, np.uint8)
+
+
+def frame_of(picture):
+    """Return the number of the frame that a picture of `grey` was taken before."""
+    return round(float(picture.mean()) / 4)
+
+
 def write_parts(folder, seeds, **options):
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{seed:05d}-nominal.parquet" for seed in seeds]
     for seed, path in zip(seeds, paths, strict=True):
-        path.write_bytes(part_bytes(random_episode(seed, **options)))
+        episode = random_episode(seed, **options)
+        path.write_bytes(part_bytes(episode))
+        for camera in episode.header.cameras:
+            with Video(video_path(path, camera), keyframes=2) as video:
+                for frame in range(len(episode)):
+                    video.add(grey(frame))
     return paths

@@ -41,9 +41,9 @@ def test_it_is_obeyed_by_the_named_arm_in_the_named_way_far_enough(said):
         assert not is_obeyed(said, moved_m[::-1], opened_rad[::-1])
 
 
-def examined(controller, seed=SEED):
+def examined(controller, seed=SEED, by="planner"):
     config = EpisodeConfig(planner="scripted", scenario="textbook", controller=controller)
-    return ObedienceExamination(config=config)(seed)
+    return ObedienceExamination(config=config, by=by)(seed)
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +70,14 @@ def test_the_idle_controller_does_not_obey(moments, said, monkeypatch):
     assert trial.responses
     assert not any(response.obeyed or response.withheld for response in trial.responses)
     assert trial.wrong_tube is None  # the idle arm never reaches a tube
+
+
+def test_a_person_s_corrections_are_carried_out_under_a_controller_that_obeys_nothing(monkeypatch):
+    monkeypatch.setattr(obedience_trial, "MOMENTS", 1)
+    monkeypatch.setattr(obedience_trial, "CORRECTIONS", CORRECTIONS[:3])
+    trial = examined("idle", by="person")
+    assert trial.responses
+    assert all(response.obeyed for response in trial.responses)
 
 
 @pytest.mark.parametrize("said", [HELD_BACK, pytest.param(CORRECTIONS, marks=pytest.mark.slow)])

@@ -6,6 +6,7 @@ from itertools import islice, takewhile
 import numpy as np
 import pytest
 
+from controller.dataset.schema import STATE, TISSUE
 from controller.diffusion.checkpoint import save_checkpoint
 from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
@@ -18,9 +19,10 @@ from scenarios.demonstration.interjections import PlannerInterjecting, is_harmle
 from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.turns import expert_acts
 from tests.scenarios.calling import PlannerCalls
+from tissue_sim.sensing.observation import encoded_and_tissue
 
 SEED, ROOMY = 10_001, 10_030
-SEEN_TIPS = slice(14, 38)  # in `Observation.vector`: (2, 3, 4)
+SEEN_TIPS = slice(14, 38)  # in what encoders tell: (2, 3, 4)
 
 
 class Shown:
@@ -52,7 +54,9 @@ def test_a_frame_is_the_observation_before_the_action(nominal):
     seen = [nominal.first, *(step.observation for step in nominal.steps)]
     pairs = zip(nominal.steps, seen[:-1], strict=True)
     expected = [observation.vector() for step, observation in pairs if not step.exchange]
-    np.testing.assert_array_equal(nominal.columns["observation.state"], np.stack(expected))
+    state, tissue = encoded_and_tissue(np.stack(expected))
+    np.testing.assert_array_equal(nominal.columns[STATE], state)
+    np.testing.assert_array_equal(nominal.columns[TISSUE], tissue)
 
 
 def test_under_noise_the_label_is_what_the_expert_asked_for(nominal):
@@ -94,7 +98,7 @@ def test_a_led_motion_is_not_the_expert_s_and_is_flagged_until_undone(recovery):
 
 def test_a_flag_s_correction_names_the_motion_of_the_next_second(recovery):
     frames = np.flatnonzero(recovery.columns["flag"])
-    tips = recovery.columns["observation.state"][:, SEEN_TIPS].reshape(-1, 2, 3, 4)[..., 3]
+    tips = recovery.columns[STATE][:, SEEN_TIPS].reshape(-1, 2, 3, 4)[..., 3]
     named = [correction_from_text(recovery.columns["correction"][k]) for k in frames]
     moving = [(k, c) for k, c in zip(frames, named, strict=True) if c.direction]
     assert moving
@@ -154,9 +158,9 @@ def test_a_call_is_passed_on_without_a_correction(nominal):
 
 
 @pytest.mark.slow
-def test_the_tubes_may_come_in_another_order_and_all_is_done():
+def test_the_tubes_may_come_in_another_order_and_all_is_done(tmp_path):
     demonstration = PlannedDemonstration(seed=902, kind="order", noise=False)
-    shown = run(demonstration)
+    shown = run(demonstration, tmp_path / "part.parquet")
     tasks = [TASKS[index - 1] for index in dict.fromkeys(shown.columns["task"].tolist())]
     assert shown.header.success
     assert set(tasks) == set(TASKS)

@@ -1,0 +1,57 @@
+"""The card of a dataset: what is in it, for whom finds it elsewhere."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from controller.dataset.schema import FPS
+from tissue_sim.version import WORLD_VERSION
+
+CARD_PATH = "README.md"
+_HEAD = """---
+license: apache-2.0
+task_categories: [robotics]
+tags: [LeRobot, calot, surgery]
+configs:
+- config_name: default
+  data_files: data/*/*.parquet
+---
+"""
+
+
+def card(rows: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> str:
+    """Return the card in Markdown, from the rows of `meta/episodes`."""
+    kinds = Counter(row["kind"] for row in rows)
+    frames = sum(row["length"] for row in rows)
+    seeds = sorted({row["seed"] for row in rows})
+    passed = len({row["seed"] for row in rows if row["success"]})
+    told = (
+        f"pictures of {', '.join(cameras)} (`observation.images.*`) and what encoders and motor"
+        " currents tell (`observation.state`)"
+        if cameras
+        else "what encoders and motor currents tell (`observation.state`) and the tissue as a model"
+        " of the senses sees it (`observation.environment_state`)"
+    )
+    split = " Each is a stretch that the expert led without a break." if cameras else ""
+    lines = [
+        _HEAD,
+        "# Clipping and cutting in gallbladder removal, simulated by Calot",
+        "",
+        f"{len(rows)} episodes with {frames} frames, {FPS} a second.{split} {len(seeds)} patients"
+        f" (seeds {seeds[0]} to {seeds[-1]}), {passed} with a procedure that passed; world version"
+        f" {WORLD_VERSION}.",
+        "",
+        f"The robot is told {told}. `privileged.state` is the simulator's state, which no robot"
+        " has: it is no input of a policy. `action` moves both arms in the endoscope's frame."
+        " `instruction` is what the planner or a person said.",
+        "",
+        "| kind | episodes |",
+        "|---|---|",
+        *(f"| {kind} | {n} |" for kind, n in sorted(kinds.items())),
+        "",
+        "Patients and tissue are simulated: no person's data are in it, and nothing here is fit for"
+        " use on people.",
+    ]
+    return "\n".join(lines) + "\n"

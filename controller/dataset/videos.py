@@ -1,0 +1,40 @@
+"""Videos of an episode, read: one a camera, a picture before each of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import imageio.v3 as imageio
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.dataset.schema import PICTURE_SHAPE
+from controller.dataset.statistics import Statistics, statistics_of_rows
+
+EVERY = 30  # of how many pictures one counts for the statistics: one a second
+
+
+def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
+    """Yield the pictures of a video (height, width, 3).
+
+    Raises:
+        ValueError: the file is missing or damaged, or of another size; the message is one line.
+    """
+    try:
+        for picture in imageio.imiter(path, plugin="FFMPEG"):
+            if picture.shape != PICTURE_SHAPE:
+                raise ValueError(f"its pictures are {picture.shape}, not {PICTURE_SHAPE}")
+            yield picture
+    except (OSError, ValueError, RuntimeError) as error:
+        raise ValueError(f"{path}: {str(error).splitlines()[0]}") from error
+
+
+def picture_statistics(path: Path) -> Statistics:
+    """Return the statistics of each channel, 0 to 1, over every `EVERY`-th picture.
+
+    Raises:
+        ValueError: as in `pictures`.
+    """
+    taken = [p for n, p in enumerate(pictures(path)) if n % EVERY == 0]
+    return statistics_of_rows(np.concatenate(taken).reshape(-1, PICTURE_SHAPE[2]) / 255.0)

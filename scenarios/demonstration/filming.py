@@ -1,0 +1,60 @@
+"""Films an episode for a dataset: what cameras show before each of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from controller.dataset.part import video_path
+from controller.dataset.schema import PICTURE_SHAPE
+from scenarios.demonstration.demonstration_recorder import is_frame
+from scenarios.loop.results import EpisodeResult
+from scenarios.loop.step import Step
+from tissue_sim.rendering.shader_pack import COLOR_PICTURE
+from tissue_sim.saving.video import Video
+from tissue_sim.sensing.cameras import CameraSpec
+from tissue_sim.world import World
+
+HEIGHT, WIDTH, _ = PICTURE_SHAPE
+KEYFRAMES = 2  # from one to the next, as in LeRobot's own videos
+
+
+class Filming:
+    """Observes one episode in a `with` block; the videos are complete when the block is left."""
+
+    needs_images: ClassVar[bool] = True
+
+    def __init__(self, cameras: Sequence[str], part: Path) -> None:
+        """Film by `cameras`, into files beside `part`."""
+        self._specs = [CameraSpec(name=name, width=WIDTH, height=HEIGHT) for name in cameras]
+        self._videos = {name: Video(video_path(part, name), KEYFRAMES) for name in cameras}
+        self._open = ExitStack()
+
+    def __enter__(self) -> Self:
+        for video in self._videos.values():
+            self._open.enter_context(video)
+        return self
+
+    def __exit__(self, *left: Any) -> None:
+        self._open.__exit__(*left)
+
+    def on_reset(self, world: World) -> None:
+        """Take the pictures before the first step."""
+        self._world = world
+        self._take()
+
+    def on_step(self, step: Step) -> None:
+        """Add the pictures from before the step, if it is a frame, and take those after it."""
+        if is_frame(step):
+            for name, video in self._videos.items():
+                video.add(self._shown[name])
+        self._take()
+
+    def on_end(self, result: EpisodeResult) -> None:
+        """Do nothing."""
+
+    def _take(self) -> None:
+        assert self._world.view is not None, "a world that is filmed has cameras"
+        self._shown = self._world.view.pictures(self._world, self._specs)[COLOR_PICTURE]

@@ -1,0 +1,119 @@
+"""Tests of datasets with pictures: whole stretches of the expert, each with its own pictures."""
+
+import json
+import re
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from controller.dataset import layout
+from controller.dataset.card import CARD_PATH
+from controller.dataset.merge import merge
+from controller.dataset.part import cameras_of, read_part, video_path
+from controller.dataset.reader import read_episodes
+from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURES, STATE, TISSUE
+from controller.dataset.videos import pictures
+from tests.controller.dataset.episodes import frame_of, grey, random_episode, write_parts
+
+CAMERAS = ("endoscope_left", "wrist_right")
+SEEDS = (3, 4)
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    """Return the root of a dataset of two parts, and the paths of these."""
+    root = tmp_path_factory.mktemp("filmed")
+    parts = write_parts(root / "parts", SEEDS, cameras=CAMERAS)
+    merge(parts, root)
+    return root, parts
+
+
+def test_each_stretch_that_the_expert_led_is_an_episode_from_its_own_first_frame(filmed):
+    root, parts = filmed
+    expected = [(part, stretch) for part in map(read_part, parts) for stretch in part.stretches()]
+    found = list(read_episodes(root))
+    assert len(found) == len(expected) > len(SEEDS)
+    for episode, (part, stretch) in zip(found, expected, strict=True):
+        assert episode.columns["expert"].all()
+        assert len(set(episode.columns["segment"].tolist())) == 1
+        np.testing.assert_array_equal(episode.columns["action"], part.columns["action"][stretch])
+        np.testing.assert_array_equal(episode.columns["frame_index"], np.arange(len(episode)))
+        np.testing.assert_allclose(episode.columns["timestamp"] * FPS, np.arange(len(episode)))
+
+
+def test_a_video_shows_an_episodes_frames_from_the_time_in_its_row(filmed):
+    root, parts = filmed
+    stretches = [s for part in map(read_part, parts) for s in part.stretches()]
+    rows = pq.read_table(root / layout.EPISODES_PATH).to_pylist()
+    for row, stretch in zip(rows, stretches, strict=True):
+        for camera in CAMERAS:
+            place = {name: row[f"videos/{PICTURES}{camera}/{name}"] for name in _PLACE}
+            file = layout.FILES_A_CHUNK * place["chunk_index"] + place["file_index"]
+            shown = list(pictures(root / layout.video_path(camera, file)))
+            first, end = (round(place[f"{which}_timestamp"] * FPS) for which in ("from", "to"))
+            assert [frame_of(p) for p in shown[first:end]] == list(range(*_bounds(stretch)))
+
+
+_PLACE = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
+
+
+def _bounds(stretch):
+    return stretch.start, stretch.stop
+
+
+def test_the_robots_state_is_what_encoders_tell_and_the_tissue_is_left_to_the_pictures(filmed):
+    root, _ = filmed
+    described = json.loads((root / layout.INFO_PATH).read_text())
+    assert described["features"][STATE]["shape"] == [ENCODED_SIZE]
+    assert TISSUE not in described["features"]
+    assert {PICTURES + camera for camera in CAMERAS} < set(described["features"])
+    assert described["video_path"] == layout.VIDEO_PATH
+
+
+def test_statistics_of_pictures_are_of_each_channel_from_black_to_white(filmed):
+    root, _ = filmed
+    statistics = json.loads((root / layout.STATS_PATH).read_text())[PICTURES + CAMERAS[0]]
+    first, last = (grey(frame)[0, 0, 0] / 255.0 for frame in (0, 30))  # each thirtieth counts
+    for key, value in {"min": first, "max": last, "mean": (first + last) / 2}.items():
+        np.testing.assert_allclose(statistics[key], np.full((3, 1, 1), value), atol=0.01)
+
+
+def test_the_card_says_what_is_in_it(filmed):
+    root, _ = filmed
+    card = (root / CARD_PATH).read_text()
+    assert ", ".join(CAMERAS) in card
+    assert "2 patients (seeds 3 to 4)" in card
+
+
+def test_parts_of_other_cameras_do_not_mix_and_the_old_dataset_stays(tmp_path):
+    parts = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS)
+    merge(parts, tmp_path)
+    other = write_parts(tmp_path / "parts", (4,), cameras=CAMERAS[:1])
+    assert [cameras_of(part) for part in (*parts, *other)] == [CAMERAS, CAMERAS[:1]]
+    with pytest.raises(ValueError, match=re.escape(f"{other[0]}: its cameras are")):
+        merge([*parts, *other], tmp_path)
+    assert list(read_episodes(tmp_path))
+
+
+@pytest.mark.parametrize("spoil", [lambda p: p.unlink(), lambda p: p.write_bytes(b"no video")])
+def test_a_video_that_is_missing_or_damaged_is_one_line(tmp_path, spoil):
+    (part,) = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS)
+    spoil(video_path(part, CAMERAS[1]))
+    with pytest.raises(ValueError, match=re.escape(str(video_path(part, CAMERAS[1])))) as refused:
+        merge([part], tmp_path)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_part_that_the_expert_never_led_makes_no_dataset(tmp_path):
+    expert = np.zeros(50, bool)
+    (part,) = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS, expert=expert)
+    with pytest.raises(ValueError, match="the expert led"):
+        merge([part], tmp_path)
+
+
+def test_without_cameras_whole_episodes_stay_with_the_tissue_that_was_sensed(tmp_path):
+    merge(write_parts(tmp_path / "parts", (3,)), tmp_path)
+    (episode,) = read_episodes(tmp_path)
+    assert len(episode) == len(random_episode(3))
+    assert TISSUE in episode.columns
