@@ -39,7 +39,7 @@ ARCHAIC = (
     "comes off by itself",
 )
 
-OTHER_PROGRAMS = ("printf", "curl", "ray", ".venv/bin/pip", ".venv/bin/jupyter")
+OTHER_PROGRAMS = ("printf", "curl", "ray", ".venv/bin/pip", ".venv/bin/jupyter", "lerobot-train")
 MAKE_TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 _BLOCK = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
