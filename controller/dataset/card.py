@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from controller.dataset.schema import FPS
@@ -19,6 +20,11 @@ configs:
   data_files: data/*/*.parquet
 ---
 """
+
+
+def is_foreign(path: Path) -> bool:
+    """Return whether there is a file that is no card of ours, which must stay."""
+    return path.exists() and not path.read_text(errors="replace").startswith(_HEAD)
 
 
 def card(rows: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
-from controller.dataset.card import CARD_PATH, card
+from controller.dataset.card import CARD_PATH, card, is_foreign
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.part import read_part, video_path
 from controller.dataset.schema import FPS, PICTURES, TEXTS, Feature, features
@@ -47,9 +47,11 @@ def merge(parts: Sequence[Path], root: Path, file_most_mb: float = layout.DATA_F
         frames = _build(parts, building, file_most_mb)
         for name in ("meta", "data", "videos"):  # without meta there is no dataset
             shutil.rmtree(root / name, ignore_errors=True)
-        for name in ("videos", "data", CARD_PATH, "meta"):
+        for name in ("videos", "data", "meta"):
             if (building / name).exists():
                 (building / name).rename(root / name)
+        if not is_foreign(root / CARD_PATH):
+            (building / CARD_PATH).rename(root / CARD_PATH)
     finally:
         shutil.rmtree(building, ignore_errors=True)
     return frames
@@ -62,12 +64,7 @@ def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
     columns = features(cameras)
     with closing(_DataFiles(root, file_most_mb, columns)) as files:
         for number, part in enumerate(parts):
-            episode = read_part(part)
-            if episode.header.cameras != cameras:
-                raise ValueError(
-                    f"{part}: its cameras are {_listed(episode.header.cameras)}, those of other"
-                    f" parts {_listed(cameras)}: collect it into another folder"
-                )
+            episode = _read(part, cameras)
             shown = _copied(part, cameras, root, number)
             for first, one in _episodes_of(episode):
                 numbered = _numbered(one, len(rows), files.frames)
@@ -77,17 +74,33 @@ def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
                 rows[-1] |= _filmed(cameras, number, first, first + len(one))
     if not rows:
         raise ValueError(f"{root.parent}: the expert led the arms in no part")
+    _describe(root, rows, statistics, cameras)
+    return files.frames
+
+
+def _describe(
+    root: Path,
+    rows: list[dict[str, Any]],
+    statistics: Sequence[Mapping[str, Statistics]],
+    cameras: Sequence[str],
+) -> None:
     _write_episodes(root / layout.EPISODES_PATH, rows)
     _write_tasks(root / layout.TASKS_PATH)
     whole = {name: pooled([s[name] for s in statistics]) for name in statistics[0]}
     _write_json(root / layout.STATS_PATH, {n: _plain(n, s) for n, s in whole.items()})
-    _write_json(root / layout.INFO_PATH, layout.info(len(rows), files.frames, cameras))
+    frames = sum(row["length"] for row in rows)
+    _write_json(root / layout.INFO_PATH, layout.info(len(rows), frames, cameras))
     (root / CARD_PATH).write_text(card(rows, cameras))
-    return files.frames
 
 
-def _listed(cameras: Sequence[str]) -> str:
-    return ", ".join(cameras) or "none"
+def _read(part: Path, cameras: Sequence[str]) -> DatasetEpisode:
+    episode = read_part(part)
+    if (there := tuple(episode.header.cameras)) != tuple(cameras):
+        raise ValueError(
+            f"{part}: its cameras are {', '.join(there) or 'none'}, those of other parts"
+            f" {', '.join(cameras) or 'none'}: collect it into another folder"
+        )
+    return episode
 
 
 def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[int, DatasetEpisode]]:

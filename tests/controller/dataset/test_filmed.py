@@ -86,6 +86,16 @@ def test_the_card_says_what_is_in_it(filmed):
     assert "2 patients (seeds 3 to 4)" in card
 
 
+def test_the_card_of_a_later_dataset_replaces_it_but_no_other_file(tmp_path):
+    parts = write_parts(tmp_path / "parts", (3, 4))
+    merge(parts[:1], tmp_path)
+    merge(parts, tmp_path)
+    assert "2 patients" in (tmp_path / CARD_PATH).read_text()
+    (tmp_path / CARD_PATH).write_text("mine")
+    merge(parts, tmp_path)
+    assert (tmp_path / CARD_PATH).read_text() == "mine"
+
+
 def test_parts_of_other_cameras_do_not_mix_and_the_old_dataset_stays(tmp_path):
     parts = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS)
     merge(parts, tmp_path)
