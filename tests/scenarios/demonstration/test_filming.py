@@ -71,8 +71,11 @@ def test_an_unknown_camera_is_refused_with_those_that_there_are(tmp_path, capfd)
 
 @pytest.mark.ecosystem
 @pytest.mark.skipif(TRAIN is None, reason="lerobot-train is not on the path")
-@pytest.mark.parametrize("policy", ["act", "diffusion"])
-def test_lerobot_trains_on_a_filmed_dataset_as_it_is(tmp_path, policy):
+@pytest.mark.parametrize(
+    ("policy", "size"),
+    [("act", {"policy.dim_model": 64}), ("diffusion", {"policy.down_dims": "[32,64]"})],
+)
+def test_lerobot_trains_on_a_filmed_dataset_as_it_is(tmp_path, policy, size):
     root, out = tmp_path / "filmed", tmp_path / "trained"
     merge(write_parts(root / PARTS, (3,), cameras=(LEFT, WRIST)), root)
     options = {
@@ -88,6 +91,7 @@ def test_lerobot_trains_on_a_filmed_dataset_as_it_is(tmp_path, policy):
         "num_workers": 0,
         "log_freq": 1,
         "output_dir": out,
+        **size,
     }
     words = [str(TRAIN), *(f"--{name}={value}" for name, value in options.items())]
     environment = os.environ | {"HF_HUB_OFFLINE": "1"}
