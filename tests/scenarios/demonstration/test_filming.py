@@ -77,7 +77,8 @@ def test_an_unknown_camera_is_refused_with_those_that_there_are(tmp_path, capfd)
 )
 def test_lerobot_trains_on_a_filmed_dataset_as_it_is(tmp_path, policy, size):
     root, out = tmp_path / "filmed", tmp_path / "trained"
-    merge(write_parts(root / PARTS, (3,), cameras=(LEFT, WRIST)), root)
+    whole = {"expert": np.ones(50, bool), "segment": np.zeros(50, int)}  # as long as a policy needs
+    merge(write_parts(root / PARTS, (3,), cameras=(LEFT, WRIST), **whole), root)
     options = {
         "dataset.repo_id": "calot/filmed",
         "dataset.root": root,
