@@ -65,7 +65,7 @@ def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
     with closing(_DataFiles(root, file_most_mb, columns)) as files:
         for number, part in enumerate(parts):
             episode = _read(part, cameras)
-            shown = _copied(part, cameras, root, number)
+            shown = _copied(part, len(episode), cameras, root, number)
             for first, one in _episodes_of(episode):
                 numbered = _numbered(one, len(rows), files.frames)
                 statistics.append(statistics_of(numbered, columns) | shown)
@@ -115,9 +115,11 @@ def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[int, DatasetEpisode]]:
         yield stretch.start, DatasetEpisode(header=part.header, columns=columns)
 
 
-def _copied(part: Path, cameras: Sequence[str], root: Path, number: int) -> dict[str, Statistics]:
+def _copied(
+    part: Path, frames: int, cameras: Sequence[str], root: Path, number: int
+) -> dict[str, Statistics]:
     """Copy a part's videos into the dataset; return the statistics of their pictures."""
-    found = {PICTURES + c: picture_statistics(video_path(part, c)) for c in cameras}
+    found = {PICTURES + c: picture_statistics(video_path(part, c), frames) for c in cameras}
     for camera in cameras:
         path = root / layout.video_path(camera, number)
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -30,11 +30,15 @@ def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
         raise ValueError(f"{path}: {str(error).splitlines()[0]}") from error
 
 
-def picture_statistics(path: Path) -> Statistics:
+def picture_statistics(path: Path, frames: int) -> Statistics:
     """Return the statistics of each channel, 0 to 1, over every `EVERY`-th picture.
 
     Raises:
-        ValueError: as in `pictures`.
+        ValueError: as in `pictures`, or there are more or fewer than `frames` pictures.
     """
-    taken = [p for n, p in enumerate(pictures(path)) if n % EVERY == 0]
+    taken, n = list[NDArray[np.uint8]](), 0
+    for n, picture in enumerate(pictures(path), start=1):
+        taken += [picture] if n % EVERY == 1 else []
+    if n != frames:
+        raise ValueError(f"{path}: it has {n} pictures of {frames} frames")
     return statistics_of_rows(np.concatenate(taken).reshape(-1, PICTURE_SHAPE[2]) / 255.0)

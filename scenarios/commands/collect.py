@@ -135,13 +135,19 @@ class Collect:
         require_cluster(self.cluster, self.out)
 
     def _require_cameras(self) -> None:
-        from controller.dataset.part import cameras_of
         from tissue_sim.sensing.cameras import CAMERA_NAMES
 
         if unknown := [name for name in self.cameras if name not in CAMERA_NAMES]:
             raise BadInputError(
                 f"--cameras: there is no {', '.join(unknown)}; allowed: {', '.join(CAMERA_NAMES)}"
             )
+        self._require_same_cameras()
+        if self.cameras:
+            require_renderer("--cameras")
+
+    def _require_same_cameras(self) -> None:
+        from controller.dataset.part import cameras_of
+
         for part in sorted((self.out / PARTS).glob("*.parquet"))[:1]:
             try:
                 there = cameras_of(part)
@@ -152,8 +158,6 @@ class Collect:
                     f"--cameras: the episodes in {self.out} were filmed by"
                     f" {', '.join(there) or 'no camera'}: name the same, or choose another --out"
                 )
-        if self.cameras:
-            require_renderer("--cameras")
 
     def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
         outcomes: list[DemonstrationOutcome] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from controller.dataset.part import video_path
 from controller.dataset.schema import PICTURE_SHAPE
@@ -37,8 +37,8 @@ class Filming:
             self._open.enter_context(video)
         return self
 
-    def __exit__(self, *left: Any) -> None:
-        self._open.__exit__(*left)
+    def __exit__(self, *left: object) -> None:
+        self._open.close()
 
     def on_reset(self, world: World) -> None:
         """Take the pictures before the first step."""

@@ -53,7 +53,7 @@ class PlannedDemonstration:
             is the one that comes with Calot.
         planner: checkpoint of the learned planner; "" for the scripted planner.
         sense: a key of `scenarios.catalogue.SENSES`.
-        cameras: names of those that film it.
+        cameras: their names (`tissue_sim.sensing.cameras.CAMERA_NAMES`); () films nothing.
     """
 
     seed: int

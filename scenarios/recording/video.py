@@ -31,7 +31,7 @@ class VideoWriter:
         self._video.__enter__()
         return self
 
-    def __exit__(self, *left: Any) -> None:
+    def __exit__(self, *left: object) -> None:
         self._video.__exit__(*left)
 
     def on_reset(self, world: Any) -> None:

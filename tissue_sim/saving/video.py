@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -18,7 +17,7 @@ class Video:
     """Writes pictures to a file in a `with` block; the file is there when the block is left."""
 
     def __init__(self, path: Path, keyframes: int = 250) -> None:
-        """Write to `path`; with a keyframe each few pictures any of them is found fast."""
+        """Write to `path`; pictures are found faster if `keyframes` are few pictures apart."""
         self._path, self._partial = path, path.with_suffix(f".partial{path.suffix}")
         self._exact = ["-g", str(keyframes), "-bf", "0", "-crf", str(QUALITY)]
 
@@ -39,12 +38,7 @@ class Video:
         """Add a picture (height, width, 3)."""
         self._writer.append_data(picture)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *left: object) -> None:
         self._writer.close()
         if self._partial.exists():  # it is made with the first picture
             self._partial.replace(self._path)

@@ -153,7 +153,7 @@ def fields(vectors: Any) -> dict[str, Any]:
 
 
 def encoded_and_tissue(vectors: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
-    """Split vectors (n, `VECTOR_SIZE`) into what `ENCODED` names and what is seen of the tissue."""
+    """Return the parts that `ENCODED` names, and all others, of vectors (n, `VECTOR_SIZE`)."""
     parts = fields(vectors)
     flat = {name: part.reshape(len(vectors), -1) for name, part in parts.items()}
     encoded = np.concatenate([flat[name] for name in ENCODED], axis=1)

@@ -15,6 +15,7 @@ from controller.dataset.reader import read_episodes
 from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURES, STATE, TISSUE
 from controller.dataset.videos import pictures
 from tests.controller.dataset.episodes import frame_of, grey, random_episode, write_parts
+from tissue_sim.saving.video import Video
 
 CAMERAS = ("endoscope_left", "wrist_right")
 SEEDS = (3, 4)
@@ -106,7 +107,15 @@ def test_parts_of_other_cameras_do_not_mix_and_the_old_dataset_stays(tmp_path):
     assert list(read_episodes(tmp_path))
 
 
-@pytest.mark.parametrize("spoil", [lambda p: p.unlink(), lambda p: p.write_bytes(b"no video")])
+def cut_short(path):
+    with Video(path) as video:
+        for frame in range(49):
+            video.add(grey(frame))
+
+
+@pytest.mark.parametrize(
+    "spoil", [lambda p: p.unlink(), lambda p: p.write_bytes(b"no video"), cut_short]
+)
 def test_a_video_that_is_missing_or_damaged_is_one_line(tmp_path, spoil):
     (part,) = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS)
     spoil(video_path(part, CAMERAS[1]))
