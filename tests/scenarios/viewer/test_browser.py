@@ -213,7 +213,7 @@ def test_an_exported_page_works_offline(chromium, tmp_path, session):
 
     session.pace.speed = math.inf
     session.pace.go_on()
-    run_to(session, 8.0)  # the page loops, and fades in each time
+    run_to(session, 24.0)  # the page loops, and fades in each time
     session.pace.restart(session.config)
     page = tmp_path / "page.html"
     page.write_text(export(RecordingFrames(recorded(session), every=6), lambda time_s: None))
