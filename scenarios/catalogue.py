@@ -102,6 +102,9 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
     return "exact" if witness and scenario not in SENSE_OF else "tracked"
 
 
+PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.surgeon:Surgeon"}
+"""Scripted people who see the truth and speak, each by a factory that takes the inbox."""
+
 ABLATIONS: dict[str, str] = {
     "no-corrections": "planner.without_corrections:PlannerWithoutCorrections"
 }

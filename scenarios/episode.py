@@ -19,6 +19,7 @@ import numpy as np
 from controller.action import ToolAction, hold
 from controller.base import Controller
 from controller.correction import carried_out
+from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
 from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
@@ -77,6 +78,7 @@ class Episode:
             self._clock,
             safety_filter=self.config.safety_filter,
         )
+        self._tool_place = ToolPlace()
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
         self._instruction = Instruction(task=TASKS[0])  # until the planner is asked
@@ -134,6 +136,9 @@ class Episode:
             self.effects.add(perturbation)
         self._told += self._override.follow(self.observation, exchanging=self._exchanging)
         self._follow(self._override.in_force(self.observation))
+        if self._tool_place.follow(self.observation, self._instruction):
+            self._told.append(self._tool_place.in_words)
+            self.controller.reset()
 
     def _answer(self, reading: Reading) -> Heard:
         answer = self._override.hear(reading, self.observation)
@@ -245,7 +250,7 @@ class Episode:
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
         with self._clock.stage("sense"):
-            self.observation = self.sense.observe(self.world, exact)
+            self.observation = self._tool_place.corrected(self.sense.observe(self.world, exact))
         return Step(
             time_s=self._time_s,
             instruction=self._instruction,

@@ -17,7 +17,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.inbox import Inbox
 from scenarios.loop.motion_metrics import MotionMetrics
 from scenarios.loop.observer import Observer
-from scenarios.loop.policies import make_controller, make_planner, name_of
+from scenarios.loop.policies import make_controller, make_person, make_planner, name_of
 from scenarios.loop.results import (
     CallResult,
     EpisodeResult,
@@ -59,8 +59,9 @@ def run_episode(
     """
     start_s = time.perf_counter()
     render = any(getattr(o, "needs_images", False) for o in observers)
+    inbox = inbox or Inbox()
     episode = begin(config, render=render, inbox=inbox, planner=planner, controller=controller)
-    return play(episode, observers, start_s)
+    return play(episode, [*observers, *make_person(config, inbox)], start_s)
 
 
 def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> EpisodeResult:

@@ -240,6 +240,11 @@ SUITES: dict[str, Suite] = {
             ),
         ),
         Suite(
+            name="registration",
+            description="the arms are 1.5 mm from where they believe to be, as a person can see",
+            conditions=(Condition(name="hand-eye", scenario="hand-eye", magnitude=0.0015),),
+        ),
+        Suite(
             name="language",
             description="what people say, and what they should not be obeyed in",
             conditions=(

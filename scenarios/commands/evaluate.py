@@ -47,8 +47,8 @@ class Evaluate:
 
     arms: Annotated[tuple[StudyArm, ...], some_arms()] = (DEFAULT,)
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE
-    ,ablation=no-corrections and ,sense=exact where wanted; the others are compared with the
-    first."""
+    ,ablation=no-corrections ,sense=exact and ,person=surgeon where wanted; the others are compared
+    with the first."""
     suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)
     """Which conditions, names with commas between."""
     seed: Annotated[int, at_least(0)] = 20_000

@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, WITNESS, usual_sense
+from scenarios.catalogue import (
+    CONTROLLERS,
+    PEOPLE,
+    PLANNERS,
+    SCENARIOS,
+    SENSES,
+    WITNESS,
+    usual_sense,
+)
 from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.cluster_option import require_cluster
@@ -78,6 +86,8 @@ class Run:
     """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     instruct: Annotated[Path | None, arg(metavar="FILE")] = None
     """What a person says and when; each line is SECONDS of simulated time, a tab, the words."""
+    person: Annotated[str | None, one_of(PEOPLE)] = None
+    """A scripted person who sees the truth, and corrects the robot in words."""
     save_interventions: Annotated[Path | None, arg(metavar="FOLDER")] = None
     """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
     filter: bool = True
@@ -102,7 +112,7 @@ class Run:
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
         self._require_possible()
-        say_who_acts(self.planner, self.controller, self._sense)
+        say_who_acts(self.planner, self.controller, self._sense, self.person)
         finished: list[EpisodeResult] = []
         self._write(finished)
         try:
@@ -206,6 +216,7 @@ class Run:
                 perception_checkpoint=text_of(self.perception_checkpoint),
                 safety_filter=self.filter,
                 instruct=text_of(self.instruct),
+                person=self.person,
             )
             for k in range(self.episodes)
         ]

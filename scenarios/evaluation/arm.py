@@ -1,7 +1,7 @@
 """An arm of an evaluation: a planner, a controller, and options.
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
-[,sense=NAME][,perception-checkpoint=FILE]
+[,sense=NAME][,perception-checkpoint=FILE][,person=NAME]
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ OPTIONS = (
     "ablation",
     "sense",
     "perception-checkpoint",
+    "person",
 )
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
@@ -34,8 +35,7 @@ class StudyArm:
     Attributes:
         name: unique in an evaluation; also the folder's name.
         planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense,
-            perception_checkpoint: as in
-            `EpisodeConfig`.
+            perception_checkpoint, person: as in `EpisodeConfig`.
     """
 
     name: str
@@ -47,6 +47,7 @@ class StudyArm:
     ablation: str | None = None
     sense: str = EpisodeConfig.sense
     perception_checkpoint: str | None = None
+    person: str | None = None
 
     @property
     def choices(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from scenarios.catalogue import (
     CONTROLLERS,
     LEARNED_CONTROLLERS,
     LEARNED_PLANNERS,
+    PEOPLE,
     PERCEIVING,
     PLANNERS,
     SCENARIOS,
@@ -38,6 +39,7 @@ class EpisodeConfig:
         planner_checkpoint: File of a learned planner; None likewise.
         safety_filter: Whether commands pass through the safety filter.
         instruct: File of what a person says and when; None if nobody says anything.
+        person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
 
     Raises:
@@ -59,6 +61,7 @@ class EpisodeConfig:
     safety_filter: bool = True
     instruct: str | None = None
     ablation: str | None = None
+    person: str | None = None
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
@@ -70,6 +73,8 @@ class EpisodeConfig:
             raise ValueError(f"scenario {self.scenario!r} needs the sense {needed!r}")
         if self.ablation is not None:
             _require_known("ablation", self.ablation, ABLATIONS)
+        if self.person is not None:
+            _require_known("person", self.person, PEOPLE)
         _ = self.perturbations
         _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
         _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)

@@ -6,15 +6,17 @@ declared privileged is called with the setup and the world.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pkgutil import resolve_name
 from typing import Any
 
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
-from scenarios.catalogue import ABLATIONS, CONTROLLERS, PLANNERS
+from scenarios.catalogue import ABLATIONS, CONTROLLERS, PEOPLE, PLANNERS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.inbox import Inbox
+from scenarios.loop.observer import Observer
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 
@@ -41,6 +43,11 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
     controller = _made(_factory(config.controller, CONTROLLERS), setup, world)
     _require_methods(config.controller, controller, "reset", "act")
     return controller
+
+
+def make_person(config: EpisodeConfig, inbox: Inbox) -> Sequence[Observer]:
+    """Return who watches the episode and speaks to it, if anybody does."""
+    return () if config.person is None else (resolve_name(PEOPLE[config.person])(inbox),)
 
 
 def name_of(policy: object) -> str:

@@ -49,12 +49,12 @@ def repeat(recording: Recording, out: Path) -> Recording:
 
 
 def _repeatable(recording: Recording) -> EpisodeConfig:
-    """Return its configuration; what a file made people say is in the recording itself."""
+    """Return its configuration; what people said is in the recording itself."""
     if recording.world_version != WORLD_VERSION:
         raise ValueError(
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
         )
-    config = replace(config_of(recording), instruct=None)
+    config = replace(config_of(recording), instruct=None, person=None)
     for name in (config.planner, config.controller):
         require_factory(name)
     if config.planner in ENDPOINT_PLANNERS:

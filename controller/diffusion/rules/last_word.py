@@ -9,11 +9,12 @@ from controller.diffusion.rules.centring import centred
 from controller.diffusion.rules.closing import closed_in_place
 from controller.diffusion.rules.grasping import grasped_on
 from controller.diffusion.rules.reaching import reached
+from controller.diffusion.rules.retreating import drawn_back
 from controller.diffusion.rules.squaring import squared
 from planner.task import Task
 from tissue_sim.frames import Array
 
-RULES = squared, grasped_on, reached, centred  # two of the grasper, two of the jaws on a tube
+RULES = squared, grasped_on, reached, centred, drawn_back  # two of the grasper, three of the jaws
 
 
 def last_word(chunk: Array, seen: NDArray[np.float32], task: Task, jaws_rad: Array) -> Array:

@@ -41,4 +41,5 @@ def _stack(arm: StudyArm) -> str:
     parts = [f"{arm.planner} planner, {arm.controller} controller"]
     parts += [] if arm.safety_filter else ["no safety filter"]
     parts += [arm.ablation] if arm.ablation else []
+    parts += [f"a scripted {arm.person} corrects"] if arm.person else []
     return ", ".join(parts)

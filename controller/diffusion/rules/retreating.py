@@ -1,0 +1,45 @@
+"""An arm that is told to go back goes back: open jaws are drawn out the way they came.
+
+A policy learns to go back from jaws that have closed on a clip or a tube. Where they have not, as
+the task took too long, it may stay on the tube and swing to and fro by a millimetre, until a person
+is called: two of 140 procedures with a failure set up ended so.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.closing import BEGUN_RAD
+from controller.diffusion.rules.holding import UNTURNED
+from planner.seen.done import is_back
+from planner.task import Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import observation_of
+from tissue_sim.tools.arms import RIGHT_ARM
+
+LINGERS_M = 1.5e-3  # a chunk that goes back by less stays; the policy's own go back by 5 to 10 mm
+STEP_M = 4e-4  # in a control step, the expert's near tubes
+
+
+def drawn_back(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+    """Return a chunk (n, 20) whose right arm goes back along its tool where it would stay.
+
+    It is returned as it is where the arm is back, or its jaws have to open first.
+
+    Args:
+        chunk: as `chunk_frame` has it; not changed.
+        seen: `Observation.vector()` at its start.
+        task: the running one.
+    """
+    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    if not task.goes_back or is_back(now):
+        return chunk
+    right, ahead = arms[:, RIGHT_ARM], now.tips_endoscope[RIGHT_ARM, :3, 2]
+    is_open = min(now.joints[RIGHT_ARM, -1], right[:, JAW].min()) > BEGUN_RAD
+    if not is_open or right[-1, MOVE] @ ahead < -LINGERS_M:
+        return chunk
+    right[:, MOVE] = -STEP_M * np.arange(1, len(arms) + 1)[:, None] * ahead
+    right[:, TURN] = UNTURNED
+    return arms.reshape(chunk.shape)

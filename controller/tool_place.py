@@ -1,0 +1,85 @@
+"""Where the right tool is relative to what is seen, as far as a person's corrections teach it.
+
+Where a person has moved the right arm and then has its jaws closed, the task's place is between
+them, whatever is seen. What is seen to lie between the two is taken for an error of the arm's
+registration (hand-eye calibration), which lasts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from controller.diffusion.rules.centring import place_ahead
+from planner.correction import DIRECTION_ENDOSCOPE
+from planner.instruction import Instruction
+from planner.task import Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.tools.arms import RIGHT_ARM
+
+WORTH_TELLING_M = 5e-4
+MOST_M = 0.010  # by which a registration can be wrong; assumed
+
+_WORDS = {
+    "left": "farther left", "right": "farther right", "higher": "higher", "lower": "lower",
+    "away": "farther away", "towards": "nearer to you",
+}  # fmt: skip
+
+
+class ToolPlace:
+    """Follows what a person corrects.
+
+    Attributes:
+        offset_m: (3,) of the right tool from where its arm's registration has it, endoscope frame.
+    """
+
+    def __init__(self) -> None:
+        self.offset_m: Array = np.zeros(3)
+        self._moved_in: Task | None = None
+
+    def corrected(self, seen: Observation) -> Observation:
+        """Return an observation with the right tip where it has turned out to be."""
+        if not self.offset_m.any():
+            return seen
+        tips = seen.tips_endoscope.copy()
+        tips[RIGHT_ARM, :3, 3] += self.offset_m
+        return replace(seen, tips_endoscope=tips)
+
+    @property
+    def in_words(self) -> str:
+        """Return where the tool has turned out to be, for the person who showed it."""
+        ways = [
+            f"{1e3 * way_m:.1f} mm {_WORDS[name]}"
+            for name, way in DIRECTION_ENDOSCOPE.items()
+            if (way_m := float(self.offset_m @ way)) >= WORTH_TELLING_M
+        ]
+        place = ", ".join(ways) or "where the arm's encoders have it"
+        return f"I take the right tool to be {place} from now on."
+
+    def follow(self, seen: Observation, instruction: Instruction) -> bool:
+        """Take in a moment; return whether the tool has turned out to be elsewhere.
+
+        Args:
+            seen: as corrected so far.
+            instruction: in force.
+        """
+        said, task = instruction.correction, instruction.task
+        if self._moved_in != task:
+            self._moved_in = None
+        if said is None or said.arm == "left" or instruction.source != "human":
+            return False
+        if said.direction is not None:
+            self._moved_in = task
+        if said.jaw != "close" or self._moved_in is None:
+            return False
+        self._moved_in = None
+        return self._learn(seen, task)
+
+    def _learn(self, seen: Observation, task: Task) -> bool:
+        ahead = place_ahead(seen.vector(), task)
+        if ahead is None or np.linalg.norm(self.offset_m + ahead[0]) > MOST_M:
+            return False
+        self.offset_m = self.offset_m + ahead[0]
+        return True
