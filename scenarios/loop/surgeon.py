@@ -56,7 +56,7 @@ class Surgeon:
         waits = step.exchange or step.instruction.hold or step.instruction.source == "human"
         if waits or task.kind not in ("clip", "cut") or task_done(task, self._world):
             return
-        if (words := self._words(task, acts=closes, stands=stands)) is not None:
+        if (words := self._words(task, closes=closes, stands=stands)) is not None:
             self._said += 1
             self._inbox.say(words)
 
@@ -73,12 +73,12 @@ class Surgeon:
         moved_m = float(np.linalg.norm(self._tips_m[-1] - self._tips_m[0]))
         return len(self._tips_m) == self._tips_m.maxlen and moved_m < STANDS_M
 
-    def _words(self, task: Task, *, acts: bool, stands: bool) -> str | None:
+    def _words(self, task: Task, *, closes: bool, stands: bool) -> str | None:
         """Return the words that help now; None if there are none."""
         goal, tip_m = self._goal(task), self._world.arms.T_world_tool()[RIGHT_ARM, :3, 3]
         off_m = inverse_pose(self._world.T_world_endoscope)[:3, :3] @ (goal[:3, 3] - tip_m)
         past = off_m[AWAY] < -SHOWN_M
-        if np.linalg.norm(off_m) > NEAR_M or not (acts or stands or past or self._said):
+        if np.linalg.norm(off_m) > NEAR_M or not (closes or stands or past or self._said):
             return None
         right = self._is_right(task, low_m=float((goal[:3, 3] - tip_m) @ goal[:3, 0]))
         if right and not (self._said or stands):

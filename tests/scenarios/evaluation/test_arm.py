@@ -9,7 +9,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 def test_a_text_becomes_the_arm_that_it_names():
     text = "old=learned+diffusion,checkpoint=a/b=c.st,planner-checkpoint=p.st,filter=off"
-    assert arm_from_text(f"{text},ablation=no-corrections,sense=exact") == StudyArm(
+    assert arm_from_text(f"{text},ablation=no-corrections,sense=exact,person=surgeon") == StudyArm(
         name="old",
         planner="learned",
         controller="diffusion",
@@ -18,6 +18,7 @@ def test_a_text_becomes_the_arm_that_it_names():
         safety_filter=False,
         ablation="no-corrections",
         sense="exact",
+        person="surgeon",
     )
 
 
@@ -50,6 +51,7 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,speed=2", "unknown option 'speed=2'; allowed: filter"),
         ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),
         ("a=scripted+expert,ablation=zoo", "unknown ablation 'zoo'; allowed: no-corrections"),
+        ("a=scripted+expert,person=zoo", "unknown person 'zoo'; allowed: surgeon"),
         ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: cameras, tracked, exact"),
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
     ],

@@ -11,7 +11,7 @@ import pytest
 from controller.diffusion.checkpoint import save_checkpoint
 from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
-from scenarios.catalogue import CONTROLLERS, WITNESS
+from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import FirstDifference, first_difference
@@ -73,6 +73,36 @@ def test_instructions_from_a_file_are_repeated_without_the_file(tmp_path):
         "the weather is nice",
     ]
     assert first_difference(recording, repeat(recording, tmp_path / "again")) is None
+
+
+class Talker:
+    """A scripted person: says one thing after some steps."""
+
+    def __init__(self, inbox):
+        self._inbox, self._steps = inbox, 0
+
+    def on_reset(self, world):
+        del world
+
+    def on_step(self, step):
+        del step
+        self._steps += 1
+        if self._steps == 10:
+            self._inbox.say("move right arm higher")
+
+    def on_end(self, result):
+        del result
+
+
+def test_a_scripted_person_is_repeated_from_the_recording_and_does_not_speak_twice(
+    monkeypatch, tmp_path
+):
+    monkeypatch.setitem(PEOPLE, "talker", f"{__name__}:Talker")
+    recording = attempted(replace(IDLE, person="talker"), tmp_path)
+    assert [entry["step"] for entry in recording.heard] == [10]
+    again = repeat(recording, tmp_path / "again")
+    assert first_difference(recording, again) is None
+    assert len(again.heard) == 1
 
 
 @pytest.fixture(scope="module")
