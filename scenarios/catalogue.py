@@ -76,12 +76,13 @@ LEARNED_CONTROLLERS = ("diffusion",)
 
 SENSES: dict[str, str] = {
     "cameras": "perception from pictures of the endoscope and both wrist cameras",
+    "endoscope": "perception from pictures of the endoscope alone",
     "tracked": "a model of what cameras and encoders tell, with errors and hidden points",
     "exact": "simulator state, which no robot has",
 }
 """How everybody who acts observes the world."""
 
-PERCEIVING = ("cameras",)
+PERCEIVING = ("cameras", "endoscope")
 """Senses that are made from a checkpoint, and need a renderer."""
 
 SENSE_OF: dict[str, str] = {p.name: "tracked" for p in SENSING} | {

@@ -1,12 +1,15 @@
-"""The sense `cameras`: pictures, encoders and motor currents, and what is made of them."""
+"""The senses `cameras` and `endoscope`: from pictures, encoders and motor currents to points."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from controller.perception.checkpoint import PerceptionModel
 from controller.perception.perception import Perception
-from tissue_sim.sensing.eyes import USUAL, Eyes, Spoil, as_it_is
+from tissue_sim.sensing.cameras import CameraSpec
+from tissue_sim.sensing.eyes import USUAL, VIEWS, Eyes, Spoil, as_it_is
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
@@ -21,9 +24,11 @@ class SenseCameras:
         perception: PerceptionModel,
         model: SensorModel = USUAL,
         spoil: Spoil = as_it_is,
+        views: Sequence[CameraSpec] = VIEWS,
     ) -> None:
-        """Perceive with the errors of this seed; each picture passes through `spoil`."""
-        self._eyes = Eyes(np.random.default_rng([0x5EE, seed]), model, spoil=spoil)
+        """Perceive in `views` with the errors of this seed; pictures pass through `spoil`."""
+        rng = np.random.default_rng([0x5EE, seed])
+        self._eyes = Eyes(rng, model, spoil=spoil, views=views)
         self._perception = Perception(perception)
 
     def observe(self, world: World, exact: Observation) -> Observation:

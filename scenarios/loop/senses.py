@@ -23,7 +23,9 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
         from controller.perception.checkpoint import SHIPPED, load_perception
         from planner.learning.checkpoint import chosen
         from scenarios.loop.camera_sense import SenseCameras
+        from tissue_sim.sensing.eyes import ENDOSCOPE_VIEWS, VIEWS
 
         perception = load_perception(chosen(config.perception_checkpoint, SHIPPED, "perception"))
-        return SenseCameras(config.seed, perception, spoil=effects.on_picture)
+        views = ENDOSCOPE_VIEWS if config.sense == "endoscope" else VIEWS
+        return SenseCameras(config.seed, perception, spoil=effects.on_picture, views=views)
     return SenseTracked(config.seed, effects.on_senses(SensorModel()))

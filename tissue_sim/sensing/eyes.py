@@ -7,7 +7,7 @@ less than they cost.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ VIEWS = (
     CameraSpec(name="wrist_left_tip", width=128, height=128, fov_rad=float(np.deg2rad(23.0))),
     CameraSpec(name="wrist_right_tip", width=128, height=128, fov_rad=float(np.deg2rad(29.0))),
 )
+ENDOSCOPE_VIEWS = tuple(spec for spec in VIEWS if CROPS.get(spec.name, spec.name) == WHOLE)
 LOOK_STEPS = 6  # control steps from one look to the next: ten looks a second err as much as five
 JAW_PLAY_RAD = 0.004  # assumed: backlash between a jaw and its encoder
 WHITE = 0.1  # assumed: share of a force's error that is new in each step; the rest is constant
@@ -56,9 +57,11 @@ class Eyes:
         model: SensorModel = USUAL,
         every: int = LOOK_STEPS,
         spoil: Spoil = as_it_is,
+        views: Sequence[CameraSpec] = VIEWS,
     ) -> None:
-        """Look each `every` control steps; each picture passes through `spoil`."""
+        """Look with `views` each `every` control steps; each picture passes through `spoil`."""
         self._model, self._rng, self._every, self._spoil = model, rng, every, spoil
+        self._views = views
         self._force_n = model.force_n * rng.standard_normal(7)
         self._offset_m = model.hand_eye_m * rng.standard_normal((2, 3))
         turns = model.hand_eye_rad * rng.standard_normal((2, 3))
@@ -98,7 +101,7 @@ class Eyes:
         if aim_m is not None and self._looks % 2 == 1:
             aims_m[CLOSE], left_out = transform(field.T_world_endoscope, aim_m), WHOLE
         self._looks += 1
-        specs = [spec for spec in VIEWS if spec.name != left_out]
+        specs = [spec for spec in self._views if spec.name != left_out]
         rgb = view.pictures(field, specs, aims_m=aims_m)[COLOR_PICTURE]
         to_endoscope = inverse_pose(field.T_world_endoscope)
         made = {}

@@ -52,7 +52,7 @@ def test_its_choices_make_an_episode():
         ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),
         ("a=scripted+expert,ablation=zoo", "unknown ablation 'zoo'; allowed: no-corrections"),
         ("a=scripted+expert,person=zoo", "unknown person 'zoo'; allowed: surgeon"),
-        ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: cameras, tracked, exact"),
+        ("a=scripted+expert,sense=zoo", "unknown sense 'zoo'; allowed: cameras, endoscope"),
         ("a=scripted+expert,checkpoint=f", "'expert' takes no checkpoint"),
     ],
 )

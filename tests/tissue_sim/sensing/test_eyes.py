@@ -9,7 +9,15 @@ from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
 from tissue_sim.sensing.cameras import T_world_camera
 from tissue_sim.sensing.exact import exact_observation
-from tissue_sim.sensing.eyes import CLOSE, JAW_PLAY_RAD, USUAL, VIEWS, WHOLE, Eyes
+from tissue_sim.sensing.eyes import (
+    CLOSE,
+    ENDOSCOPE_VIEWS,
+    JAW_PLAY_RAD,
+    USUAL,
+    VIEWS,
+    WHOLE,
+    Eyes,
+)
 from tissue_sim.sensing.glance import Glance
 from tissue_sim.sensing.shown import N_SHOWN, project, shown_points, visible
 from tissue_sim.tools.arms import JointCommand
@@ -30,9 +38,11 @@ def world() -> World:
     return world
 
 
-def glances(world: World, model=USUAL, n: int = 1, every: int = 1, aim_m=None) -> list[Glance]:
+def glances(
+    world: World, model=USUAL, n: int = 1, every: int = 1, aim_m=None, views=VIEWS
+) -> list[Glance]:
     assert world.view is not None
-    eyes = Eyes(np.random.default_rng(0), model, every)
+    eyes = Eyes(np.random.default_rng(0), model, every, views=views)
     return [eyes.glance(world, world.view, world.observe(), aim_m) for _ in range(n)]
 
 
@@ -48,6 +58,13 @@ def test_a_picture_has_its_views_size_and_focal_length(world: World):
         assert picture.rgb.shape == (spec.height, spec.width, 3)
         assert picture.focal_px == spec.focal_px
         assert picture.rgb.std() > 10
+
+
+def test_without_the_wrists_the_endoscope_shows_the_same(world: World):
+    those = [glances(world, n=2, aim_m=AIM_M, views=views) for views in (ENDOSCOPE_VIEWS, VIEWS)]
+    for name, (alone, among) in zip((WHOLE, CLOSE), zip(*those, strict=True), strict=True):
+        assert set(alone.pictures) == {name} < set(among.pictures)
+        assert (alone.pictures[name].rgb == among.pictures[name].rgb).all()
 
 
 def test_the_endoscope_shows_the_whole_and_what_it_is_aimed_at_by_turns(world: World):
