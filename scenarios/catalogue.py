@@ -56,6 +56,7 @@ SCENARIOS: dict[str, Scenario] = {
 PLANNERS: dict[str, str] = {
     "learned": "planner.learned.planner:make",
     "llm": "planner.llm:make",
+    "rule": "planner.by_rule:make",
     "scripted": "planner.scripted:make",
 }
 

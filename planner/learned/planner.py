@@ -11,20 +11,21 @@ import torch
 from numpy.typing import NDArray
 
 from planner.assessment import Assessment
-from planner.base import MOST_TRIES, PLANNING_PERIOD_S, failed_too_often
+from planner.base import MOST_TRIES, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
 from planner.learned.checkpoint import SHIPPED, load_checkpoint
-from planner.learned.due import due
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.done import is_grasped, is_low, pulls
+from planner.seen.done import is_low
+from planner.seen.due import due
 from planner.seen.room import RoomSeen
 from planner.seen.sight import UNSEEN, Sight
 from planner.seen.standstill import STANDSTILL, Standstill
+from planner.seen.task_clock import TaskClock
 from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
@@ -64,9 +65,9 @@ class PlannerLearned:
     def reset(self) -> None:
         """Forget the episode so far."""
         self._moments: deque[_Moment] = deque(maxlen=self._network.config.history)
-        self._task, self._correction, self._since_s = N_TASKS, N_CORRECTIONS, 0.0
+        self._task, self._correction = N_TASKS, N_CORRECTIONS
         self._preferred, self._has_cut = N_TASKS, False
-        self._tries, self._pulled_s, self._grasped_s = Counter[int](), 0.0, 0.0
+        self._tries, self._clock = Counter[int](), TaskClock()
         self._frame = RestFrame()
         self._room, self._sight, self._standstill = RoomSeen(), Sight(), Standstill()
 
@@ -116,15 +117,12 @@ class PlannerLearned:
         return None
 
     def _remember(self, observation: Observation) -> None:
-        """Add a moment. Time in which the planner is not asked (tool exchanges) does not count."""
-        now_s = observation.time_s
-        if self._moments and self._task < N_TASKS:
-            passed_s = min(now_s - self._moments[-1].time_s, PLANNING_PERIOD_S)
-            self._since_s += passed_s
-            self._pulled_s = self._pulled_s + passed_s if pulls(observation) else 0.0
-            self._grasped_s = self._grasped_s + passed_s if is_grasped(observation) else 0.0
-        seen = self._frame.follow(observation.vector())
-        self._moments.append(_Moment(now_s, seen, self._task, self._correction, self._since_s))
+        """Add a moment."""
+        self._clock.see(observation)
+        seen, since_s = self._frame.follow(observation.vector()), self._clock.since_s
+        self._moments.append(
+            _Moment(observation.time_s, seen, self._task, self._correction, since_s)
+        )
 
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
         """Return the probability of each task that may be due.
@@ -136,8 +134,9 @@ class PlannerLearned:
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None
+        clock = self._clock
         owed = [
-            due(asked, given, self._since_s, observation, self._pulled_s, self._grasped_s).index - 1
+            due(asked, given, clock.since_s, observation, clock.pulled_s, clock.grasped_s).index - 1
             for asked in TASKS
         ]
         return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
@@ -147,7 +146,8 @@ class PlannerLearned:
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task
         if sure and task != self._task:
-            self._task, self._since_s = task, 0.0
+            self._task = task
+            self._clock.begin()
             self._tries[task] += TASKS[task].kind in ("clip", "cut")
             self._has_cut |= TASKS[task].kind == "go_back_from_cut"
 

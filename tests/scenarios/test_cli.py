@@ -150,7 +150,7 @@ def test_help_is_no_error(capsys, words):
         ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
         (
             {"planner": "oracle"},
-            "unknown planner 'oracle'; allowed: learned, llm, scripted",
+            "unknown planner 'oracle'; allowed: learned, llm, rule, scripted",
         ),
         (
             {"controller": "hand"},

@@ -11,10 +11,10 @@ import torch
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import CORRECTIONS
 from planner.learned.config import PlannerConfig
-from planner.learned.due import due
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
+from planner.seen.due import due
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.seen import clipped

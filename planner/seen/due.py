@@ -1,8 +1,9 @@
-"""What is due where the network asks for a task: what is seen to be done, or not, decides.
+"""What is due where a planner asks for a task: what is seen to be done, or not, decides.
 
-The network was trained where tasks change in time. Once it was late, what it had said before made
-it repeat itself: it asked for 20 s to go back from a clip with the arm back, and left a cut that
-was not made. Clips are counted, cuts and the tip are seen, so it need not guess these.
+The learned planner's network was trained where tasks change in time. Once it was late, what it had
+said before made it repeat itself: it asked for 20 s to go back from a clip with the arm back, and
+left a cut that was not made. Clips are counted, cuts and the tip are seen, so it need not guess
+these.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ def due(
     pulled_s: float = 0.0,
     grasped_s: float = 0.0,
 ) -> Task:
-    """Return the task that is due where the network asks for one.
+    """Return the task that is due where a planner asks for one.
 
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
-    slipped and the network agrees; then the arm goes back. Going back lasts until the tip is seen
+    slipped and the planner says so; then the arm goes back. Going back lasts until the tip is seen
     back, or has taken too long: an arm may stop just short of it. Then follows the first clip or
-    cut that is not done. To grab is up to the network, and that the grab is done, too, unless it is
+    cut that is not done. To grab is up to the planner, and that the grab is done, too, unless it is
     seen to hold badly, and until it is surely done, or has lasted for too long.
 
     Args:
-        asked: by the network.
+        asked: by the planner.
         given: the task in force; None if there is none yet.
         since_s: for how long.
         seen: now.

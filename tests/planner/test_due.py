@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.base import PATIENCE_S
-from planner.learned.due import GRASPED_S, due
 from planner.seen.done import FIRM_TRACTION_N
+from planner.seen.due import GRASPED_S, due
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation

@@ -1,0 +1,34 @@
+"""For how long has a task lasted, and the grasper done its part? As the robot sees it."""
+
+from __future__ import annotations
+
+from planner.base import PLANNING_PERIOD_S
+from planner.seen.done import is_grasped, pulls
+from tissue_sim.sensing.observation import Observation
+
+
+class TaskClock:
+    """Counts while a planner is asked; tool exchanges, in which it is not, do not count.
+
+    Attributes:
+        since_s: since the task in force was given.
+        pulled_s: for how long the grasper has held and pulled without a break.
+        grasped_s: for how long the grasp has surely been good without a break.
+    """
+
+    def __init__(self) -> None:
+        self.since_s = self.pulled_s = self.grasped_s = 0.0
+        self._now_s: float | None = None
+
+    def see(self, seen: Observation) -> None:
+        """Take in one observation."""
+        if self._now_s is not None:
+            passed_s = min(seen.time_s - self._now_s, PLANNING_PERIOD_S)
+            self.since_s += passed_s
+            self.pulled_s = self.pulled_s + passed_s if pulls(seen) else 0.0
+            self.grasped_s = self.grasped_s + passed_s if is_grasped(seen) else 0.0
+        self._now_s = seen.time_s
+
+    def begin(self) -> None:
+        """Begin another task."""
+        self.since_s = 0.0
