@@ -19,12 +19,14 @@ class PolicySetup:
     Attributes:
         seed: of the episode; the policy draws its own random numbers from it.
         checkpoint: file that the user named; None for the policy's own choice.
+        cameras: whose pictures a controller finds in `Observation.images`.
         control_period_s: from one action to the next.
         planning_period_s: from one call of the planner to the next.
     """
 
     seed: int = 0
     checkpoint: str | None = None
+    cameras: tuple[str, ...] = ()
     control_period_s: float = CONTROL_PERIOD_S
     planning_period_s: float = PLANNING_PERIOD_S
 

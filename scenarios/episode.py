@@ -30,6 +30,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Heard, Inbox
+from scenarios.loop.pictures import Pictures
 from scenarios.loop.stage_clock import StageClock
 from scenarios.loop.step import Outcome, Step
 from scenarios.loop.task_record import TaskRecord
@@ -79,6 +80,7 @@ class Episode:
             safety_filter=self.config.safety_filter,
         )
         self._tool_place = ToolPlace()
+        self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
         self._instruction = Instruction(task=TASKS[0])  # until the planner is asked
@@ -208,7 +210,8 @@ class Episode:
         """Return the next action of the running chunk, or the first of a new one."""
         if not self._chunk:
             with self._clock.stage("controller"):
-                self._chunk.extend(self.controller.act(self.observation, self._instruction))
+                seen = self._pictures.added_to(self.observation, self.world)
+                self._chunk.extend(self.controller.act(seen, self._instruction))
         if not self._chunk:
             raise ValueError("controller: a chunk must hold at least one action, got none")
         return self._chunk.popleft()

@@ -99,7 +99,8 @@ def begin(
     effects = effects or Effects(config.perturbations, config.seed)
     if config.instruct is not None:
         inbox.arrange(read_script(Path(config.instruct)))
-    world = patient_on_table(config, effects, render=render or config.sense in PERCEIVING)
+    render = render or config.sense in PERCEIVING or bool(config.cameras)
+    world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)
     return Episode(
         world=world,

@@ -18,7 +18,7 @@ from scenarios.commands.checkpoint_option import require_checkpoint, require_pla
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.picture_collection import collect_pictures
-from scenarios.commands.renderer_option import require_renderer
+from scenarios.commands.renderer_option import require_cameras
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -135,15 +135,8 @@ class Collect:
         require_cluster(self.cluster, self.out)
 
     def _require_cameras(self) -> None:
-        from tissue_sim.sensing.cameras import CAMERA_NAMES
-
-        if unknown := [name for name in self.cameras if name not in CAMERA_NAMES]:
-            raise BadInputError(
-                f"--cameras: there is no {', '.join(unknown)}; allowed: {', '.join(CAMERA_NAMES)}"
-            )
+        require_cameras(self.cameras)
         self._require_same_cameras()
-        if self.cameras:
-            require_renderer("--cameras")
 
     def _require_same_cameras(self) -> None:
         from controller.dataset.part import cameras_of

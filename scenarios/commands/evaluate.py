@@ -17,6 +17,7 @@ from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
+from scenarios.commands.renderer_option import require_cameras
 from scenarios.commands.run import INTERRUPTED
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic
@@ -96,6 +97,7 @@ class Evaluate:
                 _path(arm.planner_checkpoint),
             )
             require_perception(arm.sense, _path(arm.perception_checkpoint))
+            require_cameras(arm.cameras)
         exact = [arm.name for arm in self.arms if arm.sense != "tracked"]
         if "sensing" in self.suite and exact:
             raise BadInputError(

@@ -27,7 +27,7 @@ from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
-from scenarios.commands.renderer_option import require_renderer
+from scenarios.commands.renderer_option import require_cameras, require_renderer
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import plain
@@ -80,6 +80,8 @@ class Run:
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
     Calot."""
+    cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
+    """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
@@ -130,6 +132,7 @@ class Run:
     def _require_possible(self) -> None:
         require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
         require_perception(self._sense, self.perception_checkpoint)
+        require_cameras(self.cameras)
         self._require_magnitude()
         if self.view:
             self._require_alone("--view")
@@ -217,6 +220,7 @@ class Run:
                 safety_filter=self.filter,
                 instruct=text_of(self.instruct),
                 person=self.person,
+                cameras=self.cameras,
             )
             for k in range(self.episodes)
         ]

@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import ClassVar, Self
 
 from controller.dataset.part import video_path
-from controller.dataset.schema import PICTURE_SHAPE
 from scenarios.demonstration.demonstration_recorder import is_frame
+from scenarios.loop.pictures import specs_of
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
 from tissue_sim.saving.video import Video
-from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.world import World
 
-HEIGHT, WIDTH, _ = PICTURE_SHAPE
 KEYFRAMES = 2  # from one to the next, as in LeRobot's own videos
 
 
@@ -28,7 +26,7 @@ class Filming:
 
     def __init__(self, cameras: Sequence[str], part: Path) -> None:
         """Film by `cameras`, into files beside `part`."""
-        self._specs = [CameraSpec(name=name, width=WIDTH, height=HEIGHT) for name in cameras]
+        self._specs = specs_of(cameras)
         self._videos = {name: Video(video_path(part, name), KEYFRAMES) for name in cameras}
         self._open = ExitStack()
 

@@ -2,6 +2,7 @@
 
 NAME=PLANNER+CONTROLLER[,filter=off][,checkpoint=FILE][,planner-checkpoint=FILE][,ablation=NAME]
 [,sense=NAME][,perception-checkpoint=FILE][,person=NAME]
+[,cameras=NAME+NAME]
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ OPTIONS = (
     "sense",
     "perception-checkpoint",
     "person",
+    "cameras",
 )
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")  # also a folder's
 
@@ -35,7 +37,7 @@ class StudyArm:
     Attributes:
         name: unique in an evaluation; also the folder's name.
         planner, controller, checkpoint, planner_checkpoint, safety_filter, ablation, sense,
-            perception_checkpoint, person: as in `EpisodeConfig`.
+            perception_checkpoint, person, cameras: as in `EpisodeConfig`.
     """
 
     name: str
@@ -48,6 +50,7 @@ class StudyArm:
     sense: str = EpisodeConfig.sense
     perception_checkpoint: str | None = None
     person: str | None = None
+    cameras: tuple[str, ...] = ()
 
     @property
     def choices(self) -> dict[str, Any]:
@@ -81,6 +84,8 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         if switch not in ("on", "off"):
             raise ValueError(f"filter={switch!r}; allowed: on, off")
         given["safety_filter"] = switch == "on"
+    if "cameras" in given:
+        given["cameras"] = tuple(given["cameras"].split("+"))
     return given
 
 

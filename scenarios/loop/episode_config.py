@@ -17,6 +17,7 @@ from scenarios.catalogue import (
     SENSES,
 )
 from scenarios.perturbation.perturbation import Perturbation
+from tissue_sim.sensing.camera_names import CAMERA_NAMES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +41,8 @@ class EpisodeConfig:
         safety_filter: Whether commands pass through the safety filter.
         instruct: File of what a person says and when; None if nobody says anything.
         person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
+        cameras: Names (`tissue_sim.sensing.camera_names`) of those whose pictures the controller
+            gets besides.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
 
     Raises:
@@ -62,6 +65,7 @@ class EpisodeConfig:
     instruct: str | None = None
     ablation: str | None = None
     person: str | None = None
+    cameras: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
@@ -75,6 +79,8 @@ class EpisodeConfig:
             _require_known("ablation", self.ablation, ABLATIONS)
         if self.person is not None:
             _require_known("person", self.person, PEOPLE)
+        for camera in self.cameras:
+            _require_known("camera", camera, CAMERA_NAMES)
         _ = self.perturbations
         _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
         _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)

@@ -39,7 +39,7 @@ def make_controller(config: EpisodeConfig, world: World) -> Controller:
     Raises:
         ValueError: there is no such factory, or what it makes is no controller.
     """
-    setup = PolicySetup(seed=config.seed, checkpoint=config.checkpoint)
+    setup = PolicySetup(seed=config.seed, checkpoint=config.checkpoint, cameras=config.cameras)
     controller = _made(_factory(config.controller, CONTROLLERS), setup, world)
     _require_methods(config.controller, controller, "reset", "act")
     return controller

@@ -88,6 +88,7 @@ def config_of(recording: Recording) -> EpisodeConfig:
         ValueError: this version does not know it.
     """
     try:
-        return EpisodeConfig(**recording.config)
+        made = EpisodeConfig(**recording.config)
     except TypeError as error:
         raise ValueError(f"its configuration is of another version: {error}") from None
+    return replace(made, cameras=tuple(made.cameras))  # a list in JSON

@@ -12,6 +12,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, pose, unit
+from tissue_sim.sensing.camera_names import CAMERA_NAMES
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
 
@@ -45,7 +46,6 @@ class CameraSpec:
         return 0.5 * self.height / float(np.tan(0.5 * self.fov_rad))
 
 
-CAMERA_NAMES = ("endoscope_left", "endoscope_right", "wrist_left", "wrist_right")
 CROPS = {
     "endoscope_left_close": "endoscope_left",
     "wrist_left_tip": "wrist_left",

@@ -11,7 +11,8 @@ from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import n_patches, patch_corners
 from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.cameras import BASELINE_M, CAMERA_NAMES, CameraSpec, T_world_camera
+from tissue_sim.sensing.camera_names import CAMERA_NAMES
+from tissue_sim.sensing.cameras import BASELINE_M, CameraSpec, T_world_camera
 from tissue_sim.surgery.clip import detach, latch
 from tissue_sim.surgery.cut import sever
 from tissue_sim.surgery.leak import leaks

@@ -1,0 +1,127 @@
+"""A policy that LeRobot trained on a dataset of `calot collect`, as a controller.
+
+It gets what such a dataset has of a moment: encoders and motor currents, the tissue as sensed if it
+was trained with that, the pictures of its cameras, and the instruction as the task in words.
+LeRobot 0.4 must be installed beside Calot; its processors normalise what goes in and comes out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from controller.action import Chunk
+from controller.dataset.schema import PICTURES, STATE, TISSUE
+from controller.diffusion.chunk_frame import motion_of
+from planner.instruction import Instruction
+from planner.policy_setup import PolicySetup
+from tissue_sim.sensing.observation import Observation, encoded_and_tissue
+
+Processor = Callable[[Any], Any]
+
+
+class ControllerLeRobot:
+    """Plays as much of each chunk as the policy was made for, or one action at a time.
+
+    The latter where the policy looks at more than one moment, which LeRobot's own queue keeps.
+    """
+
+    def __init__(self, policy: Any, before: Processor, after: Processor) -> None:
+        self._policy, self._before, self._after = policy, before, after
+        self._text = ""
+
+    def reset(self) -> None:
+        """Forget what was seen, and what is left of the chunk."""
+        self._policy.reset()
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Return the next motions."""
+        if instruction.text != self._text:
+            self._text = instruction.text
+            self._policy.reset()
+        told = self._before(told_of(observation, self._text, self._policy.config.input_features))
+        rows = self._after(self._actions(told)).reshape(-1, self._after_size)
+        return tuple(motion_of(row) for row in rows.numpy())
+
+    @property
+    def _after_size(self) -> int:
+        return int(self._policy.config.output_features["action"].shape[0])
+
+    @torch.inference_mode()
+    def _actions(self, told: Any) -> torch.Tensor:
+        config = self._policy.config
+        if config.n_obs_steps > 1:
+            return self._policy.select_action(told)
+        return self._policy.predict_action_chunk(told)[:, : config.n_action_steps]
+
+
+def told_of(observation: Observation, text: str, wanted: Any) -> dict[str, Any]:
+    """Return what a policy is told of a moment, by LeRobot's names.
+
+    Args:
+        observation: the moment.
+        text: of the instruction.
+        wanted: names of what the policy was trained with.
+
+    Raises:
+        ValueError: the policy wants a picture that is not there.
+    """
+    vector = observation.vector()[None]
+    encoded, tissue = encoded_and_tissue(vector)
+    told: dict[str, Any] = {"task": text}
+    for name in wanted:
+        if name == STATE:
+            told[name] = torch.from_numpy(encoded[0].copy())
+        elif name == TISSUE:
+            told[name] = torch.from_numpy(tissue[0].copy())
+        elif name.startswith(PICTURES):
+            told[name] = _picture(observation, name.removeprefix(PICTURES))
+        else:
+            raise ValueError(f"LeRobot's policy wants {name!r}, which a robot is not told")
+    return told
+
+
+def _picture(observation: Observation, camera: str) -> torch.Tensor:
+    """Return a picture (3, height, width), 0 to 1."""
+    drawn: NDArray[np.uint8] | None = observation.images.get(camera)
+    if drawn is None:
+        raise ValueError(f"LeRobot's policy was trained with {camera}: name it with --cameras")
+    return torch.from_numpy(drawn.copy()).permute(2, 0, 1).float() / 255.0
+
+
+def make(setup: PolicySetup) -> ControllerLeRobot:
+    """Return the controller of a `model.safetensors` in a folder that LeRobot saved.
+
+    Raises:
+        ValueError: LeRobot is not installed, no checkpoint is named, or a camera is missing.
+    """
+    if setup.checkpoint is None:
+        raise ValueError("controller.lerobot: name the policy's model.safetensors by --checkpoint")
+    try:
+        factory = import_module("lerobot.policies.factory")
+        configs = import_module("lerobot.configs.policies")
+    except ImportError as error:
+        raise ValueError(f"controller.lerobot: LeRobot is not installed here: {error}") from None
+    folder = Path(setup.checkpoint).parent
+    config = configs.PreTrainedConfig.from_pretrained(folder)
+    config.device = "cpu"
+    policy = factory.get_policy_class(config.type).from_pretrained(folder, config=config)
+    _require_cameras(config.input_features, setup.cameras)
+    torch.manual_seed(setup.seed)
+    before, after = factory.make_pre_post_processors(config, str(folder))
+    return ControllerLeRobot(policy.eval(), before, after)
+
+
+def _require_cameras(wanted: Any, there: tuple[str, ...]) -> None:
+    needed = [name.removeprefix(PICTURES) for name in wanted if name.startswith(PICTURES)]
+    if missing := [camera for camera in needed if camera not in there]:
+        raise ValueError(
+            f"controller.lerobot: the policy was trained with {', '.join(needed)};"
+            f" name {', '.join(missing)} with --cameras, too"
+        )
