@@ -15,6 +15,7 @@ from scenarios.loop.inbox import Heard, Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
+from scenarios.recording.rerun_commands import config_of
 from tests.scenarios.recording.made_up_step import Event, random_step
 
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
@@ -90,7 +91,7 @@ def test_events_keep_the_step_they_happened_at(tmp_path):
 def test_a_finished_episode_carries_its_anatomy_config_and_result(tmp_path):
     record(tmp_path / "episode.npz", [])
     recording = load(tmp_path / "episode.npz")
-    assert EpisodeConfig(**recording.config) == CONFIG
+    assert config_of(recording) == CONFIG
     assert recording.anatomy == {"duct_length_m": 0.027}
     assert recording.result is not None
     assert recording.result["success"] is True
