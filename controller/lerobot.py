@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from controller.action import Chunk
+from controller.action import ACTION_SIZE, Chunk
 from controller.dataset.schema import PICTURES, STATE, TISSUE
 from controller.diffusion.chunk_frame import motion_of
 from planner.instruction import Instruction
@@ -46,12 +46,8 @@ class ControllerLeRobot:
             self._text = instruction.text
             self._policy.reset()
         told = self._before(told_of(observation, self._text, self._policy.config.input_features))
-        rows = self._after(self._actions(told)).reshape(-1, self._after_size)
+        rows = self._after(self._actions(told)).reshape(-1, ACTION_SIZE)
         return tuple(motion_of(row) for row in rows.numpy())
-
-    @property
-    def _after_size(self) -> int:
-        return int(self._policy.config.output_features["action"].shape[0])
 
     @torch.inference_mode()
     def _actions(self, told: Any) -> torch.Tensor:
@@ -70,7 +66,7 @@ def told_of(observation: Observation, text: str, wanted: Any) -> dict[str, Any]:
         wanted: names of what the policy was trained with.
 
     Raises:
-        ValueError: the policy wants a picture that is not there.
+        ValueError: the policy wants what a robot is not told, or a picture that is not there.
     """
     vector = observation.vector()[None]
     encoded, tissue = encoded_and_tissue(vector)

@@ -19,7 +19,7 @@ from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.tools.arms import RIGHT_ARM
 
-WORTH_TELLING_M = 5e-4
+WORTH_TELLING_M = 5e-4  # along an axis: what a person can see; assumed
 MOST_M = 0.010  # by which a registration can be wrong; assumed
 
 _WORDS = {
