@@ -46,3 +46,8 @@ def test_another_view_tells_nothing():
 def test_looks_are_averaged_so_that_staring_proves_nothing():
     assert chance(*[0.8] * 50) == pytest.approx(chance(0.8))
     assert chance(4.8, -3.2) == pytest.approx(chance(0.8))
+
+
+def test_what_was_hidden_at_first_is_told_by_the_last_looks():
+    assert chance(*[USUAL + 4.0] * 20, *[USUAL - 4.0] * 20) < SHARE
+    assert chance(*[USUAL - 4.0] * 20, *[USUAL + 4.0] * 20) > 0.5
