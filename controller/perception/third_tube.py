@@ -20,7 +20,7 @@ _FLAG = FLAGS.index("third tube")
 class ThirdTube:
     """Takes the view's logit beyond that of its training's frames as evidence.
 
-    Looks of one patient err alike, so their mean counts, not their sum, and older ones are forgotten.
+    Looks of one patient err alike, so the mean of the last ones counts, not their sum.
     """
 
     def __init__(self) -> None:
