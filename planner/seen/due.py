@@ -8,13 +8,17 @@ these.
 
 from __future__ import annotations
 
-from planner.base import PATIENCE_S
+from planner.base import PATIENCE_S, PLANNING_PERIOD_S
 from planner.seen.done import has_slipped, holds_badly, is_done
 from planner.seen.next_task import next_of_all
 from planner.task import GRAB, TASKS, Task
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import GRASP_HOLD_S
 
-GRASPED_S = 2.0  # a grasp that has met its criterion for so long counts as done; the judge asks 1 s
+# A grasp that is seen to be good for so long is done. The judge asks for a second without a slip; a
+# planner, asked once a second, takes the first sight of it for a whole one, so that it is the next.
+GRASPED_S = GRASP_HOLD_S + 0.5 * PLANNING_PERIOD_S
+GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most take 5 to 7 s
 
 
 def due(
@@ -30,8 +34,8 @@ def due(
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
     slipped and the planner says so; then the arm goes back. Going back lasts until the tip is seen
     back, or has taken too long: an arm may stop just short of it. Then follows the first clip or
-    cut that is not done. To grab is up to the planner, and that the grab is done, too, unless it is
-    seen to hold badly, and until it is surely done, or has lasted for too long.
+    cut that is not done. A grab lasts until the grasp is seen to be good, or has taken too long and
+    the planner says so, unless it is seen to hold badly; and never longer than too long a pull.
 
     Args:
         asked: by the planner.
@@ -42,8 +46,8 @@ def due(
         grasped_s: for how long the grasp has surely been good without a break (`is_grasped`).
     """
     if given is None or given == GRAB:
-        unfinished = asked == GRAB or (given == GRAB and holds_badly(seen))
-        grabs = unfinished and pulled_s <= PATIENCE_S and grasped_s <= GRASPED_S
+        early = given == GRAB and (since_s <= GRAB_S or holds_badly(seen))
+        grabs = (asked == GRAB or early) and pulled_s <= PATIENCE_S and grasped_s < GRASPED_S
         return GRAB if grabs else next_of_all(seen) or asked
     over = since_s > PATIENCE_S or is_done(given, seen)
     if given.goes_back:

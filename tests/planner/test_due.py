@@ -7,7 +7,7 @@ import pytest
 
 from planner.base import PATIENCE_S
 from planner.seen.done import FIRM_TRACTION_N
-from planner.seen.due import GRASPED_S, due
+from planner.seen.due import GRAB_S, GRASPED_S, due
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
@@ -71,17 +71,24 @@ def test_it_grabs_again_where_the_network_asks_for_it_and_the_arm_is_back() -> N
     assert due(GRAB, BACK, 1.0, seen(back=True)) == GRAB
 
 
-def test_that_the_grab_is_done_is_up_to_the_network() -> None:
+def test_a_grab_is_done_when_it_is_seen_to_be_good_whatever_the_network_says() -> None:
     for given in (None, GRAB):
         assert due(GRAB, given, 60.0, seen(back=True)) == GRAB
-        assert {due(asked, given, 1.0, seen(back=True)) for asked in TASKS[1:]} == {FIRST}
+    for asked in TASKS[1:]:
+        assert due(asked, GRAB, 0.9 * GRAB_S, seen(), grasped_s=0.9 * GRASPED_S) == GRAB
+        assert due(asked, GRAB, 0.9 * GRAB_S, seen(), grasped_s=1.1 * GRASPED_S) == FIRST
+
+
+def test_that_a_grab_is_done_which_takes_too_long_is_up_to_the_network() -> None:
+    assert {due(asked, GRAB, 1.1 * GRAB_S, seen()) for asked in TASKS[1:]} == {FIRST}
+    assert {due(asked, None, 1.0, seen()) for asked in TASKS[1:]} == {FIRST}
 
 
 @pytest.mark.parametrize(("share", "goes_on"), [(0.9, True), (1.1, False)])
 def test_a_grab_goes_on_while_the_pull_is_too_weak_to_be_sure(share: float, goes_on: bool) -> None:
     now = seen()
     now.forces_n[LEFT_ARM, 1] = share * FIRM_TRACTION_N
-    assert due(FIRST, GRAB, BEFORE_S, now) == (GRAB if goes_on else FIRST)
+    assert due(FIRST, GRAB, LATE_S, now) == (GRAB if goes_on else FIRST)
 
 
 @pytest.mark.parametrize("given", [None, GRAB])
@@ -94,7 +101,7 @@ def test_a_grasp_that_has_surely_been_good_is_done(given: Task | None) -> None:
 def test_a_grab_goes_on_while_the_jaws_are_too_wide(wide: float, goes_on: bool) -> None:
     now = seen()
     now.joints[LEFT_ARM, -1] = wide * GRASP_MAX_JAW_RAD
-    assert due(FIRST, GRAB, BEFORE_S, now) == (GRAB if goes_on else FIRST)
+    assert due(FIRST, GRAB, LATE_S, now) == (GRAB if goes_on else FIRST)
     assert due(FIRST, GRAB, LATE_S, now, pulled_s=LATE_S) == FIRST
 
 

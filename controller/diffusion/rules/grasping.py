@@ -1,8 +1,8 @@
-"""A grasp that holds goes on where the policy rests: until jaws are closed and tubes straight.
+"""A grasp that holds goes on until jaws are closed and tubes straight, and then rests.
 
 A policy learns from an expert who presses until the jaws are close, and pulls until the tubes are
-straight; it stops a hair before either. What is close and straight is a rule on what is seen, so
-the rule has the last word; all else is the policy's.
+straight; it stops a hair before either, or pulls on. What is close and straight is a rule on what
+is seen, so the rule has the last word; all else is the policy's.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
-from planner.seen.done import FIRM_TRACTION_N, is_low, lacking_m, pulls, traction_n
+from planner.seen.done import FIRM_TRACTION_N, is_grasped, is_low, lacking_m, pulls, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, observation_of
@@ -33,7 +33,8 @@ MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N
 def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
 
-    Jaws at the gallbladder's neck open instead, where they are.
+    Jaws at the gallbladder's neck open instead, where they are. An arm whose grasp is seen to be
+    good rests.
 
     It is returned as it is where the left arm does not hold the gallbladder. An arm that moves
     anyway is not pulled.
@@ -53,7 +54,9 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
         return arms.reshape(chunk.shape)
     share = steps / len(arms)
-    if np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
+    if is_grasped(now):
+        arms[:, LEFT_ARM, MOVE], arms[:, LEFT_ARM, TURN] = 0.0, UNTURNED
+    elif np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
         arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)
     arms[:, LEFT_ARM, JAW] -= share * _too_wide_rad(now)
     return arms.reshape(chunk.shape)

@@ -93,11 +93,13 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
 
 @pytest.mark.parametrize(("chance", "waits"), [(0.6, True), (0.9, False)])
 def test_it_waits_a_second_where_it_is_not_sure(network, chance, waits):
-    planner, seen, first = PlannerLearned(torn(network, GRAB, CLIP, 0.99)), clipped(), TASKS[1]
-    assert planner.plan(seen).task == GRAB
-    planner._network = torn(network, CLIP, GRAB, chance)
-    said = [planner.plan(replace(seen, time_s=float(s))).task for s in (1, 2)]
-    assert said == [GRAB if waits else first, first]
+    first, back = TASKS[1:3]
+    planner, slipped = PlannerLearned(torn(network, first, GRAB, 0.99)), clipped()
+    slipped.tips_endoscope[1, :3, 3] = slipped.left_tube_m[3]
+    assert planner.plan(slipped).task == first
+    planner._network = torn(network, GOING_BACK, first, chance)
+    said = [planner.plan(replace(slipped, time_s=float(s))).task for s in (1, 2)]
+    assert said == [first if waits else back, back]
 
 
 def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:

@@ -1,4 +1,4 @@
-"""Tests of the rule of the grasp: what holds closes, and pulls until the tubes are straight."""
+"""Tests of the rule of the grasp: what holds closes, pulls until the tubes are straight, rests."""
 
 import numpy as np
 import pytest
@@ -91,6 +91,12 @@ def test_it_does_not_pull_what_it_does_not_hold_and_never_hard(vector: Array) ->
 def test_a_policy_that_moves_the_arm_or_has_another_task_is_left_alone() -> None:
     assert not pulled_m(seen(0.9, 0.9), own_m=1.1 * RESTS_M).any()
     assert not pulled_m(seen(0.9, 0.9), task=TASKS[1]).any()
+
+
+@pytest.mark.parametrize("own_m", [0.2 * RESTS_M, 5.0 * RESTS_M])
+def test_an_arm_whose_grasp_is_good_rests(own_m: float) -> None:
+    assert pulled_m(seen(1.0, 1.0), own_m=own_m) == pytest.approx([0.0, own_m, 0.0])
+    assert not pulled_m(seen(1.0, 1.0, pinch_n=0.0), own_m=own_m).any()
 
 
 def test_jaws_that_hold_too_wide_close_little_by_little_and_press_never_hard() -> None:
