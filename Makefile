@@ -26,12 +26,12 @@ help:
 	@echo "make lock    resolve requirements.lock again"
 
 demo: .venv/.ready
-	sees="cameras --video $(DEMO)/endoscope.mp4 --overlay"
+	sees="cameras --video $(DEMO)/endoscope.mp4 --overlay --captions"
 	if ! $(BIN)/python -m tissue_sim.rendering.renderer_probe; then
 	  echo "There is no renderer here (make cameras fetches one): a model of the cameras replaces them."
 	  sees=tracked
 	fi
-	$(BIN)/calot run --controller diffusion --sense $$sees --out $(DEMO)
+	$(BIN)/calot run --planner learned --controller diffusion --sense $$sees --out $(DEMO)
 
 cameras: .venv/.ready
 	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch

@@ -110,6 +110,8 @@ class Run:
     """File for the endoscope's view; needs a renderer and a single episode."""
     overlay: bool = False
     """Draw what the robot sees on the video: points, their 95 % ellipses, hidden ones in orange."""
+    captions: bool = False
+    """Write below the video what is said and why, what happens, and at last the result."""
 
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
@@ -188,9 +190,8 @@ class Run:
             display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
-                observers.append(
-                    stack.enter_context(VideoWriter(path=self.video, overlay=self.overlay))
-                )
+                video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)
+                observers.append(stack.enter_context(video))
             if self.save_interventions is not None:
                 from scenarios.demonstration.interventions import Interventions
 

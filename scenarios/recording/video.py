@@ -4,8 +4,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scenarios.loop.results import EpisodeResult
+from scenarios.recording.event_log import EventLog
+from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.saving.video import Video
+
+CLOSING_S = 3.0  # for which the result is shown
 
 
 @dataclass(kw_only=True)
@@ -17,15 +24,17 @@ class VideoWriter:
     Attributes:
         path: of the file.
         overlay: whether what the robot sees is drawn on it.
+        captions: whether a band below it tells what is said and why, and at last the result.
     """
 
     needs_images: ClassVar[bool] = True
     path: Path
     overlay: bool = False
+    captions: bool = False
     _world: Any = None
 
     def __post_init__(self) -> None:
-        self._video = Video(self.path)
+        self._video, self._log = Video(self.path), EventLog()
 
     def __enter__(self) -> Self:
         self._video.__enter__()
@@ -36,17 +45,31 @@ class VideoWriter:
 
     def on_reset(self, world: Any) -> None:
         """Add a frame of the initial state."""
-        self._world = world
-        self._video.add(world.endoscope_rgb())
+        self._world, self._log = world, EventLog()
+        self._picture = world.endoscope_rgb()
+        self._add(self._picture)
 
     def on_step(self, step: Any) -> None:
         """Add a frame after one control step."""
-        picture = self._world.endoscope_rgb()
+        self._picture = self._world.endoscope_rgb()
         if self.overlay:
             from scenarios.recording.overlay import overlaid
 
-            picture = overlaid(picture, step.observation)
-        self._video.add(picture)
+            self._picture = overlaid(self._picture, step.observation)
+        if self.captions:
+            self._log.note(step)
+        self._add(self._picture)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Do nothing."""
+        """Add the result for some seconds, if there are captions."""
+        if self.captions:
+            self._log.end(result)
+            for _ in range(round(CLOSING_S * CONTROL_HZ)):
+                self._add(self._picture)
+
+    def _add(self, picture: NDArray[np.uint8]) -> None:
+        if self.captions:
+            from scenarios.recording.captions import captioned
+
+            picture = captioned(picture, self._log.read())
+        self._video.add(picture)

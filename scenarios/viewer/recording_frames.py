@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.loop.results import episode_from
+from scenarios.recording.event_log import verdict
 from scenarios.recording.recorder import Recording
 from scenarios.recording.rerun_commands import CommandRerun
-from scenarios.viewer.event_log import verdict
 from scenarios.viewer.frame import Frame, frame_of, patient_of
 
 

@@ -17,7 +17,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guided_arm import GuidedArm
 from scenarios.loop.inbox import Inbox
 from scenarios.perturbation.manual import MANUAL
-from scenarios.viewer.event_log import EpisodeStatus
+from scenarios.recording.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from scenarios.viewer.pace import Pace

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.loop.results import EpisodeResult
-from scenarios.viewer.event_log import EpisodeStatus, EventLog
+from scenarios.recording.event_log import EpisodeStatus, EventLog
 from scenarios.viewer.frame import Frame, Patient, frame_of, patient_of
 from scenarios.viewer.pace import Pace
 from tissue_sim.periods import CONTROL_PERIOD_S

@@ -6,7 +6,7 @@ from html import escape
 
 import viser
 
-from scenarios.viewer.event_log import Kind, LogLine
+from scenarios.recording.event_log import Kind, LogLine
 from scenarios.viewer.session_state import Asks, State
 
 SHOWN = 40

@@ -7,7 +7,7 @@ from html import escape
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
-from scenarios.viewer.event_log import EpisodeStatus, progress_of, verdict
+from scenarios.recording.event_log import EpisodeStatus, progress_of, verdict
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.tools.arms import LEFT_ARM
 

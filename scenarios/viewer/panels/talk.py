@@ -9,7 +9,7 @@ import viser
 
 from planner.language.reading import Reading
 from scenarios.loop.inbox import read
-from scenarios.viewer.event_log import Kind, LogLine
+from scenarios.recording.event_log import Kind, LogLine
 from scenarios.viewer.panels.style import pad
 from scenarios.viewer.session_state import Asks, SessionState, State
 

@@ -4,7 +4,9 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 
-from scenarios.recording.video import VideoWriter
+from scenarios.recording.captions import captioned
+from scenarios.recording.video import CLOSING_S, VideoWriter
+from tests.scenarios.example_results import PASSED
 from tissue_sim.periods import CONTROL_HZ
 
 
@@ -52,3 +54,13 @@ def test_a_broken_off_episode_keeps_its_frames(tmp_path):
     with pytest.raises(RuntimeError):
         episode()
     assert len(brightness(tmp_path / "view.mp4")) == 2
+
+
+def test_with_captions_the_result_stays_for_some_seconds(tmp_path):
+    path = tmp_path / "view.mp4"
+    with VideoWriter(path=path, captions=True) as video:
+        video.on_reset(GreyingWorld())
+        video.on_end(PASSED)
+    frames = [*iter(imageio.get_reader(path))]
+    assert len(frames) == 1 + round(CLOSING_S * CONTROL_HZ)
+    assert frames[0].shape == captioned(frames[0][:48]).shape

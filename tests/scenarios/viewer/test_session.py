@@ -12,8 +12,8 @@ from controller.dataset.reader import read_episodes
 from planner.instruction import CALL, CORRECTIONS
 from scenarios.loop.inbox import LONGEST
 from scenarios.perturbation.manual import MANUAL
+from scenarios.recording.event_log import KEPT
 from scenarios.recording.recorder import load
-from scenarios.viewer.event_log import KEPT
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
 from tissue_sim.outcome.room import MUST_DEAL
 

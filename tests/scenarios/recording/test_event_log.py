@@ -8,8 +8,8 @@ import pytest
 from controller.safety.ledger import APART_S, Entry
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.recording.event_log import EventLog
 from scenarios.run_episode import begin
-from scenarios.viewer.event_log import EventLog
 
 STEP_S = 1 / 30
 
