@@ -55,7 +55,7 @@ class PlannerLearned:
     no longer be spread. How many clips a tube gets follows from its length as it was seen before
     anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`) or are
     not seen well (`Sight`), where the arms stand still, and where a clip or a cut would be tried
-    for the fourth time.
+    for the fourth time. It raises an alarm where a task's chance of failure is high twice in a row.
     """
 
     def __init__(self, network: PlannerNetwork) -> None:
@@ -68,6 +68,7 @@ class PlannerLearned:
         self._task, self._correction = N_TASKS, N_CORRECTIONS
         self._preferred, self._has_cut = N_TASKS, False
         self._tries, self._clock = Counter[int](), TaskClock()
+        self._uneasy = False
         self._frame = RestFrame()
         self._room, self._sight, self._standstill = RoomSeen(), Sight(), Standstill()
 
@@ -88,6 +89,7 @@ class PlannerLearned:
             return Instruction(
                 task=task, hold=True, call=True, remark=why, time_s=observation.time_s
             )
+        uneasy, self._uneasy = self._uneasy, fails > self._network.alarm.item()
         given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
         flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE and given < MOST_CORRECTIONS
         wanted = flagged and not (task == GRAB and is_low(observation))  # its jaws open first
@@ -100,7 +102,7 @@ class PlannerLearned:
             assessment=Assessment(
                 progress=opinion.progress.item(),
                 failure_chance=fails,
-                alarm=fails > self._network.alarm.item(),
+                alarm=uneasy and self._uneasy,
             ),
         )
 
@@ -146,7 +148,7 @@ class PlannerLearned:
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task
         if sure and task != self._task:
-            self._task = task
+            self._task, self._uneasy = task, False
             self._clock.begin()
             self._tries[task] += TASKS[task].kind in ("clip", "cut")
             self._has_cut |= TASKS[task].kind == "go_back_from_cut"

@@ -25,6 +25,8 @@ from tissue_sim.tools.arms import LEFT_ARM
 # A grasp holds the gallbladder 12.6 to 16.4 mm above the lowest observed point of its axis (10
 # tuning patients; 10.9 mm in one), one that is led 8 mm too low closes at 7.3 to 7.7 mm.
 LOW_M = 0.0095
+GRASP_M = (0.012, 0.017)  # so high grasps hold, with the errors of what is seen
+NEAR_M = 0.003  # of the axis: the fingers reach about it; assumed
 ASIDE_M = 0.006  # of the fingers from the axis: farther off the grasper is elsewhere; assumed
 FINGER_M = 0.006  # from the tip back to where the fingers hold; assumed
 OPEN_RAD = 0.8  # wider jaws hold nothing; assumed
@@ -61,12 +63,24 @@ def pulls(seen: Observation) -> bool:
 
 def is_low(seen: Observation) -> bool:
     """Return whether jaws that are not open stand at the gallbladder's neck, or the tubes."""
+    up_m, aside_m = on_axis_m(seen)
+    return up_m < LOW_M and aside_m < ASIDE_M and seen.joints[LEFT_ARM, -1] < OPEN_RAD
+
+
+def is_about(seen: Observation) -> bool:
+    """Return whether open jaws of the grasper stand about the gallbladder, where a grasp holds."""
+    up_m, aside_m = on_axis_m(seen)
+    placed = GRASP_M[0] <= up_m <= GRASP_M[1] and aside_m < NEAR_M
+    return placed and seen.joints[LEFT_ARM, -1] >= OPEN_RAD
+
+
+def on_axis_m(seen: Observation) -> tuple[float, float]:
+    """Return how far up the gallbladder's axis the grasper's fingers are, and how far off it."""
     tip, neck_m = seen.tips_endoscope[LEFT_ARM], seen.sac_m[0]
     off_m = tip[:3, 3] - FINGER_M * tip[:3, 2] - neck_m
     along = unit(seen.sac_m[-1] - neck_m)
     up_m = float(off_m @ along)
-    aside_m = float(np.linalg.norm(off_m - up_m * along))
-    return up_m < LOW_M and aside_m < ASIDE_M and seen.joints[LEFT_ARM, -1] < OPEN_RAD
+    return up_m, float(np.linalg.norm(off_m - up_m * along))
 
 
 def traction_n(seen: Observation) -> float:

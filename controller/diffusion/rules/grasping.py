@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
-from planner.seen.done import FIRM_TRACTION_N, is_grasped, is_low, lacking_m, pulls, traction_n
+from planner.seen.done import (
+    FIRM_TRACTION_N,
+    is_about,
+    is_grasped,
+    is_low,
+    lacking_m,
+    pulls,
+    traction_n,
+)
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, observation_of
@@ -34,10 +42,10 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
 
     Jaws at the gallbladder's neck open instead, where they are. An arm whose grasp is seen to be
-    good rests.
+    good rests. Open jaws that rest where a grasp holds close.
 
-    It is returned as it is where the left arm does not hold the gallbladder. An arm that moves
-    anyway is not pulled.
+    Otherwise it is returned as it is where the left arm does not hold the gallbladder. An arm that
+    moves anyway is not pulled.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
@@ -58,6 +66,9 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
         arms[:, LEFT_ARM, MOVE], arms[:, LEFT_ARM, TURN] = 0.0, UNTURNED
     elif np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
         arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)
+        if is_about(now):
+            closing = now.joints[LEFT_ARM, -1] - OPENING_RAD * steps
+            arms[:, LEFT_ARM, JAW] = np.minimum(arms[:, LEFT_ARM, JAW], closing)
     arms[:, LEFT_ARM, JAW] -= share * _too_wide_rad(now)
     return arms.reshape(chunk.shape)
 

@@ -102,6 +102,23 @@ def test_it_waits_a_second_where_it_is_not_sure(network, chance, waits):
     assert said == [first if waits else back, back]
 
 
+def test_an_alarm_needs_two_looks_in_a_row_in_one_task(network):
+    first, back = TASKS[1:3]
+    asks, leaves = torn(network, first, GRAB, 0.99), torn(network, GOING_BACK, first, 0.99)
+    asks.alarm.fill_(-1.0)  # any chance of failure is too high
+    leaves.alarm.fill_(-1.0)
+    planner, slipped = PlannerLearned(asks), clipped()
+    slipped.tips_endoscope[1, :3, 3] = slipped.left_tube_m[3]
+    said = [planner.plan(slipped), planner.plan(replace(slipped, time_s=1.0))]
+    planner._network = leaves
+    said += [planner.plan(replace(slipped, time_s=float(s))) for s in (2, 3)]
+    assert [s.task for s in said] == [first, first, back, back]
+    assert [s.assessment.alarm for s in said] == [False, True, False, True]
+    asks.alarm.fill_(1.0)
+    calm = PlannerLearned(asks)
+    assert not any(calm.plan(replace(slipped, time_s=float(s))).assessment.alarm for s in (0, 1))
+
+
 def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
     """Return what is due of what is asked for after `said`, one instruction each second."""
     given, row = (said[-1].task if said else None), len(said) * CONTROL_HZ

@@ -11,6 +11,7 @@ from controller.diffusion.rules.grasping import (
     MOST_PINCH_N,
     MOST_RAD,
     MOST_TRACTION_N,
+    OPENING_RAD,
     RESTS_M,
     SLACK_M,
     WIDE_RAD,
@@ -120,3 +121,23 @@ def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
     assert np.allclose(end[MOVE], 0.0)
     assert end[JAW] > jaw_rad
     assert end[JAW] <= WIDE_RAD + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("up_m", "own_m", "closes"),
+    [(0.0145, 0.0, True), (0.0145, 1.1 * RESTS_M, False), (0.02, 0.0, False), (0.01, 0.0, False)],
+)
+def test_open_jaws_that_rest_where_a_grasp_holds_close(
+    up_m: float, own_m: float, closes: bool
+) -> None:
+    now = observation_of(seen(0.9, 0.9, pinch_n=0.0, jaw_rad=1.0), 0.0)
+    up = (now.sac_m[-1] - now.sac_m[0]) / np.linalg.norm(now.sac_m[-1] - now.sac_m[0])
+    now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + up_m * up + [0.0, 0.0, FINGER_M]
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[..., TURN] = UNTURNED
+    arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, own_m, STEPS)
+    arms[:, LEFT_ARM, JAW] = 1.0
+    asked = arms.reshape(STEPS, -1)
+    end = grasped_on(asked, now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
+    assert end[JAW] == pytest.approx(1.0 - OPENING_RAD * STEPS if closes else 1.0)
+    assert np.allclose(end[MOVE], arms[-1, LEFT_ARM, MOVE])
