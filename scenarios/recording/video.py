@@ -1,16 +1,17 @@
 """The endoscope's view of an episode as an mp4."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from scenarios.loop.results import EpisodeResult
-from scenarios.recording.event_log import EventLog
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.saving.video import Video
+
+if TYPE_CHECKING:  # heavy to import
+    from scenarios.recording.event_log import EventLog
 
 CLOSING_S = 3.0  # for which the result is shown
 
@@ -32,9 +33,10 @@ class VideoWriter:
     overlay: bool = False
     captions: bool = False
     _world: Any = None
+    _log: EventLog | None = None
 
     def __post_init__(self) -> None:
-        self._video, self._log = Video(self.path), EventLog()
+        self._video = Video(self.path)
 
     def __enter__(self) -> Self:
         self._video.__enter__()
@@ -45,9 +47,12 @@ class VideoWriter:
 
     def on_reset(self, world: Any) -> None:
         """Add a frame of the initial state."""
-        self._world, self._log = world, EventLog()
-        self._picture = world.endoscope_rgb()
-        self._add(self._picture)
+        if self.captions:
+            from scenarios.recording.event_log import EventLog
+
+            self._log = EventLog()
+        self._world, self._picture = world, world.endoscope_rgb()
+        self._add()
 
     def on_step(self, step: Any) -> None:
         """Add a frame after one control step."""
@@ -56,19 +61,20 @@ class VideoWriter:
             from scenarios.recording.overlay import overlaid
 
             self._picture = overlaid(self._picture, step.observation)
-        if self.captions:
+        if self._log is not None:
             self._log.note(step)
-        self._add(self._picture)
+        self._add()
 
     def on_end(self, result: EpisodeResult) -> None:
         """Add the result for some seconds, if there are captions."""
-        if self.captions:
+        if self._log is not None:
             self._log.end(result)
             for _ in range(round(CLOSING_S * CONTROL_HZ)):
-                self._add(self._picture)
+                self._add()
 
-    def _add(self, picture: NDArray[np.uint8]) -> None:
-        if self.captions:
+    def _add(self) -> None:
+        picture = self._picture
+        if self._log is not None:
             from scenarios.recording.captions import captioned
 
             picture = captioned(picture, self._log.read())
