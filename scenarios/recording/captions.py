@@ -14,6 +14,7 @@ from scenarios.recording.event_log import EpisodeStatus, Kind, LogLine
 
 TEXT_PX, LINE_PX, MARGIN_PX = 14, 19, 10
 LINES = 6  # of the band: who asks for what, how it goes, and the newest events
+RECENT_S = 10.0  # older events are not shown
 WIDE = 92  # letters of a line that is 640 pixels wide
 WHITE, SOFT = (240, 240, 240), (165, 165, 165)
 COLOURS: dict[Kind, tuple[int, int, int]] = {
@@ -50,8 +51,10 @@ def _lines(status: EpisodeStatus, now: Instruction) -> list[tuple[str, tuple[int
         alarm = "   ALARM" if judged.alarm else ""
         chance = f"chance of failure {judged.failure_chance:.0%}"
         said.append((f"task {judged.progress:.0%} done, {chance}{alarm}", SOFT))
-    events = [line for line in status.lines if line.kind != "planner"]
-    for event in reversed(events):
+    since_s = status.time_s - RECENT_S
+    for event in reversed(status.lines):
+        if event.kind == "planner" or event.time_s < since_s:
+            continue
         said += [(line, COLOURS.get(event.kind, SOFT)) for line in wrap(_words(event), WIDE)]
     return said
 

@@ -7,7 +7,7 @@ import pytest
 
 from planner.assessment import Assessment
 from planner.instruction import CORRECTIONS, TASKS, Instruction
-from scenarios.recording.captions import captioned
+from scenarios.recording.captions import RECENT_S, captioned
 from scenarios.recording.event_log import EpisodeStatus, LogLine
 
 PICTURE = np.full((48, 640, 3), 90, np.uint8)
@@ -54,3 +54,8 @@ def test_an_alarm_is_seen_and_the_planners_lines_are_not_told_twice() -> None:
     assert not np.array_equal(band(replace(STATUS, instruction=alarmed)), band(judged))
     said = LogLine(time_s=11.0, kind="planner", text=ASKED.text)
     assert np.array_equal(band(replace(STATUS, lines=(said,))), band(STATUS))
+
+
+def test_what_happened_long_ago_is_not_shown() -> None:
+    old = replace(INJURED, time_s=STATUS.time_s - RECENT_S - 0.1)
+    assert np.array_equal(band(replace(STATUS, lines=(old,))), band(STATUS))
