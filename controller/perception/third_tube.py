@@ -11,7 +11,7 @@ VIEW = "endoscope_left_close"  # the others did not tell patients apart: 20 tuni
 SHARE = 0.1  # of patients who have one: 29 of 300 (seeds 10700 to 10999)
 SHARE_TRAINED = 0.0220  # of the frames of the shipped perception's last training: 1,176 of 53,360
 # Looks that count: about 3 s. The gallbladder hides the tubes' upper ends until it is grabbed. Of
-# 172 tuning patients (seeds 12000 to 13145) that nobody was called for before, the last looks told
+# 172 tuning patients (seeds 12000 to 13145) who came to a first clip, the last looks told
 # 63 of 67 third tubes and 104 of 105 others; all looks since the beginning 63 and 102.
 LOOKS = 8
 _FLAG = FLAGS.index("third tube")

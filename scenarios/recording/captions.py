@@ -24,14 +24,14 @@ COLOURS: dict[Kind, tuple[int, int, int]] = {
 }  # fmt: skip
 
 
-def captioned(picture: NDArray[np.uint8], status: EpisodeStatus | None = None) -> NDArray[np.uint8]:
+def captioned(picture: NDArray[np.uint8], status: EpisodeStatus) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3) with a band of the same width below it.
 
-    The band is empty without a status, so that all pictures of a video are of one size.
+    The band is empty before the first instruction: all pictures of a video are of one size.
     """
     width = picture.shape[1]
     band = Image.new("RGB", (width, LINES * LINE_PX + 2 * MARGIN_PX))
-    if status is not None and status.instruction is not None:
+    if status.instruction is not None:
         draw, at = ImageDraw.Draw(band), MARGIN_PX
         for text, colour in _lines(status, status.instruction)[:LINES]:
             draw.text((MARGIN_PX, at), text, fill=colour, font=_font())

@@ -28,7 +28,7 @@ from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
-OPENING_RAD = 0.034  # in a control step, the policy's own
+JAW_STEP_RAD = 0.034  # by which jaws open or close in a control step, the policy's own
 WIDE_RAD = 1.0  # as it approaches the gallbladder
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed
@@ -57,7 +57,7 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     arms = chunk.reshape(len(chunk), 2, -1).copy()
     now, steps = observation_of(seen, 0.0), np.arange(1, len(arms) + 1)
     if is_low(now):
-        left, opening = arms[:, LEFT_ARM], now.joints[LEFT_ARM, -1] + OPENING_RAD * steps
+        left, opening = arms[:, LEFT_ARM], now.joints[LEFT_ARM, -1] + JAW_STEP_RAD * steps
         left[:, JAW] = np.maximum(left[:, JAW], np.minimum(opening, WIDE_RAD))
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
         return arms.reshape(chunk.shape)
@@ -67,7 +67,7 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     elif np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
         arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)
         if is_about(now):
-            closing = now.joints[LEFT_ARM, -1] - OPENING_RAD * steps
+            closing = now.joints[LEFT_ARM, -1] - JAW_STEP_RAD * steps
             arms[:, LEFT_ARM, JAW] = np.minimum(arms[:, LEFT_ARM, JAW], closing)
     arms[:, LEFT_ARM, JAW] -= share * _too_wide_rad(now)
     return arms.reshape(chunk.shape)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from scenarios.recording.captions import captioned
+from scenarios.recording.event_log import EpisodeStatus
 from scenarios.recording.video import CLOSING_S, VideoWriter
 from tests.scenarios.example_results import PASSED
 from tissue_sim.periods import CONTROL_HZ
@@ -63,4 +64,4 @@ def test_with_captions_the_result_stays_for_some_seconds(tmp_path):
         video.on_end(PASSED)
     frames = [*iter(imageio.get_reader(path))]
     assert len(frames) == 1 + round(CLOSING_S * CONTROL_HZ)
-    assert frames[0].shape == captioned(frames[0][:48]).shape
+    assert frames[0].shape == captioned(frames[0][:48], EpisodeStatus()).shape

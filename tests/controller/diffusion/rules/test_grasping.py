@@ -7,11 +7,11 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.grasping import (
     CLOSE_RAD,
+    JAW_STEP_RAD,
     MOST_M,
     MOST_PINCH_N,
     MOST_RAD,
     MOST_TRACTION_N,
-    OPENING_RAD,
     RESTS_M,
     SLACK_M,
     WIDE_RAD,
@@ -139,5 +139,5 @@ def test_open_jaws_that_rest_where_a_grasp_holds_close(
     arms[:, LEFT_ARM, JAW] = 1.0
     asked = arms.reshape(STEPS, -1)
     end = grasped_on(asked, now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
-    assert end[JAW] == pytest.approx(1.0 - OPENING_RAD * STEPS if closes else 1.0)
+    assert end[JAW] == pytest.approx(1.0 - JAW_STEP_RAD * STEPS if closes else 1.0)
     assert np.allclose(end[MOVE], arms[-1, LEFT_ARM, MOVE])
