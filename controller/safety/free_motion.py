@@ -3,7 +3,7 @@
 Conservative advancement (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996):
 step no farther than the present distances allow. If obstacle and link are convex, the link stays
 on its side of a plane between them as long as no corner of it reaches the plane, so that a link may
-slide along what it almost touches; otherwise the link lengths bound the speed of every point.
+slide along what it almost touches; otherwise the way that every point goes is bounded.
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ def free_share(
         rest, joints = 1.0 - sure, start + sure * (end - start)
         first = near.links if near is not None else model.cores(joints, instruments)
         bends = rest * rest * bend
-        way_m = np.minimum(rest * travel, _farthest_m(first, last) + bends / 8.0)
+        farthest_m = _farthest_m(first, last)
+        way_m = np.minimum(rest * travel, farthest_m + bends / 8.0)
         if near is None or not _holds_all(near, highest_m, way_m):
             within_m = highest_m + way_m[:N_LINK].max() + way_m[N_LINK:].max()
             near = model.near(joints, instruments, surroundings, within_m=within_m)
@@ -76,9 +77,10 @@ def free_share(
         rows = _may_meet(room, ways)
         if len(rows) == 0:
             return 1.0
-        parting, bent = _parting_m(near, last, rows), _of_pairs(near, bends)[rows]
-        columns = (of_rows.tolist() for of_rows in (room[rows], ways[rows], parting, bent))
-        share = min(max(r / way, _above(r, p, b)) for r, way, p, b in zip(*columns, strict=True))
+        parting = _parting_m(near, last, farthest_m, rows)
+        of_rows = (_of_pairs(near, of_links)[rows] for of_links in (rest * travel, bends))
+        columns = (column.tolist() for column in (room[rows], parting, *of_rows))
+        share = min(max(r / way, _above(r, p, b)) for r, p, way, b in zip(*columns, strict=True))
         if share == 1.0:
             return 1.0
         sure, near = sure + rest * share, None
@@ -123,10 +125,12 @@ def _of_pairs(near: NearPairs, of_links: Array) -> Array:
     return of_all[near.sides[0]] + of_all[near.sides[1]]
 
 
-def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> Array:
+def _parting_m(
+    near: NearPairs, last: LinkCores, farthest_m: Array, rows: NDArray[np.integer]
+) -> Array:
     """Return (n,) how far the pairs of the rows move away from the plane between them.
 
-    From a surface they count as never moving away: it need not lie on one side of a plane.
+    A surface need not lie on one side of a plane: to it each link counts as moving straight.
     """
     n, other = near.normal[rows], near.other_link[rows]
     links = N_LINK * near.arm[rows] + near.link[rows]
@@ -134,8 +138,7 @@ def _parting_m(near: NearPairs, last: LinkCores, rows: NDArray[np.integer]) -> A
     if len(both := np.flatnonzero(other != NO_LINK)):
         others, out = N_LINK + other[both], -n[both]
         parting[both] += last.lowest_m(others, out) - near.links.lowest_m(others, out)
-    parting[near.of(LIVER, PORT_WALL)[rows]] = -np.inf
-    return parting
+    return np.where(near.of(LIVER, PORT_WALL)[rows], -_of_pairs(near, farthest_m)[rows], parting)
 
 
 def _above(room: float, parting: float, bend: float) -> float:
