@@ -16,11 +16,11 @@ from scenarios.evaluation.detection import Detection, detection
 from scenarios.evaluation.figures import Figures, TaskFigures, figures, task_figures
 from scenarios.evaluation.plan import HOLDS, Plan, Results
 from scenarios.evaluation.published import TASKS
-from scenarios.evaluation.reasons import in_detail, reason
 from scenarios.evaluation.sensed import SensedFigures, sensed_figures
 from scenarios.evaluation.sensitivity import ThresholdSensitivity, sensitivity
 from scenarios.evaluation.strata import Strata, strata
 from scenarios.loop.results import EpisodeResult, SafetyResult, Summary, summarise
+from scenarios.recording.reasons import in_detail, reason
 from scenarios.suites import Condition, Ladder, Suite
 
 WORST = 5  # episodes listed for each arm

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenarios.evaluation.reasons import first_not_done
 from scenarios.loop.results import EpisodeResult
+from scenarios.recording.reasons import first_not_done
 
 FACTORS = (0.5, 1.0, 2.0)
 

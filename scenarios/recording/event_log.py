@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from controller.safety.ledger import Entry, Ledger
 from planner.instruction import TASKS, Instruction
 from scenarios.loop.results import EpisodeResult
+from scenarios.recording.reasons import in_detail
 from tissue_sim.tools.arms import LEFT_ARM
 
 if TYPE_CHECKING:  # heavy to import
@@ -112,7 +113,7 @@ class EventLog:
 
     def end(self, result: EpisodeResult) -> None:
         """Add the episode's result."""
-        self._add(self._status.time_s, "end", verdict(result))
+        self._add(self._status.time_s, "end", in_detail(result))
         self._status = replace(self._status, result=result)
 
     def read(self) -> EpisodeStatus:
@@ -155,15 +156,6 @@ class EventLog:
         for stage in self._spent_s.keys() | spent_s.keys():
             old, new = self._spent_s.get(stage, 0.0), spent_s.get(stage, 0.0)
             self._spent_s[stage] = old + SMOOTHING * (new - old)
-
-
-def verdict(result: EpisodeResult) -> str:
-    """Return the result in words."""
-    if result.error is not None:
-        return f"broke off: {result.error}"
-    if result.call is None:
-        return result.outcome
-    return ("" if result.call.in_time else "failed, ") + result.call.in_words
 
 
 def progress_of(status: EpisodeStatus) -> float:

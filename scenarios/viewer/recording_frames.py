@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.loop.results import episode_from
-from scenarios.recording.event_log import verdict
+from scenarios.recording.reasons import in_detail
 from scenarios.recording.recorder import Recording
 from scenarios.recording.rerun_commands import CommandRerun
 from scenarios.viewer.frame import Frame, frame_of, patient_of
@@ -98,5 +98,5 @@ def marks_of(recording: Recording) -> tuple[TimelineMark, ...]:
 
 def _end(recording: Recording) -> str:
     if recording.result is None:
-        return f"broke off: {recording.error}"
-    return verdict(episode_from(recording.result))
+        return f"error: {recording.error}"
+    return in_detail(episode_from(recording.result))

@@ -7,7 +7,8 @@ from html import escape
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
-from scenarios.recording.event_log import EpisodeStatus, progress_of, verdict
+from scenarios.recording.event_log import EpisodeStatus, progress_of
+from scenarios.recording.reasons import in_detail
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -35,7 +36,7 @@ class ProcedurePanel:
 def _now(status: EpisodeStatus, paused: bool) -> str:
     clock = f'<span class="dim">{status.time_s:.1f} s</span>'
     if status.result is not None:
-        ended = verdict(status.result)
+        ended = in_detail(status.result)
         return f'<div class="now">{escape(ended[:1].upper() + ended[1:])}</div>{clock}'
     if status.instruction is None:
         return '<div class="now">Ready: press Start</div>the patient lies on the table'

@@ -13,11 +13,11 @@ from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.comparison import compare
 from scenarios.evaluation.page.whole import page
-from scenarios.evaluation.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.files.strict_json import dumps
 from scenarios.loop.results import CallResult, episode_from, summarise
+from scenarios.recording.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
 from scenarios.suites import SUITES
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
 
@@ -162,6 +162,8 @@ def test_the_reason_is_the_first_thing_that_went_wrong():
     assert reason(unhurt) == "not done in time: going back first clip right tube"
     assert reason(replace(passed, success=False)) == NOT_HOLDING
     assert reason(replace(failed, error="ValueError")) is None
+    assert in_detail(passed).startswith("passed in ")
+    assert in_detail(failed).startswith("failed: force on the liver")
     assert "31.0 s (2.4, limit 2)" in in_detail(failed)
     assert "90 s at going back first clip right tube" in in_detail(unhurt)
 

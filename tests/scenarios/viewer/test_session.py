@@ -100,7 +100,7 @@ def test_another_patient_hears_nothing_that_was_said_to_the_previous_one(session
 def test_an_episode_that_breaks_off_is_logged_and_the_next_one_begins(session):
     session.pace.restart(replace(session.config, controller="diffusion", checkpoint="nowhere"))
     wait_until(lambda: session.watcher.status().result is not None)
-    assert "broke off" in session.watcher.status().lines[-1].text
+    assert "error: " in session.watcher.status().lines[-1].text
     session.pace.restart(replace(session.config, controller="expert", checkpoint=None))
     wait_until(lambda: session.watcher.status().result is None)
     session.pace.go_on()

@@ -1,4 +1,4 @@
-"""Say in words why an episode failed: what went wrong first."""
+"""Say in words how an episode ended, and where it failed what went wrong first."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def in_detail(result: EpisodeResult) -> str:
         parts.append(
             f"{first_not_done(result)} not done; {task.time_s:.0f} s at {task.instruction}"
         )
-    return "; ".join(parts) or NOT_HOLDING
+    return f"failed: {'; '.join(parts) or NOT_HOLDING}"
 
 
 def _last(result: EpisodeResult) -> TaskResult | None:
