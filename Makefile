@@ -31,7 +31,7 @@ demo: .venv/.ready
 	  echo "There is no renderer here (make cameras fetches one): a model of the cameras replaces them."
 	  sees=tracked
 	fi
-	$(BIN)/calot run --planner learned --controller diffusion --sense $$sees --out $(DEMO)
+	$(BIN)/calot run --sense $$sees --out $(DEMO)
 
 cameras: .venv/.ready
 	@$(BIN)/python -m tissue_sim.rendering.renderer_fetch

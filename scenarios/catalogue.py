@@ -91,7 +91,7 @@ SENSE_OF: dict[str, str] = {p.name: "tracked" for p in SENSING} | {
 }
 """The one sense with which a scenario means something, by the scenario's name."""
 
-WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert"}
+WITNESS: dict[str, Any] = {"planner": "scripted", "controller": "expert", "sense": "exact"}
 """The stack that reads the hidden state of the world: it shows what is possible."""
 
 
@@ -100,8 +100,8 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
 
     Scenarios of larger sensing errors are for the sense that has errors.
     """
-    witness = {"planner": planner, "controller": controller} == WITNESS
-    return "exact" if witness and scenario not in SENSE_OF else "tracked"
+    witness = (planner, controller) == (WITNESS["planner"], WITNESS["controller"])
+    return WITNESS["sense"] if witness and scenario not in SENSE_OF else "tracked"
 
 
 PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.surgeon:Surgeon"}

@@ -93,7 +93,7 @@ def _joints_table(policy: Policy, seed: int, steps: int) -> Table:
         table.add_column(heading, justify="right")
     for delay in DELAYS:
         watched = _Watched(ControllerDiffusion(policy.config, sampler, seed, delay))
-        config = EpisodeConfig(scenario="textbook", seed=seed, planner="scripted")
+        config = EpisodeConfig(scenario="textbook", seed=seed, planner="scripted", sense="exact")
         episode = begin(config, controller=watched)
         for _ in islice(episode.steps(), steps):
             pass

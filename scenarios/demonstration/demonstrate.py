@@ -161,9 +161,7 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
     rng = np.random.default_rng([0xDE30, seed])
     noise = (NOISE,) if demonstration.noise and not demonstration.is_rollout else ()
     effects = Effects((*failures(scenario, rng), *noise), seed)
-    config = EpisodeConfig(
-        seed=seed, scenario=scenario, sense=demonstration.sense, **_policies(demonstration)
-    )
+    config = EpisodeConfig(seed=seed, scenario=scenario, **_choices(demonstration))
     world = patient_on_table(config, effects, render=render)
     sense = make_sense(config, effects)
     return Episode(
@@ -177,14 +175,14 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
     )
 
 
-def _policies(demonstration: PlannedDemonstration) -> dict[str, Any]:
-    """Return who plans and who moves, as `EpisodeConfig` takes them."""
-    if not demonstration.is_rollout:
-        return WITNESS
-    learned = {"controller": "diffusion", "checkpoint": demonstration.checkpoint}
-    if not demonstration.planner:
-        return WITNESS | learned
-    return learned | {"planner": "learned", "planner_checkpoint": demonstration.planner}
+def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:
+    """Return who plans, who moves, and how they observe, as `EpisodeConfig` takes them."""
+    chosen = WITNESS | {"sense": demonstration.sense}
+    if demonstration.is_rollout:
+        chosen |= {"controller": "diffusion", "checkpoint": demonstration.checkpoint}
+    if demonstration.is_rollout and demonstration.planner:
+        chosen |= {"planner": "learned", "planner_checkpoint": demonstration.planner}
+    return chosen
 
 
 def _planner(

@@ -54,9 +54,9 @@ class EpisodeConfig:
     scenario: str = "nominal"
     magnitude: float | None = None
     seed: int = 20_054  # an operable patient
-    planner: str = "scripted"
-    controller: str = "expert"
-    sense: str = "exact"
+    planner: str = "learned"
+    controller: str = "diffusion"
+    sense: str = "tracked"
     perception_checkpoint: str | None = None
     checkpoint: str | None = None
     planner_checkpoint: str | None = None

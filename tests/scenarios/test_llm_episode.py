@@ -19,9 +19,8 @@ def steps_of(answers, monkeypatch, n):
     with serving(*answers) as server:
         monkeypatch.setenv("CALOT_LLM_URL", server.url)
         monkeypatch.setenv("CALOT_LLM_MODEL", "small")
-        episode = begin(
-            EpisodeConfig(controller="expert", scenario="textbook", seed=SEED, planner="llm")
-        )
+        config = EpisodeConfig(**WITNESS | {"planner": "llm"}, scenario="textbook", seed=SEED)
+        episode = begin(config)
         return list(islice(episode.steps(), n))
 
 

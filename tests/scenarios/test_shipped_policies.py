@@ -10,6 +10,7 @@ from safetensors.torch import load_file, save_file
 from controller.diffusion import checkpoint as of_controller
 from controller.perception import checkpoint as of_perception
 from planner.learned import checkpoint as of_planner
+from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.commands.policy_option import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
@@ -42,16 +43,22 @@ def test_of_another_world_they_are_refused_in_one_line(option, tmp_path, capsys)
 
 
 def test_by_default_planner_and_controller_do_most_of_a_procedure(tmp_path):
-    words = ["--planner", "learned", "--controller", "diffusion", "--seed", str(OPERABLE)]
-    assert main(["run", *words, "--out", str(tmp_path)]) in (0, 1)
+    assert main(["run", "--seed", str(OPERABLE), "--out", str(tmp_path)]) in (0, 1)
     (episode,) = read_results(tmp_path / "results.json")
     assert episode.error is None
     assert episode.sense == "tracked"
     assert sum(task.success for task in episode.tasks) >= 9
 
 
-def test_without_a_choice_the_witness_acts_and_says_so(capsys):
+def test_without_a_choice_nobody_is_privileged(capsys):
     say_who_acts(EpisodeConfig().planner, EpisodeConfig().controller, EpisodeConfig().sense)
+    said = capsys.readouterr().err
+    assert "planner: learned; controller: diffusion\n" in said
+    assert "sense: tracked: " in said
+
+
+def test_the_witness_says_that_it_is_privileged(capsys):
+    say_who_acts(**WITNESS)
     said = capsys.readouterr().err
     assert "planner: scripted (privileged" in said
     assert "controller: expert (privileged" in said

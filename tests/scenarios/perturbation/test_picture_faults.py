@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.perturbations import PICTURES
@@ -58,4 +57,4 @@ def test_the_wrists_cameras_go_dead_one_by_one_and_the_endoscope_never(blind):
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_sense_without_pictures_is_refused(name):
     with pytest.raises(ValueError, match="needs the sense 'cameras'"):
-        EpisodeConfig(**WITNESS, scenario=name, sense="tracked")
+        EpisodeConfig(scenario=name)
