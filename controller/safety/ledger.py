@@ -78,7 +78,7 @@ class Ledger:
 
 def _reason(limit: str) -> str:
     name, _, how = limit.partition(": ")
-    return how if name in ("keep-out", "standstill") or "slowed" in how else limit
+    return how if name == "standstill" or "kept " in how or "slowed" in how else limit
 
 
 def _joined(before: Entry, entry: Entry) -> Entry:

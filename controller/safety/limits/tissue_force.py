@@ -8,7 +8,6 @@ from math import sqrt
 import numpy as np
 
 from controller.safety.bounds import (
-    ARMS,
     EACH_JOINT,
     N_MOTION,
     Bounds,
@@ -18,6 +17,7 @@ from controller.safety.bounds import (
 )
 from controller.safety.situation import Situation
 from tissue_sim.thresholds import PINCH_MAX_N, TRACTION_MAX_N
+from tissue_sim.tools.arms import LEFT_ARM
 
 SHARE = 0.8  # of the force that injures, assumed
 STIFFNESS_N_M = 500.0  # assumed: stiffer than tissue, so that force rises less than predicted
@@ -41,11 +41,14 @@ class TissueForce:
             if size > FELT_N:
                 rows.append(of_arm(arm, (force / size @ situation.arms.tip_jacobian[arm])[None])[0])
                 least.append(_give(SHARE * TRACTION_MAX_N - size, share) / STIFFNESS_N_M)
-                what.append(f"{ARMS[arm]} tip")
+                what.append(
+                    f"{situation.instruments[arm].in_words} kept from pulling or pushing harder"
+                )
         if situation.pinch_n > FELT_N:
             rows.append(EACH_JOINT[_LEFT_JAW])
             least.append(_give(SHARE * PINCH_MAX_N - situation.pinch_n, share) / PINCH_N_RAD)
-            what.append("left jaw")
+            tool = situation.instruments[LEFT_ARM].in_words
+            what.append(f"{tool} kept from pinching harder")
         return at_least(np.array(rows).reshape(-1, N_MOTION), np.array(least), what)
 
 

@@ -45,3 +45,5 @@ def test_what_a_person_allowed_stands_apart():
 def test_an_entry_reads_as_a_surgeon_would_say_it():
     entry = Entry(time_s=0.0, limits=(KEPT_OFF,), nearest_m=0.0012)
     assert entry.words == "scissors kept off the liver, 1.2 mm"
+    entry = Entry(time_s=0.0, limits=("tissue force: grasper kept from pinching harder",))
+    assert entry.words == "grasper kept from pinching harder"
