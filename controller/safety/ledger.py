@@ -77,6 +77,7 @@ class Ledger:
 
 
 def _reason(limit: str) -> str:
+    """Return how a limit was kept, with its name unless that says what the instrument did."""
     name, _, how = limit.partition(": ")
     return how if name == "standstill" or "kept " in how or "slowed" in how else limit
 

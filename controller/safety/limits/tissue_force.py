@@ -36,19 +36,17 @@ class TissueForce:
     def bounds(self, situation: Situation) -> Bounds:
         share = approach_share(situation.step_s, TIME_CONSTANT_S)
         rows, least, what = [], [], []
+        tools = [tool.in_words for tool in situation.instruments]
         for arm, force in enumerate(situation.tool_force_n):
             size = sqrt(force @ force)
             if size > FELT_N:
                 rows.append(of_arm(arm, (force / size @ situation.arms.tip_jacobian[arm])[None])[0])
                 least.append(_give(SHARE * TRACTION_MAX_N - size, share) / STIFFNESS_N_M)
-                what.append(
-                    f"{situation.instruments[arm].in_words} kept from pulling or pushing harder"
-                )
+                what.append(f"{tools[arm]} kept from pulling or pushing harder")
         if situation.pinch_n > FELT_N:
             rows.append(EACH_JOINT[_LEFT_JAW])
             least.append(_give(SHARE * PINCH_MAX_N - situation.pinch_n, share) / PINCH_N_RAD)
-            tool = situation.instruments[LEFT_ARM].in_words
-            what.append(f"{tool} kept from pinching harder")
+            what.append(f"{tools[LEFT_ARM]} kept from pinching harder")
         return at_least(np.array(rows).reshape(-1, N_MOTION), np.array(least), what)
 
 
