@@ -108,16 +108,8 @@ def make(setup: PolicySetup) -> ControllerLeRobot:
     config = configs.PreTrainedConfig.from_pretrained(folder)
     config.device = "cpu"
     policy = factory.get_policy_class(config.type).from_pretrained(folder, config=config)
-    _require_cameras(config.input_features, setup.cameras)
+    wanted = [name for name in config.input_features if name.startswith(PICTURES)]
+    setup.require_cameras("controller.lerobot", [n.removeprefix(PICTURES) for n in wanted])
     torch.manual_seed(setup.seed)
     before, after = factory.make_pre_post_processors(config, str(folder))
     return ControllerLeRobot(policy.eval(), before, after)
-
-
-def _require_cameras(wanted: Any, there: tuple[str, ...]) -> None:
-    needed = [name.removeprefix(PICTURES) for name in wanted if name.startswith(PICTURES)]
-    if missing := [camera for camera in needed if camera not in there]:
-        raise ValueError(
-            f"controller.lerobot: the policy was trained with {', '.join(needed)};"
-            f" name {', '.join(missing)} with --cameras, too"
-        )

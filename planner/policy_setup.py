@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -29,6 +29,18 @@ class PolicySetup:
     cameras: tuple[str, ...] = ()
     control_period_s: float = CONTROL_PERIOD_S
     planning_period_s: float = PLANNING_PERIOD_S
+
+    def require_cameras(self, policy: str, names: Sequence[str]) -> None:
+        """Check that the pictures of these cameras are there.
+
+        Raises:
+            ValueError: a camera is missing; the message names the policy.
+        """
+        if missing := [name for name in names if name not in self.cameras]:
+            raise ValueError(
+                f"{policy}: the policy was trained with {', '.join(names)};"
+                f" name {', '.join(missing)} with --cameras, too"
+            )
 
 
 def privileged(factory: Factory) -> Factory:

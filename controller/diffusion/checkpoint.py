@@ -11,6 +11,7 @@ from planner.learning.checkpoint import read_config, read_weights, write
 from tissue_sim.sensing.observation import VECTOR_SIZE
 from tissue_sim.version import WORLD_VERSION
 
+LEARNER = "controller"  # as `calot train` names it
 SHIPPED = Path(__file__).with_name("policy.safetensors")
 FITS = {
     "world version": WORLD_VERSION,

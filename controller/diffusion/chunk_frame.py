@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
@@ -62,6 +63,23 @@ def past_of(actions: Array, jaw_rad: Array) -> Array:
     poses, jaws = trajectory(motions), motions.reshape(-1, 2, 10)[..., JAW]
     before = torch.cat([torch.as_tensor(jaw_rad, dtype=torch.float64)[None], jaws])[:-1]
     return relative(poses[-1], poses[:-1], before).numpy()
+
+
+def given_past(rows: Array, n: int) -> dict[str, NDArray]:
+    """Return what a policy is given of the motions (m, 20) before a chunk, the last n of them.
+
+    The first row only says which jaws were commanded before the others: "jaw_rad" (2,) are those
+    commanded last, "past" (n, 20) the poses before each motion, of which the last "n_past" count.
+    """
+    rows = rows[-n - 1 :]
+    jaws_rad = rows[:, JAWS]
+    past = np.zeros((n, ACTION_SIZE), np.float32)
+    past[n - len(rows) + 1 :] = past_of(rows[1:], jaws_rad[0])
+    return {
+        "jaw_rad": jaws_rad[-1].astype(np.float32),
+        "past": past,
+        "n_past": np.array(len(rows) - 1),
+    }
 
 
 def actions_of(chunk: Array) -> Array:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.body_frame import BodyFrame
-from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
-from controller.diffusion.chunk_frame import JAWS, actions_of, motion_of, past_of
+from controller.diffusion.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motion_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
@@ -96,22 +96,19 @@ class ControllerDiffusion:
         committed, rest = np.split(self._running, [n_committed])
         if not self._played:
             self._played.append(hold(observation.joints[:, 6]).vector())
-        rows = np.concatenate([self._played, committed])[-self._config.past - 1 :]
-        jaws_rad = rows[:, JAWS]
-        past = np.zeros((self._config.past, ACTION_SIZE), np.float32)
-        past[len(past) - len(rows) + 1 :] = past_of(rows[1:], jaws_rad[0])
+        rows = np.concatenate([self._played, committed])
+        given = given_past(rows, self._config.past)
         shape = (self._config.horizon, ACTION_SIZE)
         chunk = self._sampler(
             {
                 "history": self._history(),
-                "jaw_rad": jaws_rad[-1].astype(np.float32),
                 "words": embed(self._text).numpy(),
-                "past": past,
-                "n_past": np.array(len(rows) - 1),
                 "delay": np.array(n_committed),
                 "noise": self._chance.standard_normal(shape, np.float32),
+                **given,
             }
         )
+        jaws_rad = rows[-self._config.past - 1 :, JAWS]
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
             chunk = last_word(chunk, self._foreseen(0), instruction.task, jaws_rad)
@@ -143,7 +140,7 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    path = chosen(checkpoint, SHIPPED, "controller")
+    path = chosen(checkpoint, SHIPPED, LEARNER)
     written_ns = path.stat().st_mtime_ns if path.exists() else 0
     config, sampler = _loaded(path, written_ns)
     return ControllerDiffusion(config, sampler, seed)

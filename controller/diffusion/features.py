@@ -27,7 +27,7 @@ class Features(nn.Module):
     def forward(self, history: Tensor, jaw_rad: Tensor) -> Tensor:
         """Return features (B, n), each of order one."""
         now, *past = (fields(history[:, k]) for k in range(history.shape[1]))
-        parts = [*_tools(now, jaw_rad), *tissue_features(now)]
+        parts = [*tool_features(now, jaw_rad), now["severed"], *tissue_features(now)]
         for old in past:
             parts += _motion(old, now)
         places = places_on(now)
@@ -36,14 +36,15 @@ class Features(nn.Module):
         return torch.cat([part.flatten(1) for part in parts], dim=1)
 
 
-def _tools(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
+def tool_features(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
+    """Return features of the tools, from what encoders and motor currents tell."""
     tips, forces_n, jaw = now["tips_endoscope"], now["forces_n"], now["joints"][..., 6]
     p, R = tips[..., 3], tips[..., :3]
     to_other = torch.einsum("bij,bi->bj", R[:, 1], p[:, 0] - p[:, 1])
     return [
         p / FAR_M, R, to_other / FAR_M, jaw, jaw_rad, (jaw_rad - jaw) / LAG_RAD,
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
-        now["clip_loaded"], now["scissors"], now["severed"],
+        now["clip_loaded"], now["scissors"],
     ]  # fmt: skip
 
 

@@ -1,89 +1,23 @@
-"""The diffusion policy: its loss and its sampler."""
+"""The diffusion policy: chunks from observations and words."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-
 import torch
-from torch import Tensor, nn
-from torch.nn import functional as F
+from torch import Tensor
 
-from controller.action import ACTION_SIZE
-from controller.diffusion.chunk_frame import JAW
+from controller.diffusion.chunk_diffusion import ChunkDiffusion
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.features import Features
-from controller.diffusion.windows import Batch
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
-FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there tenths of a mm count
-MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
-
-class Policy(nn.Module):
-    """Samples chunks from observations and words. Its normalisation belongs to its state.
-
-    Internally jaws are relative to the last commanded ones, so that an arm that holds keeps its
-    grip; a prediction of the opening itself would drift a little with each chunk.
-    """
-
-    feature_mean: Tensor
-    feature_deviation: Tensor
-    past_mean: Tensor
-    past_deviation: Tensor
-    chunk_mean: Tensor
-    chunk_deviation: Tensor
+class Policy(ChunkDiffusion):
+    """Samples chunks from observations and words."""
 
     def __init__(self, config: PolicyConfig) -> None:
-        super().__init__()
-        self.config = config
-        self.features = Features()
         frames = torch.zeros(1, len(config.history), VECTOR_SIZE)
-        n = self.features(frames, torch.zeros(1, 2)).shape[1]
-        past, shape = (config.past, ACTION_SIZE), (config.horizon, ACTION_SIZE)
-        self.register_buffer("feature_mean", torch.zeros(n))
-        self.register_buffer("feature_deviation", torch.ones(n))
-        self.register_buffer("past_mean", torch.zeros(past))
-        self.register_buffer("past_deviation", torch.ones(past))
-        self.register_buffer("chunk_mean", torch.zeros(shape))
-        self.register_buffer("chunk_deviation", torch.ones(shape))
-        self.encoder = ConditionEncoder(n, config)
-        self.denoiser = Denoiser(config)
-
-    def normalise_by(self, seen: Batch) -> None:
-        """Set mean and deviation of features, pasts and chunks from many windows."""
-        for name, values in (
-            ("feature", self.features(seen.history, seen.jaw_rad)),
-            ("past", seen.past - _held(seen.jaw_rad)),
-            ("chunk", seen.chunk - _held(seen.jaw_rad)),
-        ):
-            getattr(self, f"{name}_mean").copy_(values.mean(dim=0))
-            getattr(self, f"{name}_deviation").copy_(values.std(dim=0).clamp(min=MIN_DEVIATION))
-
-    def loss(self, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
-        """Return the mean squared error of the clean chunk, over valid rows.
-
-        Motions of a tool near tissue that does not touch it yet weigh `FINE` times as much.
-
-        Args:
-            seen: B windows.
-            words: (n, 384) all sentences; `seen.text` is each window's row. The network encodes
-                each sentence once, not each window.
-            level: (B, M) of noise.
-            noise: (B, M, H, 20) standard normal.
-        """
-        held = _held(seen.jaw_rad)
-        clean = ((seen.chunk - held - self.chunk_mean) / self.chunk_deviation)[:, None]
-        past = self._given(seen.past - held, seen.n_past)
-        films = [F.embedding(seen.text, film) for film in self.encoder.films(words)]
-        condition = self._condition(seen.history, seen.jaw_rad, films, past, seen.delay)
-        guess = self.denoiser(_mixed(clean, noise, level[..., None, None]), past, level, condition)
-        weight = 1.0 + (FINE - 1.0) * (seen.near & seen.free).to(guess)  # (B, 2)
-        of_arms = weight.repeat_interleave(ACTION_SIZE // 2, dim=1)[:, None, None]
-        counts = (seen.valid[:, None, :, None].to(guess) * of_arms).expand_as(guess)
-        return (counts * (guess - clean) ** 2).sum() / counts.sum()
+        super().__init__(config, Features()(frames, torch.zeros(1, 2)).shape[1])
+        self.features = Features()
 
     def forward(
         self,
@@ -95,69 +29,6 @@ class Policy(nn.Module):
         delay: Tensor,
         noise: Tensor,
     ) -> Tensor:
-        """Sample chunks (B, H, 20); deterministic, because all noise is an input.
-
-        DDIM (Song et al., arXiv 2010.02502) in `config.sampling_steps` equal steps.
-
-        Args:
-            history: (B, K, `VECTOR_SIZE`) observed frames.
-            jaw_rad: (B, 2) last commanded before the chunk.
-            words: (B, 384) the embedding of the words.
-            past: (B, P, 20) rows before the chunk.
-            n_past: (B,) how many of them, the last ones, are known.
-            delay: (B,) how many of them come after the newest frame.
-            noise: (B, H, 20) standard normal.
-        """
-        held = _held(jaw_rad)
-        given = self._given(past - held, n_past)
-        films = self.encoder.films(words)
-        condition = self._condition(history, jaw_rad, films, given, delay)
-        steps, noisy = self.config.sampling_steps, noise[:, None]
-        clean = noisy
-        for k in range(steps, 0, -1):
-            level, lower = k / steps, (k - 1) / steps
-            at = torch.full_like(n_past[:, None], level, dtype=noise.dtype)
-            clean = self.denoiser(noisy, given, at, condition)
-            signal, share = _signal(level), _noise(level)
-            noisy = _signal(lower) * clean + _noise(lower) * (noisy - signal * clean) / share
-        return clean[:, 0] * self.chunk_deviation + self.chunk_mean + held
-
-    def _condition(
-        self,
-        history: Tensor,
-        jaw_rad: Tensor,
-        films: Sequence[Tensor],
-        past: Tensor,
-        delay: Tensor,
-    ) -> Tensor:
-        features = (self.features(history, jaw_rad) - self.feature_mean) / self.feature_deviation
-        delays = torch.arange(self.config.max_delay + 1, device=delay.device)
-        marked = (delays == delay[:, None]).to(features)
-        return self.encoder(features.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS), past, marked, films)
-
-    def _given(self, past: Tensor, n_past: Tensor) -> Tensor:
-        """Return (B, P * 21): the past normalised, zero where unknown, and which rows are known."""
-        rows = torch.arange(self.config.past, 0, -1, device=n_past.device)
-        known = (rows <= n_past[:, None]).to(past)
-        normal = known[..., None] * (past - self.past_mean) / self.past_deviation
-        return torch.cat([normal.flatten(1), known], dim=1)
-
-
-def _held(jaw_rad: Tensor) -> Tensor:
-    """Return (B, 1, 20) with the jaws (B, 2) in a chunk's jaw entries, zero elsewhere."""
-    arms = torch.cat([jaw_rad.new_zeros(len(jaw_rad), 2, JAW), jaw_rad[..., None]], dim=-1)
-    return arms.flatten(1)[:, None]
-
-
-def _signal(level: float) -> float:
-    return math.cos(0.5 * math.pi * level)
-
-
-def _noise(level: float) -> float:
-    return math.sin(0.5 * math.pi * level)
-
-
-def _mixed(clean: Tensor, noise: Tensor, level: Tensor) -> Tensor:
-    """Mix clean chunks and noise: variance-preserving, on a cosine schedule."""
-    angle = 0.5 * math.pi * level
-    return angle.cos() * clean + angle.sin() * noise
+        """Sample chunks (B, H, 20) from frames (B, K, `VECTOR_SIZE`); else as `sample` does."""
+        features = self.features(history, jaw_rad)
+        return self.sample(features, jaw_rad, words, past, n_past, delay, noise)

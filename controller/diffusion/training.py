@@ -87,7 +87,8 @@ def train(
     policy = Policy(config.policy).to(device)
     if base is None:
         some = torch.randint(len(windows), (NORMALISE_BY,), generator=chance, device=device)
-        policy.normalise_by(windows.batch(some, torch.zeros_like(some)))
+        seen = windows.batch(some, torch.zeros_like(some))
+        policy.normalise_by(policy.features(seen.history, seen.jaw_rad), seen)
     else:
         policy.load_state_dict(base.state_dict())
     yield from optimise(
@@ -119,4 +120,5 @@ def _loss(
     level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
     noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses need float32
-        return policy.loss(batch, words, level, noise)
+        features = policy.features(batch.history, batch.jaw_rad)
+        return policy.loss(features, batch, words, level, noise)

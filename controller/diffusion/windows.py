@@ -74,6 +74,7 @@ class Batch(NamedTuple):
         valid: (B, H) rows to imitate: the expert's, under the same words; always the first rows.
         free: (B, 2) tools that touch nothing in all frames of the history.
         near: (B, 2) tools that are near tissue in the newest frame.
+        newest: (B,) row of the newest frame, demonstrations end to end.
     """
 
     history: Tensor
@@ -86,6 +87,7 @@ class Batch(NamedTuple):
     valid: Tensor
     free: Tensor
     near: Tensor
+    newest: Tensor
 
 
 class Windows:
@@ -145,6 +147,7 @@ class Windows:
             valid=self._ahead < n_valid,
             free=data.free[seen].all(dim=1),
             near=data.near[seen[:, 0]],
+            newest=seen[:, 0],
         )
 
 

@@ -13,6 +13,7 @@ from controller.perception.prior import Prior
 from planner.learning.checkpoint import read_config, read_weights, write
 from tissue_sim.version import WORLD_VERSION
 
+LEARNER = "perception"  # as `calot train` names it
 SHIPPED = Path(__file__).with_name("perception.safetensors")
 FITS = {"world version": WORLD_VERSION, "schema": 4, "points": N_LINE}
 """What must be the same when a checkpoint is written and when it is read."""

@@ -12,6 +12,7 @@ from planner.task import TASKS
 from tissue_sim.sensing.observation import VECTOR_SIZE
 from tissue_sim.version import WORLD_VERSION
 
+LEARNER = "planner"  # as `calot train` names it
 SHIPPED = Path(__file__).with_name("planner.safetensors")
 FITS = {
     "world version": WORLD_VERSION,

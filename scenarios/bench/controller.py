@@ -12,7 +12,7 @@ import torch
 from rich.table import Table
 
 from controller.action import Chunk
-from controller.diffusion.checkpoint import SHIPPED, load_checkpoint
+from controller.diffusion.checkpoint import LEARNER, SHIPPED, load_checkpoint
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import Policy
@@ -40,7 +40,7 @@ def bench_controller(
     """
     torch.set_num_threads(1)
     try:
-        policy = load_checkpoint(chosen(checkpoint, SHIPPED, "controller"))
+        policy = load_checkpoint(chosen(checkpoint, SHIPPED, LEARNER))
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
     missing = [] if lerobot_version() else [NOT_INSTALLED]

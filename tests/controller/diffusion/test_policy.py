@@ -21,7 +21,8 @@ def policy() -> Policy:
     torch.manual_seed(0)
     policy = Policy(CONFIG)
     which = torch.arange(100)
-    policy.normalise_by(Windows([demonstration()], CONFIG).batch(which, torch.zeros_like(which)))
+    seen = Windows([demonstration()], CONFIG).batch(which, torch.zeros_like(which))
+    policy.normalise_by(policy.features(seen.history, seen.jaw_rad), seen)
     return policy.eval().requires_grad_(False)
 
 
@@ -42,6 +43,11 @@ def inputs(seen) -> dict[str, Tensor]:
         "delay": seen.delay,
         "noise": torch.randn(1, CONFIG.horizon, 20, generator=generator),
     }
+
+
+def loss(policy: Policy, seen: Batch, words: Tensor, level: Tensor, noise: Tensor) -> Tensor:
+    features = policy.features(seen.history, seen.jaw_rad)
+    return policy.loss(features, seen, words, level, noise)
 
 
 def test_only_the_known_past_has_an_effect(policy, inputs):
@@ -83,7 +89,7 @@ def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs)
     for valid in (first, torch.ones_like(first)):
         changed = seen.chunk + 0.1 * ~first[..., None]
         losses += [
-            policy.loss(seen._replace(chunk=c, valid=valid), inputs["words"], level, noise)
+            loss(policy, seen._replace(chunk=c, valid=valid), inputs["words"], level, noise)
             for c in (seen.chunk, changed)
         ]
     torch.testing.assert_close(losses[0], losses[1], rtol=1e-4, atol=0)
@@ -92,9 +98,11 @@ def test_the_loss_does_not_look_at_rows_that_are_not_valid(policy, seen, inputs)
 
 def test_in_the_loss_each_window_has_its_own_words(policy, seen, inputs):
     noise, level, words = inputs["noise"][:, None], torch.ones(1, 1), inputs["words"]
-    alone = policy.loss(seen._replace(text=torch.tensor([0])), words, level, noise)
+    alone = loss(policy, seen._replace(text=torch.tensor([0])), words, level, noise)
     both = torch.cat([words.flip(1), words])
-    among = [policy.loss(seen._replace(text=torch.tensor([k])), both, level, noise) for k in (0, 1)]
+    among = [
+        loss(policy, seen._replace(text=torch.tensor([k])), both, level, noise) for k in (0, 1)
+    ]
     torch.testing.assert_close(among[1], alone)
     assert (among[0] - alone).abs() > 1e-5
 
