@@ -70,10 +70,14 @@ CONTROLLERS: dict[str, str] = {
     "diffusion": "controller.diffusion.controller:make",
     "idle": "controller.idle:ControllerIdle",
     "expert": "controller.expert.controller:make",
+    "pixels": "controller.pixels.controller:make",
 }
 
-LEARNED_CONTROLLERS = ("diffusion",)
-"""Calot's controllers that are made from a checkpoint and a seed."""
+LEARNED_CONTROLLERS: dict[str, str] = {
+    "diffusion": "controller.diffusion.checkpoint",
+    "pixels": "controller.pixels.checkpoint",
+}
+"""Calot's controllers that are made from a checkpoint and a seed, with the module that reads it."""
 
 SENSES: dict[str, str] = {
     "cameras": "perception from pictures of the endoscope and both wrist cameras",

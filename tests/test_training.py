@@ -1,4 +1,4 @@
-"""Tests of both trainings, the controller's and the planner's: they learn, and resume exactly."""
+"""Tests of the policies' trainings: they learn, and resume exactly."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,11 +11,14 @@ import torch
 
 from controller.diffusion import checkpoint as policies
 from controller.diffusion import training as controller_training
+from controller.pixels import checkpoint as pixel_policies
+from controller.pixels import training as pixel_training
 from planner.learned import checkpoint as planners
 from planner.learned import training as planner_training
 from planner.learning.checkpoint import CheckpointError
 from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
+from tests.controller.pixels.filmed import film
 from tests.planner.learned.rolled_out import rollout
 
 
@@ -43,6 +46,13 @@ LEARNERS = {
         training=controller_training,
         checkpoints=policies,
         given=[demonstration(seed=seed) for seed in range(2)],
+        falls_to=0.8,
+    ),
+    "pixels": Learner(
+        name="pixels",
+        training=pixel_training,
+        checkpoints=pixel_policies,
+        given=[film(seed=seed) for seed in range(2)],
         falls_to=0.8,
     ),
     "planner": Learner(
@@ -104,7 +114,7 @@ def test_another_configuration_does_not_go_on_from_there(learner, trained):
     out, _ = trained
     before = (out / STATE_FILE).read_bytes()
     with pytest.raises(ValueError, match="of another configuration"):
-        next(learner.training.train(learner.given, replace(learner.smoke, batch=32), out))
+        next(learner.training.train(learner.given, replace(learner.smoke, batch=31), out))
     assert (out / STATE_FILE).read_bytes() == before
 
 

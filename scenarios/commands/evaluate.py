@@ -95,6 +95,7 @@ class Evaluate:
                 arm.controller,
                 _path(arm.checkpoint),
                 _path(arm.planner_checkpoint),
+                arm.cameras,
             )
             require_perception(arm.sense, _path(arm.perception_checkpoint))
             require_cameras(arm.cameras)

@@ -16,18 +16,22 @@ from scenarios.files.errors import BadInputError
 
 
 def require_policies(
-    planner: str, controller: str, checkpoint: Path | None, planner_checkpoint: Path | None
+    planner: str,
+    controller: str,
+    checkpoint: Path | None,
+    planner_checkpoint: Path | None,
+    cameras: tuple[str, ...] = (),
 ) -> None:
     """Check that both policies can be made.
 
     Raises:
         BadInputError: a factory cannot be imported, a checkpoint does not fit, or the endpoint
-            that the planner asks is not named.
+            that the planner asks or a camera that the controller needs is not named.
     """
     for option, name in (("--planner", planner), ("--controller", controller)):
         if ":" in name:
             _require_factory(option, name)
-    require_checkpoint(controller, checkpoint)
+    require_checkpoint(controller, checkpoint, cameras)
     require_planner_checkpoint(planner, planner_checkpoint)
     if planner in ENDPOINT_PLANNERS:
         require_endpoint(planner)

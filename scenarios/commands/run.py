@@ -132,7 +132,9 @@ class Run:
         return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _require_possible(self) -> None:
-        require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
+        require_policies(
+            self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
+        )
         require_perception(self._sense, self.perception_checkpoint)
         require_cameras(self.cameras)
         self._require_magnitude()

@@ -21,7 +21,7 @@ from scenarios.files.errors import BadInputError
 if TYPE_CHECKING:  # heavy to import
     from planner.learning.optimise import ScheduleT, TrainingStep
 
-LEARNERS = ("controller", "planner", "perception")
+LEARNERS = ("controller", "planner", "perception", "pixels")
 PRESETS = ("full", "smoke")
 DEVICES = ("cpu", "cuda")
 
@@ -31,10 +31,11 @@ class Train:
     """Train on demonstrations; the same call again continues where training was stopped."""
 
     learner: Positional[Annotated[str, one_of(LEARNERS)]]
-    """What to train: the diffusion controller, the learned planner, or perception."""
+    """What to train: the diffusion controller, the learned planner, perception, or the controller
+    from pixels."""
     data: tuple[Path, ...] = (Path("runs/demonstrations"),)
     """Folders of demonstrations, as `calot collect` writes them; for the perception,
-    of `calot collect --pictures`."""
+    of `calot collect --pictures`; for the controller from pixels, of `calot collect --cameras`."""
     leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
     """Kinds of demonstrations to leave out, separated by commas, for ablations."""
     wordless: bool = False
@@ -56,7 +57,7 @@ class Train:
     """Where to train."""
     out: Path | None = None
     """Folder for the checkpoint, TensorBoard's curves, and the state to continue from; the default
-    is runs/controller, runs/planner or runs/perception."""
+    is in runs, with the learner's name."""
 
     def execute(self) -> int:
         """Train and report; return 0."""
@@ -90,6 +91,18 @@ class Train:
         config = replace(config, policy=replace(config.policy, wordless=wordless))
         with _reading(self.data):
             dataset = demonstrations(self.data, self.leave_out)
+        _show(training.train(dataset, config, out, self.device, base), config.steps)
+        return out / training.CHECKPOINT_FILE
+
+    def _pixels(self, out: Path) -> Path:
+        from controller.pixels import training
+        from controller.pixels.films import films
+
+        config, base = self._scheduled(training.PRESETS[self.preset]), None
+        if self.base:
+            config, base = training.fine_tuning(config, self.base)
+        with _reading(self.data):
+            dataset = films(self.data, config.policy, self.leave_out)
         _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 

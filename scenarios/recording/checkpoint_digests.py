@@ -1,6 +1,7 @@
 """Which checkpoints an episode's policies and perception were made from, to the bit."""
 
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 
 from scenarios.catalogue import LEARNED_CONTROLLERS, LEARNED_PLANNERS, PERCEIVING
@@ -19,9 +20,8 @@ def checkpoint_digests(config: EpisodeConfig) -> dict[str, str]:
         "perception": config.perception_checkpoint,
     }
     if config.controller in LEARNED_CONTROLLERS:
-        from controller.diffusion.checkpoint import SHIPPED as CONTROLLER
-
-        files["controller"] = config.checkpoint or str(CONTROLLER)
+        shipped = import_module(LEARNED_CONTROLLERS[config.controller]).SHIPPED
+        files["controller"] = config.checkpoint or str(shipped)
     if config.planner in LEARNED_PLANNERS:
         from planner.learned.checkpoint import SHIPPED as PLANNER
 

@@ -1,5 +1,6 @@
 """Tests of training: from a dataset to a moving robot; bad data are refused in one line."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -9,14 +10,20 @@ from safetensors.torch import load_file
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from controller.dataset.merge import merge
+from controller.dataset.schema import PICTURE_SHAPE
 from controller.diffusion.checkpoint import load_checkpoint
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import demonstrations
 from controller.diffusion.windows import Windows
+from controller.pixels.checkpoint import load_checkpoint as load_pixels
+from controller.pixels.controller import make as pixels
+from planner.instruction import TASKS, Instruction
+from planner.policy_setup import PolicySetup
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tests.controller.dataset.episodes import write_parts
+from tests.planner.seen import clipped
 from tests.scenarios.test_cli import complaint
 
 SEED = 10_003
@@ -56,6 +63,23 @@ def test_a_trained_policy_moves_the_arms_the_same_each_time(checkpoint):
     first, again = commands(checkpoint), commands(checkpoint)
     np.testing.assert_array_equal(first, again)
     assert np.ptp(first, axis=0).max() > 1e-4
+
+
+def test_a_controller_learns_from_pictures_and_moves_the_arms(tmp_path, capfd):
+    cameras = ("endoscope_left", "wrist_right")
+    merge(write_parts(tmp_path / "parts", (0, 1), cameras=cameras), tmp_path)
+    words = ["train", "pixels", "--preset", "smoke", "--steps", "20", "--data", str(tmp_path)]
+    out = tmp_path / "trained"
+    assert main([*words, "--out", str(out)]) == 0
+    path = out / "policy.safetensors"
+    policy = load_pixels(path)
+    controller = pixels(PolicySetup(checkpoint=str(path), cameras=cameras))
+    images = {name: np.zeros(PICTURE_SHAPE, np.uint8) for name in policy.pixels.cameras}
+    chunk = controller.act(replace(clipped(), images=images), Instruction(task=TASKS[0]))
+    assert all(np.isfinite(action.vector()).all() for action in chunk)
+    _ = capfd.readouterr()
+    said = complaint(capfd, "run", "--controller", "pixels", "--checkpoint", str(path))
+    assert "name endoscope_left with --cameras" in said
 
 
 def test_training_goes_on_from_a_checkpoint_and_keeps_its_normalisation(checkpoint, data, tmp_path):

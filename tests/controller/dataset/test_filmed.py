@@ -9,6 +9,7 @@ import pytest
 
 from controller.dataset import layout
 from controller.dataset.card import CARD_PATH
+from controller.dataset.filmed import read_filmed
 from controller.dataset.merge import merge
 from controller.dataset.part import cameras_of, read_part, video_path
 from controller.dataset.reader import read_episodes
@@ -54,6 +55,22 @@ def test_a_video_shows_an_episodes_frames_from_the_time_in_its_row(filmed):
             shown = list(pictures(root / layout.video_path(camera, file)))
             first, end = (round(place[f"{which}_timestamp"] * FPS) for which in ("from", "to"))
             assert [frame_of(p) for p in shown[first:end]] == list(range(*_bounds(stretch)))
+
+
+def test_episodes_are_read_with_the_pictures_of_their_frames(filmed):
+    root, parts = filmed
+    expected = [_bounds(stretch) for part in map(read_part, parts) for stretch in part.stretches()]
+    read = list(read_filmed(root, ("action",), CAMERAS[::-1], lambda p: p[:2, :3]))
+    assert len(read) == len(expected)
+    for (episode, shown), (first, end) in zip(read, expected, strict=True):
+        assert shown.shape == (len(episode), len(CAMERAS), 2, 3, 3)
+        for camera in range(len(CAMERAS)):
+            assert [frame_of(p) for p in shown[:, camera]] == list(range(first, end))
+
+
+def test_a_camera_that_did_not_film_is_refused(filmed):
+    with pytest.raises(ValueError, match="wrist_left did not film; cameras are: endoscope_left"):
+        next(read_filmed(filmed[0], ("action",), ("wrist_left",), lambda p: p))
 
 
 _PLACE = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")

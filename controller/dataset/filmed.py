@@ -1,0 +1,66 @@
+"""Episodes of a dataset with what its cameras filmed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from controller.dataset import layout
+from controller.dataset.dataset_episode import DatasetEpisode
+from controller.dataset.reader import read_episodes, require_dataset
+from controller.dataset.schema import FPS, PICTURES
+from controller.dataset.videos import pictures
+
+Shrink = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
+
+
+def read_filmed(
+    root: Path, columns: Sequence[str], cameras: Sequence[str], shrink: Shrink
+) -> Iterator[tuple[DatasetEpisode, NDArray[np.uint8]]]:
+    """Yield episodes in their order, each with its pictures (n, cameras, height, width, 3).
+
+    Args:
+        root: of the dataset.
+        columns: to read.
+        cameras: whose pictures, in this order.
+        shrink: makes a picture (240, 320, 3) smaller, as soon as it is read.
+
+    Raises:
+        ValueError: a camera did not film; else as in `read_episodes` and `pictures`.
+    """
+    there = require_dataset(root)
+    if missing := [camera for camera in cameras if camera not in there]:
+        filmed = ", ".join(there) or "none"
+        raise ValueError(f"{root}: {', '.join(missing)} did not film; cameras are: {filmed}")
+    rows = pq.read_table(root / layout.EPISODES_PATH).to_pylist()
+    shown = [_Films(root, camera, shrink) for camera in cameras]
+    for row, episode in zip(rows, read_episodes(root, columns), strict=True):
+        yield episode, np.stack([films.of(row) for films in shown], axis=1)
+
+
+class _Films:
+    """The pictures of one camera; the videos are read one after another, each once."""
+
+    def __init__(self, root: Path, camera: str, shrink: Shrink) -> None:
+        self._root, self._camera, self._shrink = root, camera, shrink
+        self._file, self._next = -1, 0
+
+    def of(self, row: Mapping[str, Any]) -> NDArray[np.uint8]:
+        """Return the pictures (n, height, width, 3) of the episode with this row."""
+        place = f"videos/{PICTURES}{self._camera}/"
+        file = layout.FILES_A_CHUNK * row[place + "chunk_index"] + row[place + "file_index"]
+        first, end = (round(row[place + at] * FPS) for at in ("from_timestamp", "to_timestamp"))
+        path = self._root / layout.video_path(self._camera, file)
+        if file != self._file:
+            self._file, self._next, self._video = file, 0, pictures(path)
+        taken = islice(self._video, first - self._next, end - self._next)
+        self._next, shown = end, [self._shrink(picture) for picture in taken]
+        if len(shown) != end - first:
+            raise ValueError(f"{path}: it ends before its picture {end}")
+        return np.stack(shown)

@@ -1,0 +1,86 @@
+"""The policy from pixels as a controller: pictures, encoders and words are its only input."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from controller.action import ACTION_SIZE, Chunk, hold
+from controller.diffusion.chunk_frame import actions_of, given_past, motion_of
+from controller.pixels.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from controller.pixels.policy import PixelPolicy
+from planner.instruction import Instruction
+from planner.language.sentence_encoder import embed
+from planner.learning.checkpoint import chosen
+from planner.policy_setup import PolicySetup
+from tissue_sim.frames import Array
+from tissue_sim.periods import CONTROL_PERIOD_S
+from tissue_sim.sensing.observation import Observation
+
+
+class ControllerPixels:
+    """Plays the first motions of each chunk, then looks again.
+
+    Nothing that is perceived in the pictures, and no rule on it, has a part in the chunks.
+    """
+
+    def __init__(self, policy: PixelPolicy, seed: int = 0) -> None:
+        self._policy = policy
+        self._chance = np.random.default_rng(seed)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the motions before, and what is left of the chunk."""
+        self._rows: Array | None = None
+        self._asked_s = 0.0
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Return the next motions."""
+        config, rows = self._policy.config, self._played(observation)
+        noise = self._chance.standard_normal((config.horizon, ACTION_SIZE), np.float32)
+        given = given_past(rows, config.past) | {
+            "pictures": self._pictures(observation),
+            "state": observation.vector(),
+            "words": embed(config.heard(instruction.text)).numpy(),
+            "noise": noise,
+        }
+        with torch.inference_mode():
+            chunk = self._policy(**{k: torch.as_tensor(v)[None] for k, v in given.items()})[0]
+        motions = actions_of(chunk.numpy().astype(float))[: config.play]
+        self._rows, self._asked_s = np.concatenate([rows, motions]), observation.time_s
+        return tuple(motion_of(row) for row in motions)
+
+    def _played(self, observation: Observation) -> Array:
+        """Return the motions before (n, 20), without those of the last chunk that were dropped."""
+        if self._rows is None:
+            return hold(observation.joints[:, 6]).vector()[None]
+        n = round((observation.time_s - self._asked_s) / CONTROL_PERIOD_S)
+        dropped = max(self._policy.config.play - n, 0)
+        return self._rows[-self._policy.config.past - 1 - dropped : len(self._rows) - dropped]
+
+    def _pictures(self, observation: Observation) -> np.ndarray:
+        pixels = self._policy.pixels
+        return np.stack([pixels.shrunk(observation.images[name]) for name in pixels.cameras])
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: Path, written_ns: int) -> PixelPolicy:
+    """Return the policy of a file; episodes of one process share it, as it has no state."""
+    del written_ns  # another one is another policy
+    return load_checkpoint(path)
+
+
+def make(setup: PolicySetup) -> ControllerPixels:
+    """Return the controller of the checkpoint in its setup.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+        ValueError: a camera is missing.
+    """
+    path = chosen(setup.checkpoint, SHIPPED, LEARNER)
+    policy = _loaded(path, path.stat().st_mtime_ns if path.exists() else 0)
+    setup.require_cameras("pixels", policy.pixels.cameras)
+    return ControllerPixels(policy, setup.seed)

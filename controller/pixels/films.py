@@ -1,0 +1,43 @@
+"""A dataset with pictures as training data of the policy from pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.dataset.filmed import read_filmed
+from controller.diffusion.demonstrations import COLUMNS, sensed
+from controller.diffusion.windows import DemonstrationArrays
+from controller.pixels.config import PixelConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A demonstration and what was filmed of it.
+
+    Attributes:
+        demonstration: n control steps.
+        pictures: (n, cameras, height, width, 3) before each motion, shrunk.
+    """
+
+    demonstration: DemonstrationArrays
+    pictures: NDArray[np.uint8]
+
+
+def films(roots: Iterable[Path], config: PixelConfig, leave_out: Container[str] = ()) -> list[Film]:
+    """Return the episodes of datasets with pictures, without those of the kinds in `leave_out`.
+
+    Raises:
+        ValueError: as `read_filmed` does.
+    """
+    read = (e for root in roots for e in read_filmed(root, COLUMNS, config.cameras, config.shrunk))
+    return [
+        Film(demonstration=demonstration, pictures=pictures)
+        for episode, pictures in read
+        if episode.header.kind.partition(":")[0] not in leave_out
+        for demonstration in sensed(episode, copy=0)  # one: it is a stretch without an exchange
+    ]

@@ -1,0 +1,54 @@
+"""The policy from pixels: chunks from pictures, encoders and words."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from controller.diffusion.chunk_diffusion import ChunkDiffusion
+from controller.diffusion.features import tool_features
+from controller.pixels.config import PixelConfig
+from controller.pixels.eyes import Eyes
+from tissue_sim.sensing.observation import VECTOR_SIZE, fields
+
+
+class PixelPolicy(ChunkDiffusion):
+    """Samples chunks from pictures, from what encoders and motor currents tell, and from words."""
+
+    def __init__(self, config: PixelConfig) -> None:
+        n_tools = of_tools(torch.zeros(1, VECTOR_SIZE), torch.zeros(1, 2)).shape[1]
+        eyes = Eyes(len(config.cameras), config.widths)
+        super().__init__(config.chunks, n_tools + eyes.size)
+        self.eyes, self.pixels = eyes, config
+
+    def features(self, pictures: Tensor, state: Tensor, jaw_rad: Tensor) -> Tensor:
+        """Return the features (B, n).
+
+        Args:
+            pictures: (B, cameras, height, width, 3) uint8.
+            state: (B, `VECTOR_SIZE`) the observation; only what needs no camera is read.
+            jaw_rad: (B, 2) last commanded.
+        """
+        seen = self.eyes(pictures.permute(0, 1, 4, 2, 3).float() / 255.0)
+        return torch.cat([of_tools(state, jaw_rad), seen], dim=1)
+
+    def forward(
+        self,
+        pictures: Tensor,
+        state: Tensor,
+        jaw_rad: Tensor,
+        words: Tensor,
+        past: Tensor,
+        n_past: Tensor,
+        noise: Tensor,
+    ) -> Tensor:
+        """Sample chunks (B, H, 20), with arguments as in `features` and `sample`."""
+        features = self.features(pictures, state, jaw_rad)
+        at_once = torch.zeros_like(n_past)
+        return self.sample(features, jaw_rad, words, past, n_past, at_once, noise)
+
+
+def of_tools(state: Tensor, jaw_rad: Tensor) -> Tensor:
+    """Return the tools' features (B, n), the first ones of `PixelPolicy.features`."""
+    parts = tool_features(fields(state), jaw_rad)
+    return torch.cat([part.flatten(1) for part in parts], dim=1)

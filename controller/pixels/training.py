@@ -1,0 +1,160 @@
+"""Training of the policy from pixels; it resumes exactly.
+
+As the diffusion controller's, without its displaced tools: a picture would not show them displaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from controller.diffusion.config import PolicyConfig
+from controller.diffusion.training import MIN_LEVEL
+from controller.diffusion.windows import Windows
+from controller.pixels.checkpoint import load_checkpoint, save_checkpoint
+from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
+from controller.pixels.films import Film
+from controller.pixels.policy import PixelPolicy, of_tools
+from planner.language.sentence_encoder import embed_all
+from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
+
+CHECKPOINT_FILE = "policy.safetensors"
+NORMALISE_BY = 2_000  # windows
+SHIFT_PX = 4  # the most by which pictures are shifted (Yarats et al., arXiv 2004.13649)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PixelTraining(Schedule):
+    """How a policy is trained.
+
+    Attributes:
+        noises: noisy chunks a window; pictures cost much more.
+    """
+
+    policy: PixelConfig = field(default_factory=PixelConfig)
+    steps: int = 12_000
+    batch: int = 64
+    noises: int = 8
+
+
+PRESETS = {
+    "full": PixelTraining(),
+    "smoke": PixelTraining(
+        policy=PixelConfig(
+            cameras=CAMERAS[:1],
+            shrink=8,
+            widths=(8, 8, 8, 8),
+            chunks=replace(
+                CHUNKS, condition_width=64, condition_blocks=1, denoiser_width=64, denoiser_blocks=1
+            ),
+        ),
+        steps=60,
+        batch=32,
+        warm_up=10,
+        average=0.9,
+        save_every=20,
+    ),
+}
+
+
+def fine_tuning(config: PixelTraining, base: Path) -> tuple[PixelTraining, PixelPolicy]:
+    """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
+
+    Raises:
+        CheckpointError: as `load_checkpoint` does.
+    """
+    policy = load_checkpoint(base)
+    return replace(fine_tuning_schedule(base, config), policy=policy.pixels), policy
+
+
+def train(
+    films: Sequence[Film],
+    config: PixelTraining,
+    out: Path,
+    device: str = "cpu",
+    base: PixelPolicy | None = None,
+) -> Iterator[TrainingStep]:
+    """Train a policy, or resume the training in `out`; write checkpoint and state to `out`.
+
+    A new training starts from `base`, if given, and keeps its normalisation.
+
+    Raises:
+        ValueError: there is no motion to imitate, or `out` holds the training of another
+            configuration or on other demonstrations; nothing is changed.
+    """
+    torch.manual_seed(config.seed)
+    chance = torch.Generator(device).manual_seed(config.seed)
+    data = _Data(films, config.policy.chunks, device)
+    policy = PixelPolicy(config.policy).to(device)
+    if base is None:
+        some = torch.randint(len(data.windows), (NORMALISE_BY,), generator=chance, device=device)
+        _normalise(policy, data, some)
+    else:
+        policy.load_state_dict(base.state_dict())
+    yield from optimise(
+        policy,
+        partial(_loss, data=data, chance=chance, config=config),
+        chance,
+        config,
+        out,
+        data.windows.digest,
+        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
+    )
+
+
+class _Data:
+    """All windows, the pictures of all frames, and the sentences' embeddings."""
+
+    def __init__(self, films: Sequence[Film], config: PolicyConfig, device: str) -> None:
+        heard = [film.demonstration.heard_by(config) for film in films]
+        self.windows = Windows(heard, config, device)
+        self.pictures = torch.from_numpy(np.concatenate([film.pictures for film in films]))
+        self.words = embed_all(self.windows.texts).to(device)
+
+    def shown(self, newest: Tensor) -> Tensor:
+        """Return the pictures (B, cameras, height, width, 3) of these frames."""
+        return self.pictures[newest.cpu()].to(newest.device)
+
+
+def _normalise(policy: PixelPolicy, data: _Data, which: Tensor) -> None:
+    """Set the normalisation; what the eyes find keeps its own, as it is of order one."""
+    seen = data.windows.batch(which, torch.zeros_like(which))
+    tools = of_tools(seen.history[:, 0], seen.jaw_rad)
+    policy.normalise_by(F.pad(tools, (0, policy.eyes.size)), seen)
+    policy.feature_deviation[-policy.eyes.size :] = 1.0
+
+
+def _loss(
+    policy: PixelPolicy, data: _Data, chance: torch.Generator, config: PixelTraining
+) -> Tensor:
+    """Return the loss of random windows, shifts, noises and noise levels."""
+    device, shape = chance.device, (config.batch, config.noises)
+    which = torch.randint(len(data.windows), (config.batch,), generator=chance, device=device)
+    seen = data.windows.batch(which, torch.zeros_like(which))
+    pictures = shifted(data.shown(seen.newest), chance)
+    level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
+    noise = torch.randn(*shape, *seen.chunk.shape[1:], generator=chance, device=device)
+    with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):
+        features = policy.features(pictures, seen.history[:, 0], seen.jaw_rad)
+        return policy.loss(features, seen, data.words, level, noise)
+
+
+def shifted(pictures: Tensor, chance: torch.Generator) -> Tensor:
+    """Return pictures (B, cameras, height, width, 3), each window's shifted by some pixels.
+
+    What comes in at an edge repeats it.
+    """
+    B, _, height, width, _ = pictures.shape
+    rows, columns = (torch.arange(n, device=pictures.device) for n in (height, width))
+    most = 2 * SHIFT_PX + 1
+    offs = torch.randint(most, (B, 2, 1), generator=chance, device=chance.device) - SHIFT_PX
+    y, x = (rows + offs[:, 0]).clamp(0, height - 1), (columns + offs[:, 1]).clamp(0, width - 1)
+    each = zip(pictures, y, x, strict=True)
+    return torch.stack([picture[:, down][:, :, along] for picture, down, along in each])
