@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from scenarios.catalogue import VARIANTS
+from scenarios.catalogue import SCENARIOS, VARIANTS
 from scenarios.loop.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
 from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
@@ -61,6 +61,12 @@ class Suite:
     description: str
     conditions: tuple[Condition, ...] = ()
     ladders: tuple[Ladder, ...] = ()
+
+    @property
+    def scenarios(self) -> tuple[str, ...]:
+        """Return the scenarios of all conditions, each once."""
+        rungs = (rung for ladder in self.ladders for rung in ladder.rungs)
+        return tuple(dict.fromkeys(c.scenario for c in (*self.conditions, *rungs)))
 
 
 RUNGS = (0.125, 0.25, 0.5, 1.0)
@@ -269,3 +275,14 @@ SUITES: dict[str, Suite] = {
         ),
     )
 }
+
+SUITE_NAMES = (*SUITES, *(name for name in SCENARIOS if name not in SUITES))
+"""What `calot evaluate` accepts: a suite, or a scenario."""
+
+
+def suite_of(name: str) -> Suite:
+    """Return the suite of this name; a scenario's is of that scenario alone."""
+    if name in SUITES:
+        return SUITES[name]
+    description = SCENARIOS[name].description
+    return Suite(name=name, description=description, conditions=(_undisturbed(name),))

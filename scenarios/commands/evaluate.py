@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from rich.console import Console
 from tyro.conf import arg
 
+from scenarios.catalogue import SENSE_OF
 from scenarios.commands.arguments import at_least, number, some_arms, some_of
 from scenarios.commands.cluster_option import require_cluster
 from scenarios.commands.output import output
@@ -25,7 +26,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import dumps, plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
-from scenarios.suites import SUITES
+from scenarios.suites import SUITE_NAMES, suite_of
 from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:  # heavy to import
@@ -50,8 +51,8 @@ class Evaluate:
     """NAME=PLANNER+CONTROLLER, with ,filter=off ,checkpoint=FILE ,planner-checkpoint=FILE
     ,ablation=no-corrections ,sense=exact and ,person=surgeon where wanted; the others are compared
     with the first."""
-    suite: Annotated[tuple[str, ...], some_of(SUITES)] = ("nominal",)
-    """Which conditions, names with commas between."""
+    suite: Annotated[tuple[str, ...], some_of(SUITE_NAMES)] = ("nominal",)
+    """Which conditions, names with commas between: of suites, or of scenarios."""
     seed: Annotated[int, at_least(0)] = 20_000
     """Seed of the first patient; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 20
@@ -73,7 +74,7 @@ class Evaluate:
 
         plan = Plan(
             arms=self.arms,
-            suites=tuple(SUITES[name] for name in self.suite),
+            suites=tuple(suite_of(name) for name in self.suite),
             seeds=range(self.seed, self.seed + self.episodes),
         )
         open_folder(self.out, self.arms)
@@ -99,15 +100,20 @@ class Evaluate:
             )
             require_perception(arm.sense, _path(arm.perception_checkpoint))
             require_cameras(arm.cameras)
-        exact = [arm.name for arm in self.arms if arm.sense != "tracked"]
-        if "sensing" in self.suite and exact:
-            raise BadInputError(
-                f"--suite sensing: {exact[0]} has no sensing errors; add ,sense=tracked to the arm"
-            )
+            self._require_sense(arm)
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
         require_writable_folder(self.out, "--out")
         require_cluster(self.cluster, self.out)
+
+    def _require_sense(self, arm: StudyArm) -> None:
+        for name in self.suite:
+            for scenario in suite_of(name).scenarios:
+                if (needed := SENSE_OF.get(scenario, arm.sense)) != arm.sense:
+                    raise BadInputError(
+                        f"--suite {name}: {scenario} means nothing by the sense {arm.sense};"
+                        f" add ,sense={needed} to the arm {arm.name}"
+                    )
 
     def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
         """Run in rounds, because a ladder's next rung waits for the one before."""

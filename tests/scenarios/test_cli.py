@@ -63,6 +63,11 @@ def complaint(capfd, *words):
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
         (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
+        (["evaluate", "--suite", "zoo"], ["--suite", "'zoo'", "nominal", "grasp-slip"]),
+        (
+            ["evaluate", "--suite", "registration", "--arms", "a=learned+diffusion,sense=exact"],
+            ["--suite registration", "hand-eye", "exact", ",sense=tracked to the arm a"],
+        ),
         (["operate"], ["operate", "run", "doctor"]),
         ([], ["run", "doctor"]),
     ],

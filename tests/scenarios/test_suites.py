@@ -2,8 +2,10 @@
 
 import pytest
 
+from scenarios.catalogue import SCENARIOS
 from scenarios.loop.inbox import read
-from scenarios.suites import SUITES, Saying
+from scenarios.perturbation.perturbations import SENSING
+from scenarios.suites import SUITE_NAMES, SUITES, Saying, suite_of
 
 SAYINGS = [
     (condition.name, saying)
@@ -26,3 +28,14 @@ def test_texts_of_a_condition_differ_as_the_audit_finds_them_by_text() -> None:
         for condition in suite.conditions:
             texts = [saying.text for saying in condition.said]
             assert len(set(texts)) == len(texts)
+
+
+@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - set(SUITES)))
+def test_each_scenario_is_a_suite_of_its_own(name: str) -> None:
+    assert name in SUITE_NAMES
+    assert suite_of(name).scenarios == (name,)
+
+
+def test_a_suite_has_the_scenarios_of_its_ladders() -> None:
+    assert suite_of("sensing").scenarios == tuple(p.name for p in SENSING)
+    assert suite_of("recovery").scenarios == tuple(c.name for c in SUITES["recovery"].conditions)
