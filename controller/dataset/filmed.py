@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from controller.dataset import layout
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes, require_dataset
 from controller.dataset.schema import FPS, PICTURES
@@ -21,15 +22,20 @@ Shrink = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
 
 
 def read_filmed(
-    root: Path, columns: Sequence[str], cameras: Sequence[str], shrink: Shrink
+    root: Path,
+    columns: Sequence[str],
+    cameras: Sequence[str],
+    shrink: Shrink,
+    choice: Choice = ALL,
 ) -> Iterator[tuple[DatasetEpisode, NDArray[np.uint8]]]:
-    """Yield episodes in their order, each with its pictures (n, cameras, height, width, 3).
+    """Yield chosen episodes in their order, with pictures (n, cameras, height, width, 3).
 
     Args:
         root: of the dataset.
         columns: to read.
         cameras: whose pictures, in this order.
         shrink: makes a picture (240, 320, 3) smaller, as soon as it is read.
+        choice: of episodes.
 
     Raises:
         ValueError: a camera did not film; else as in `read_episodes` and `pictures`.
@@ -39,8 +45,9 @@ def read_filmed(
         filmed = ", ".join(there) or "none"
         raise ValueError(f"{root}: {', '.join(missing)} did not film; cameras are: {filmed}")
     rows = pq.read_table(root / layout.EPISODES_PATH).to_pylist()
+    chosen = [row for row, taken in zip(rows, choice.of(rows), strict=True) if taken]
     shown = [_Films(root, camera, shrink) for camera in cameras]
-    for row, episode in zip(rows, read_episodes(root, columns), strict=True):
+    for row, episode in zip(chosen, read_episodes(root, columns, choice), strict=True):
         yield episode, np.stack([films.of(row) for films in shown], axis=1)
 
 

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset import layout
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import Feature, features
@@ -22,8 +23,10 @@ _PLACE = ("data/chunk_index", "data/file_index")
 _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
 
-def read_episodes(root: Path, columns: Sequence[str] | None = None) -> Iterator[DatasetEpisode]:
-    """Yield the episodes of a dataset in their order, with the requested columns, or with all.
+def read_episodes(
+    root: Path, columns: Sequence[str] | None = None, choice: Choice = ALL
+) -> Iterator[DatasetEpisode]:
+    """Yield the chosen episodes of a dataset in their order, with some columns, or with all.
 
     The dataset's description is checked at once, an episode when it is read.
 
@@ -36,7 +39,7 @@ def read_episodes(root: Path, columns: Sequence[str] | None = None) -> Iterator[
     asked = tuple(there) if columns is None else columns
     if unknown := [name for name in asked if name not in there]:
         raise ValueError(f"unknown columns {', '.join(unknown)}; there are {', '.join(there)}")
-    return _episodes(root, asked, there, _table_of_episodes(root))
+    return _episodes(root, asked, there, choice)
 
 
 def require_dataset(root: Path) -> tuple[str, ...]:
@@ -82,17 +85,20 @@ def _episodes(
     root: Path,
     columns: Sequence[str],
     there: Mapping[str, Feature],
-    rows: list[dict[str, Any]],
+    choice: Choice,
 ) -> Iterator[DatasetEpisode]:
-    asked, path = {name: there[name] for name in columns}, None
-    for row in rows:
+    asked, path, group = {name: there[name] for name in columns}, None, 0
+    rows = _table_of_episodes(root)
+    for row, is_chosen in zip(rows, choice.of(rows), strict=True):
         place = dict(zip(("chunk_index", "file_index"), (row[key] for key in _PLACE), strict=True))
         before, path = path, root / layout.DATA_PATH.format(**place)
         try:
             if path != before:
                 file, group = _opened(path, there), 0
-            read = columns_of(file.read_row_group(group, columns=[*columns]), asked)
             group += 1
+            if not is_chosen:
+                continue
+            read = columns_of(file.read_row_group(group - 1, columns=[*columns]), asked)
             episode = DatasetEpisode(header=_header(row), columns=read)
             if len(episode) != row["length"]:
                 raise ValueError(f"it has {len(episode)} frames, not {row['length']}")

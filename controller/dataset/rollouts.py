@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
 from planner.correction import CORRECTIONS
@@ -22,18 +24,15 @@ LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
 
 
-def rollouts(roots: Iterable[Path], leave_out: Collection[str] = ()) -> list[Rollout]:
-    """Return the episodes of datasets in which the tubes were treated in the usual order.
-
-    Episodes of the kinds in `leave_out`, for example "recovery", are left out.
+def rollouts(roots: Iterable[Path], choice: Choice = ALL) -> list[Rollout]:
+    """Return the chosen episodes of datasets in which the tubes were treated in the usual order.
 
     Raises:
         ValueError: as `read_episodes` does.
     """
-    left_out = (*OTHER_ORDERS, *leave_out)
-    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    kept = (e for e in episodes if _kind(e) not in left_out)
-    return [rollout_of(episode, copy) for episode in kept for copy in range(COPIES)]
+    usual = replace(choice, leave_out=(*OTHER_ORDERS, *choice.leave_out))
+    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS, usual))
+    return [rollout_of(episode, copy) for episode in episodes for copy in range(COPIES)]
 
 
 def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
@@ -49,12 +48,8 @@ def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
         task=task - 1,
         correction=np.array([_CORRECTION.get(name, NOT_SAID) for name in names]),
         success=episode.header.success,
-        learned=_kind(episode) == LEARNED,
+        learned=episode.header.kind.partition(":")[0] == LEARNED,
     )
-
-
-def _kind(episode: DatasetEpisode) -> str:
-    return episode.header.kind.partition(":")[0]
 
 
 def _task_said(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
 from controller.diffusion.displacement import free_and_near
@@ -17,17 +18,14 @@ COLUMNS = ("privileged.state", "action", "instruction", "expert", "segment", "se
 COPIES = 2  # of each episode, each sensed with other errors
 
 
-def demonstrations(
-    roots: Iterable[Path], leave_out: Container[str] = ()
-) -> list[DemonstrationArrays]:
-    """Return the demonstrations of datasets, without those of the kinds in `leave_out`.
+def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[DemonstrationArrays]:
+    """Return the chosen demonstrations of datasets.
 
     Raises:
         ValueError: as `read_episodes` does.
     """
-    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS))
-    kept = (e for e in episodes if e.header.kind.partition(":")[0] not in leave_out)
-    return [run for episode in kept for copy in range(COPIES) for run in sensed(episode, copy)]
+    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS, choice))
+    return [run for episode in episodes for copy in range(COPIES) for run in sensed(episode, copy)]
 
 
 def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:

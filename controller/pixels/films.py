@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.dataset.choice import ALL, Choice
 from controller.dataset.filmed import read_filmed
 from controller.diffusion.demonstrations import COLUMNS, sensed
 from controller.diffusion.windows import DemonstrationArrays
@@ -28,16 +29,16 @@ class Film:
     pictures: NDArray[np.uint8]
 
 
-def films(roots: Iterable[Path], config: PixelConfig, leave_out: Container[str] = ()) -> list[Film]:
-    """Return the episodes of datasets with pictures, without those of the kinds in `leave_out`.
+def films(roots: Iterable[Path], config: PixelConfig, choice: Choice = ALL) -> list[Film]:
+    """Return the chosen episodes of datasets with pictures.
 
     Raises:
         ValueError: as `read_filmed` does.
     """
-    read = (e for root in roots for e in read_filmed(root, COLUMNS, config.cameras, config.shrunk))
+    cameras, shrink = config.cameras, config.shrunk
+    read = (e for root in roots for e in read_filmed(root, COLUMNS, cameras, shrink, choice))
     return [
         Film(demonstration=demonstration, pictures=pictures)
         for episode, pictures in read
-        if episode.header.kind.partition(":")[0] not in leave_out
         for demonstration in sensed(episode, copy=0)  # one: it is a stretch without an exchange
     ]

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from tyro.conf import Positional, arg
 
-from scenarios.commands.arguments import at_least, one_of, some_of
+from controller.dataset.choice import Choice
+from scenarios.commands.arguments import at_least, number, one_of, some_of
 from scenarios.commands.output_path import require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.files.errors import BadInputError
@@ -38,6 +39,8 @@ class Train:
     of `calot collect --pictures`; for the controller from pixels, of `calot collect --cameras`."""
     leave_out: Annotated[tuple[str, ...], some_of(KINDS)] = ()
     """Kinds of demonstrations to leave out, separated by commas, for ablations."""
+    share: Annotated[float, number()] = 1.0
+    """Share of each folder's demonstrations to use, the first ones."""
     wordless: bool = False
     """Train a controller without instructions: SRT-H's ablation "no hierarchy". With --base it
     unlearns them."""
@@ -90,7 +93,7 @@ class Train:
         wordless = self.wordless or config.policy.wordless
         config = replace(config, policy=replace(config.policy, wordless=wordless))
         with _reading(self.data):
-            dataset = demonstrations(self.data, self.leave_out)
+            dataset = demonstrations(self.data, self._choice())
         _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
@@ -102,7 +105,7 @@ class Train:
         if self.base:
             config, base = training.fine_tuning(config, self.base)
         with _reading(self.data):
-            dataset = films(self.data, config.policy, self.leave_out)
+            dataset = films(self.data, config.policy, self._choice())
         _show(training.train(dataset, config, out, self.device, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
@@ -114,15 +117,15 @@ class Train:
         if self.base:
             config, base = training.fine_tuning(config, self.base)
         with _reading(self.data):
-            dataset = rollouts(self.data, self.leave_out)
+            dataset = rollouts(self.data, self._choice())
         _show(training.train(dataset, config, out, base), config.steps)
         return out / training.CHECKPOINT_FILE
 
     def _perception(self, out: Path) -> Path:
         from controller.perception import training
 
-        if self.leave_out:
-            raise BadInputError("--leave-out is not for `calot train perception`")
+        if self.leave_out or self.share != 1.0:
+            raise BadInputError("--leave-out and --share are not for `calot train perception`")
         config, base = self._scheduled(training.PRESETS[self.preset]), None
         if self.base is not None:
             config, base = training.fine_tuning(config, self.base)
@@ -138,6 +141,9 @@ class Train:
             steps = training.train_view(files, view, config, out / view, self.device, base)
             _show(steps, config.steps)
         return training.join_views(files, config, out, base)
+
+    def _choice(self) -> Choice:
+        return Choice(leave_out=self.leave_out, share=self.share)
 
     def _scheduled(self, preset: ScheduleT) -> ScheduleT:
         return replace(

@@ -9,6 +9,7 @@ import torch
 from safetensors.torch import load_file
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.diffusion.checkpoint import load_checkpoint
@@ -103,10 +104,13 @@ def final_loss(folder):
 
 
 def test_excluded_data_are_not_learnt_from(data):
-    whole, rest = demonstrations([data]), demonstrations([data], ("recovery", "order"))
+    whole, rest = (
+        demonstrations([data]),
+        demonstrations([data], Choice(leave_out=["recovery", "order"])),
+    )
     assert [len(d.texts) for d in whole] == [len(d.texts) for d in rest]
     with pytest.raises(ValueError, match="nothing to learn"):
-        Windows(demonstrations([data], ("nominal",)), PolicyConfig())
+        Windows(demonstrations([data], Choice(leave_out=["nominal"])), PolicyConfig())
 
 
 @pytest.mark.parametrize("goes_on", [False, True])
@@ -122,6 +126,11 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
 
 def test_a_planner_is_never_wordless(capfd):
     assert "--wordless is only for" in complaint(capfd, "train", "planner", "--wordless")
+
+
+def test_a_share_above_the_whole_is_told_in_one_line(capfd, data):
+    said = complaint(capfd, "train", "planner", "--data", str(data), "--share", "2")
+    assert "share must be above 0 and at most 1, got 2" in said
 
 
 def test_no_dataset_is_told_in_one_line(capfd, tmp_path):
