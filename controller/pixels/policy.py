@@ -8,7 +8,7 @@ from torch import Tensor
 from controller.diffusion.chunk_diffusion import ChunkDiffusion
 from controller.diffusion.features import tool_features
 from controller.pixels.config import PixelConfig
-from controller.pixels.eyes import Eyes
+from controller.pixels.picture_encoder import PictureEncoder
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
@@ -17,9 +17,9 @@ class PixelPolicy(ChunkDiffusion):
 
     def __init__(self, config: PixelConfig) -> None:
         n_tools = of_tools(torch.zeros(1, VECTOR_SIZE), torch.zeros(1, 2)).shape[1]
-        eyes = Eyes(len(config.cameras), config.widths)
-        super().__init__(config.chunks, n_tools + eyes.size)
-        self.eyes, self.pixels = eyes, config
+        seeing = PictureEncoder(len(config.cameras), config.widths)
+        super().__init__(config.chunks, n_tools + seeing.size)
+        self.pictures, self.pixels = seeing, config
 
     def features(self, pictures: Tensor, state: Tensor, jaw_rad: Tensor) -> Tensor:
         """Return the features (B, n).
@@ -29,7 +29,7 @@ class PixelPolicy(ChunkDiffusion):
             state: (B, `VECTOR_SIZE`) the observation; only what needs no camera is read.
             jaw_rad: (B, 2) last commanded.
         """
-        seen = self.eyes(pictures.permute(0, 1, 4, 2, 3).float() / 255.0)
+        seen = self.pictures(pictures.permute(0, 1, 4, 2, 3).float() / 255.0)
         return torch.cat([of_tools(state, jaw_rad), seen], dim=1)
 
     def forward(

@@ -124,11 +124,11 @@ class _Data:
 
 
 def _normalise(policy: PixelPolicy, data: _Data, which: Tensor) -> None:
-    """Set the normalisation; what the eyes find keeps its own, as it is of order one."""
+    """Set the normalisation; what is found in pictures keeps its own, of order one."""
     seen = data.windows.batch(which, torch.zeros_like(which))
     tools = of_tools(seen.history[:, 0], seen.jaw_rad)
-    policy.normalise_by(F.pad(tools, (0, policy.eyes.size)), seen)
-    policy.feature_deviation[-policy.eyes.size :] = 1.0
+    policy.normalise_by(F.pad(tools, (0, policy.pictures.size)), seen)
+    policy.feature_deviation[-policy.pictures.size :] = 1.0
 
 
 def _loss(

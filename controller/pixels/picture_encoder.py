@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 
-class Eye(nn.Module):
+class CameraEncoder(nn.Module):
     """Where in a picture each of its channels is found, and how clearly.
 
     The spatial softmax of Levine et al., "End-to-end training of deep visuomotor policies"
@@ -22,7 +22,6 @@ class Eye(nn.Module):
             _layer(3, a, 2), _layer(a, b, 2), _layer(b, c, 2), _layer(c, d, 1),
             nn.Conv2d(d, d, 1),
         )  # fmt: skip
-        self.size = 3 * d
 
     def forward(self, pictures: Tensor) -> Tensor:
         """Return (B, 3 d): columns and rows, -1 to 1, and greatest values of d channels.
@@ -37,17 +36,17 @@ class Eye(nn.Module):
         return torch.cat([(share @ places).flatten(1), maps.amax((2, 3))], dim=1)
 
 
-class Eyes(nn.Module):
-    """An eye for each camera."""
+class PictureEncoder(nn.Module):
+    """An encoder for each camera."""
 
     def __init__(self, n_cameras: int, widths: Sequence[int]) -> None:
         super().__init__()
-        self.each = nn.ModuleList(Eye(widths) for _ in range(n_cameras))
+        self.each = nn.ModuleList(CameraEncoder(widths) for _ in range(n_cameras))
         self.size = n_cameras * 3 * widths[-1]
 
     def forward(self, pictures: Tensor) -> Tensor:
         """Return what is found (B, size) in pictures (B, cameras, 3, height, width), 0 to 1."""
-        return torch.cat([eye(pictures[:, k]) for k, eye in enumerate(self.each)], dim=1)
+        return torch.cat([encode(pictures[:, k]) for k, encode in enumerate(self.each)], dim=1)
 
 
 def _layer(inputs: int, outputs: int, stride: int) -> nn.Sequential:
