@@ -91,7 +91,7 @@ def train(
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
-    data = _Data(films, config.policy.chunks, device)
+    data = FilmData(films, config.policy.chunks, device)
     policy = PixelPolicy(config.policy).to(device)
     if base is None:
         some = torch.randint(len(data.windows), (NORMALISE_BY,), generator=chance, device=device)
@@ -109,21 +109,25 @@ def train(
     )
 
 
-class _Data:
+class FilmData:
     """All windows, the pictures of all frames, and the sentences' embeddings."""
 
     def __init__(self, films: Sequence[Film], config: PolicyConfig, device: str) -> None:
         heard = [film.demonstration.heard_by(config) for film in films]
         self.windows = Windows(heard, config, device)
-        self.pictures = torch.from_numpy(np.concatenate([film.pictures for film in films]))
+        self._pictures = [film.pictures for film in films]  # not joined: that would need them twice
+        self._ends = np.cumsum([len(pictures) for pictures in self._pictures])
         self.words = embed_all(self.windows.texts).to(device)
 
     def shown(self, newest: Tensor) -> Tensor:
         """Return the pictures (B, cameras, height, width, 3) of these frames."""
-        return self.pictures[newest.cpu()].to(newest.device)
+        rows = newest.cpu().numpy()
+        which = np.searchsorted(self._ends, rows, side="right")
+        shown = [self._pictures[k][row - self._ends[k]] for k, row in zip(which, rows, strict=True)]
+        return torch.from_numpy(np.stack(shown)).to(newest.device)
 
 
-def _normalise(policy: PixelPolicy, data: _Data, which: Tensor) -> None:
+def _normalise(policy: PixelPolicy, data: FilmData, which: Tensor) -> None:
     """Set the normalisation; what is found in pictures keeps its own, of order one."""
     seen = data.windows.batch(which, torch.zeros_like(which))
     tools = of_tools(seen.history[:, 0], seen.jaw_rad)
@@ -132,7 +136,7 @@ def _normalise(policy: PixelPolicy, data: _Data, which: Tensor) -> None:
 
 
 def _loss(
-    policy: PixelPolicy, data: _Data, chance: torch.Generator, config: PixelTraining
+    policy: PixelPolicy, data: FilmData, chance: torch.Generator, config: PixelTraining
 ) -> Tensor:
     """Return the loss of random windows, shifts, noises and noise levels."""
     device, shape = chance.device, (config.batch, config.noises)

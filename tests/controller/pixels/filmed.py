@@ -8,9 +8,9 @@ from tests.controller.diffusion.demonstrated import demonstration
 HEIGHT, WIDTH = 30, 40
 
 
-def film(seed: int = 0) -> Film:
+def film(seed: int = 0, n: int = 120) -> Film:
     """Return a film of a demonstration, by one camera."""
-    shown = demonstration(seed=seed)
+    shown = demonstration(n, seed)
     chance = np.random.default_rng(seed)
     pictures = np.zeros((len(shown.texts), 1, HEIGHT, WIDTH, 3), np.uint8)
     rows, columns = (

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.pixels.config import CHUNKS, PixelConfig
-from controller.pixels.training import SHIFT_PX, shifted
+from controller.pixels.training import SHIFT_PX, FilmData, shifted
+from tests.controller.pixels.filmed import film
 
 
 @given(shrink=st.sampled_from([1, 2, 4, 8]), seed=st.integers(0, 1000))
@@ -40,6 +41,16 @@ def test_all_cameras_of_a_window_are_shifted_alike_and_the_edge_repeats():
     assert down.unique().tolist() == along.unique().tolist() == [*range(-SHIFT_PX, SHIFT_PX + 1)]
     expected = (row + down[:, None, None]).clamp(0, 19)
     assert torch.equal(after[:, 0, :, :, 0], expected)
+
+
+def test_each_window_has_the_picture_of_its_own_moment():
+    films = [film(seed, n=40 + seed) for seed in range(3)]
+    data = FilmData(films, CHUNKS, "cpu")
+    every = torch.arange(len(data.windows))
+    newest = data.windows.batch(every, torch.zeros_like(every)).newest
+    joined = torch.from_numpy(np.concatenate([f.pictures for f in films]))
+    assert set(newest.tolist()) > {0, 40, 81}
+    assert torch.equal(data.shown(newest), joined[newest])
 
 
 def test_the_size_in_datasets_can_be_shrunk_by_the_default():
