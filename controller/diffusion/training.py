@@ -111,14 +111,21 @@ def _loss(
     config: TrainingConfig,
 ) -> Tensor:
     """Return the loss of random windows, noises, noise levels and delays."""
-    device, shape = chance.device, (config.batch, config.noises)
+    device = chance.device
     which = torch.randint(len(windows), (config.batch,), generator=chance, device=device)
     most = config.policy.max_delay + 1
     delay = torch.randint(most, (config.batch,), generator=chance, device=device)
     batch = windows.batch(which, delay)
     batch = displaced(half_shut(batch, asked[batch.text], chance), chance)
-    level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
-    noise = torch.randn(*shape, *batch.chunk.shape[1:], generator=chance, device=device)
+    level, noise = noise_for(batch.chunk, config.noises, chance)
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):  # poses need float32
         features = policy.features(batch.history, batch.jaw_rad)
         return policy.loss(features, batch, words, level, noise)
+
+
+def noise_for(chunk: Tensor, n: int, chance: torch.Generator) -> tuple[Tensor, Tensor]:
+    """Return n random levels (B, n), and noise (B, n, H, 20), for each chunk (B, H, 20)."""
+    shape = len(chunk), n
+    level = torch.rand(shape, generator=chance, device=chance.device)
+    noise = torch.randn(*shape, *chunk.shape[1:], generator=chance, device=chance.device)
+    return MIN_LEVEL + (1.0 - MIN_LEVEL) * level, noise

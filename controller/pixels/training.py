@@ -16,7 +16,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.training import MIN_LEVEL
+from controller.diffusion.training import noise_for
 from controller.diffusion.windows import Windows
 from controller.pixels.checkpoint import load_checkpoint, save_checkpoint
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
@@ -139,12 +139,11 @@ def _loss(
     policy: PixelPolicy, data: FilmData, chance: torch.Generator, config: PixelTraining
 ) -> Tensor:
     """Return the loss of random windows, shifts, noises and noise levels."""
-    device, shape = chance.device, (config.batch, config.noises)
+    device = chance.device
     which = torch.randint(len(data.windows), (config.batch,), generator=chance, device=device)
     seen = data.windows.batch(which, torch.zeros_like(which))
     pictures = shifted(data.shown(seen.newest), chance)
-    level = MIN_LEVEL + (1.0 - MIN_LEVEL) * torch.rand(shape, generator=chance, device=device)
-    noise = torch.randn(*shape, *seen.chunk.shape[1:], generator=chance, device=device)
+    level, noise = noise_for(seen.chunk, config.noises, chance)
     with torch.autocast(device.type, torch.bfloat16, enabled=config.bfloat16):
         features = policy.features(pictures, seen.history[:, 0], seen.jaw_rad)
         return policy.loss(features, seen, data.words, level, noise)
