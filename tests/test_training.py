@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 import torch
 
-from controller.diffusion import checkpoint as policies
 from controller.diffusion import training as controller_training
-from controller.pixels import checkpoint as pixel_policies
+from controller.diffusion.checkpoint import CHECKPOINTS as POLICIES
 from controller.pixels import training as pixel_training
-from planner.learned import checkpoint as planners
+from controller.pixels.checkpoint import CHECKPOINTS as PIXEL_POLICIES
 from planner.learned import training as planner_training
-from planner.learning.checkpoint import CheckpointError
+from planner.learned.checkpoint import CHECKPOINTS as PLANNERS
+from planner.learning.checkpoint import CheckpointError, Checkpoints
 from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
 from tests.controller.pixels.filmed import film
@@ -28,7 +28,7 @@ class Learner:
 
     name: str
     training: ModuleType
-    checkpoints: ModuleType
+    checkpoints: Checkpoints
     given: list[Any]
     falls_to: float
 
@@ -37,28 +37,28 @@ class Learner:
         return self.training.PRESETS["smoke"]
 
     def weights(self, out) -> dict:
-        return self.checkpoints.load_checkpoint(out / self.training.CHECKPOINT_FILE).state_dict()
+        return self.checkpoints.load(out / self.training.CHECKPOINT_FILE).state_dict()
 
 
 LEARNERS = {
     "controller": Learner(
         name="controller",
         training=controller_training,
-        checkpoints=policies,
+        checkpoints=POLICIES,
         given=[demonstration(seed=seed) for seed in range(2)],
         falls_to=0.8,
     ),
     "pixels": Learner(
         name="pixels",
         training=pixel_training,
-        checkpoints=pixel_policies,
+        checkpoints=PIXEL_POLICIES,
         given=[film(seed=seed) for seed in range(2)],
         falls_to=0.8,
     ),
     "planner": Learner(
         name="planner",
         training=planner_training,
-        checkpoints=planners,
+        checkpoints=PLANNERS,
         given=[rollout(seed) for seed in range(3)],
         falls_to=0.7,
     ),
@@ -125,17 +125,17 @@ def test_other_data_do_not_go_on_from_there(learner, trained):
 
 @pytest.mark.parametrize(
     ("learner", "what"),
-    [(name, what) for name, one in LEARNERS.items() for what in one.checkpoints.FITS],
+    [(name, what) for name, one in LEARNERS.items() for what in one.checkpoints.fits],
     indirect=["learner"],
 )
 def test_a_checkpoint_for_something_else_is_refused_in_one_line(
     learner, what, trained, tmp_path, monkeypatch
 ):
-    model = learner.checkpoints.load_checkpoint(trained[0] / learner.training.CHECKPOINT_FILE)
+    model = learner.checkpoints.load(trained[0] / learner.training.CHECKPOINT_FILE)
     path = tmp_path / "other.safetensors"
     with monkeypatch.context() as patch:
-        patch.setitem(learner.checkpoints.FITS, what, 999)
-        learner.checkpoints.save_checkpoint(path, model)
+        patch.setitem(learner.checkpoints.fits, what, 999)
+        learner.checkpoints.save(path, model)
     with pytest.raises(CheckpointError, match=f"{what} 999, but here it is") as refusal:
-        learner.checkpoints.load_checkpoint(path)
+        learner.checkpoints.load(path)
     assert "\n" not in str(refusal.value)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.body_frame import BodyFrame
-from controller.diffusion.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motion_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
@@ -20,7 +20,6 @@ from controller.diffusion.rules.holding import held
 from controller.diffusion.rules.last_word import last_word
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
-from planner.learning.checkpoint import chosen
 from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields
@@ -140,7 +139,7 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    path = chosen(checkpoint, SHIPPED, LEARNER)
+    path = CHECKPOINTS.chosen(checkpoint)
     written_ns = path.stat().st_mtime_ns if path.exists() else 0
     config, sampler = _loaded(path, written_ns)
     return ControllerDiffusion(config, sampler, seed)
@@ -150,7 +149,7 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
 def _loaded(path: Path, written_ns: int) -> tuple[PolicyConfig, Sampler]:
     """Return what a file holds; episodes of one process share the sampler, which has no state."""
     del written_ns  # another one is another policy
-    policy = load_checkpoint(path)
+    policy = CHECKPOINTS.load(path)
     return policy.config, Sampler(policy)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.displacement import displaced, half_shut
 from controller.diffusion.policy import Policy
@@ -57,9 +57,9 @@ def fine_tuning(config: TrainingConfig, base: Path) -> tuple[TrainingConfig, Pol
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
 
     Raises:
-        CheckpointError: as `load_checkpoint` does.
+        CheckpointError: as `Checkpoints.load` does.
     """
-    policy = load_checkpoint(base)
+    policy = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), policy=policy.config), policy
 
 
@@ -98,7 +98,7 @@ def train(
         config,
         out,
         windows.digest,
-        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
+        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
     )
 
 

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import nn
 
 from controller.perception.network import N_LINE, Network, NetworkConfig
 from controller.perception.prior import Prior
-from planner.learning.checkpoint import read_config, read_weights, write
+from planner.learning.checkpoint import Checkpoints
 from tissue_sim.version import WORLD_VERSION
-
-LEARNER = "perception"  # as `calot train` names it
-SHIPPED = Path(__file__).with_name("perception.safetensors")
-FITS = {"world version": WORLD_VERSION, "schema": 4, "points": N_LINE}
-"""What must be the same when a checkpoint is written and when it is read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,31 +50,17 @@ def _shapes() -> dict[str, tuple[int, ...]]:
     return {"mean": (n,), "spread": (n, n), "drift": (n, n), "radius_m": (2,), "sac_radius_m": (5,)}
 
 
-def save_perception(path: Path, model: PerceptionModel) -> None:
-    """Write the perception atomically."""
-    write(path, model, model.config, FITS)
+def _config(kept: dict[str, Any]) -> PerceptionConfig:
+    network = NetworkConfig(widths=tuple(kept["network"]["widths"]), maps=kept["network"]["maps"])
+    sizes = tuple((width, height) for width, height in kept["sizes"])
+    return PerceptionConfig(views=tuple(kept["views"]), sizes=sizes, network=network)
 
 
-def load_perception(path: Path) -> PerceptionModel:
-    """Return the perception of a file.
-
-    Raises:
-        CheckpointError: the file has no perception that fits this world.
-    """
-    model = PerceptionModel(checked_config(path))
-    read_weights(path, model)
-    return model.eval().requires_grad_(False)
-
-
-def checked_config(path: Path) -> PerceptionConfig:
-    """Return the configuration of a file's perception, without reading its weights.
-
-    Raises:
-        CheckpointError: as `load_perception` does.
-    """
-    config = read_config(path, FITS, "perception")
-    network = NetworkConfig(
-        widths=tuple(config["network"]["widths"]), maps=config["network"]["maps"]
-    )
-    sizes = tuple((width, height) for width, height in config["sizes"])
-    return PerceptionConfig(views=tuple(config["views"]), sizes=sizes, network=network)
+CHECKPOINTS = Checkpoints(
+    learner="perception",
+    holds="perception",
+    shipped=Path(__file__).with_name("perception.safetensors"),
+    fits={"world version": WORLD_VERSION, "schema": 4, "points": N_LINE},
+    config_from=_config,
+    model_from=PerceptionModel,
+)

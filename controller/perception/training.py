@@ -12,10 +12,9 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.perception.checkpoint import (
+    CHECKPOINTS,
     PerceptionConfig,
     PerceptionModel,
-    load_perception,
-    save_perception,
 )
 from controller.perception.frames import Frames, changed, digest, read_frames
 from controller.perception.network import N_LINE, N_WIDE, STRIDE, Network, NetworkConfig, Seen
@@ -65,9 +64,9 @@ def fine_tuning(
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's perception.
 
     Raises:
-        CheckpointError: as `load_perception` does.
+        CheckpointError: as `Checkpoints.load` does.
     """
-    model = load_perception(base)
+    model = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), network=model.config.network), model
 
 
@@ -124,7 +123,7 @@ def join_views(
     model = PerceptionModel(perception, base.prior() if base else fit_prior(files))
     for view, network in model.networks.items():
         network.load_state_dict(torch.load(out / view / WEIGHTS_FILE, weights_only=True))
-    save_perception(out / CHECKPOINT_FILE, model)
+    CHECKPOINTS.save(out / CHECKPOINT_FILE, model)
     return out / CHECKPOINT_FILE
 
 

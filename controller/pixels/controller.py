@@ -10,11 +10,10 @@ import torch
 
 from controller.action import ACTION_SIZE, Chunk, hold
 from controller.diffusion.chunk_frame import actions_of, given_past, motion_of
-from controller.pixels.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.policy import PixelPolicy
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
-from planner.learning.checkpoint import chosen
 from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
@@ -70,7 +69,7 @@ class ControllerPixels:
 def _loaded(path: Path, written_ns: int) -> PixelPolicy:
     """Return the policy of a file; episodes of one process share it, as it has no state."""
     del written_ns  # another one is another policy
-    return load_checkpoint(path)
+    return CHECKPOINTS.load(path)
 
 
 def make(setup: PolicySetup) -> ControllerPixels:
@@ -80,7 +79,7 @@ def make(setup: PolicySetup) -> ControllerPixels:
         CheckpointError: there is none, or it does not fit.
         ValueError: a camera is missing.
     """
-    path = chosen(setup.checkpoint, SHIPPED, LEARNER)
+    path = CHECKPOINTS.chosen(setup.checkpoint)
     policy = _loaded(path, path.stat().st_mtime_ns if path.exists() else 0)
     setup.require_cameras("pixels", policy.pixels.cameras)
     return ControllerPixels(policy, setup.seed)

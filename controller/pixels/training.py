@@ -18,7 +18,7 @@ from torch.nn import functional as F
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.training import noise_for
 from controller.diffusion.windows import Windows
-from controller.pixels.checkpoint import load_checkpoint, save_checkpoint
+from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
 from controller.pixels.films import Film
 from controller.pixels.policy import PixelPolicy, of_tools
@@ -68,9 +68,9 @@ def fine_tuning(config: PixelTraining, base: Path) -> tuple[PixelTraining, Pixel
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's policy.
 
     Raises:
-        CheckpointError: as `load_checkpoint` does.
+        CheckpointError: as `Checkpoints.load` does.
     """
-    policy = load_checkpoint(base)
+    policy = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), policy=policy.pixels), policy
 
 
@@ -105,7 +105,7 @@ def train(
         config,
         out,
         data.windows.digest,
-        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
+        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
     )
 
 

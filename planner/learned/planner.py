@@ -14,10 +14,9 @@ from planner.assessment import Assessment
 from planner.base import MOST_TRIES, failed_too_often
 from planner.correction import CORRECTIONS
 from planner.instruction import TASKS, Instruction, Task
-from planner.learned.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from planner.learned.checkpoint import CHECKPOINTS
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
-from planner.learning.checkpoint import chosen
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
 from planner.seen.done import is_low
@@ -177,7 +176,7 @@ def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    return PlannerLearned(load_checkpoint(chosen(checkpoint, SHIPPED, LEARNER)))
+    return PlannerLearned(CHECKPOINTS.load(checkpoint))
 
 
 def make(setup: PolicySetup) -> PlannerLearned:

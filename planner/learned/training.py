@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from planner.learned.calibration import calibrate
-from planner.learned.checkpoint import load_checkpoint, save_checkpoint
+from planner.learned.checkpoint import CHECKPOINTS
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, VERY_LONG_S
 from planner.learned.network import Moments, PlannerNetwork, Prediction
@@ -55,9 +55,9 @@ def fine_tuning(config: PlannerTraining, base: Path) -> tuple[PlannerTraining, P
     """Return the configuration for fine-tuning a checkpoint, and the checkpoint's network.
 
     Raises:
-        CheckpointError: as `load_checkpoint` does.
+        CheckpointError: as `Checkpoints.load` does.
     """
-    network = load_checkpoint(base)
+    network = CHECKPOINTS.load(base)
     return replace(fine_tuning_schedule(base, config), planner=network.config), network
 
 
@@ -93,12 +93,12 @@ def train(
         config,
         out,
         data.digest,
-        save=partial(save_checkpoint, out / CHECKPOINT_FILE),
+        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
     )
     if kept_out:
-        trained = load_checkpoint(out / CHECKPOINT_FILE)
+        trained = CHECKPOINTS.load(out / CHECKPOINT_FILE)
         calibrate(trained, kept_out)
-        save_checkpoint(out / CHECKPOINT_FILE, trained)
+        CHECKPOINTS.save(out / CHECKPOINT_FILE, trained)
 
 
 def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:

@@ -3,83 +3,105 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
+
+Config = TypeVar("Config")
+Model = TypeVar("Model", bound=nn.Module)
 
 
 class CheckpointError(ValueError):
     """A file is not a checkpoint, or does not fit; the message says which in one line."""
 
 
-def chosen(path: str | Path | None, shipped: Path, learner: str) -> Path:
-    """Return the path of the checkpoint to use: the given one, or the one shipped with Calot.
+@dataclass(frozen=True, kw_only=True)
+class Checkpoints(Generic[Config, Model]):
+    """Reads and writes the checkpoints of one learner.
 
-    Raises:
-        CheckpointError: no path is given, and no checkpoint is shipped.
+    Attributes:
+        learner: as `calot train` names it.
+        holds: what is in a file, in words.
+        shipped: the one that comes with Calot, if one does.
+        fits: what must be the same when a checkpoint is written and when it is read.
+        config_from: makes a configuration of what JSON has kept of it.
+        model_from: makes a model of a configuration; its weights do not matter.
+        config_of: returns the configuration of a model.
     """
-    if path is None and not shipped.exists():
-        raise CheckpointError(f"none comes with Calot: `calot train {learner}` makes one to name")
-    return Path(path or shipped)
 
+    learner: str
+    holds: str
+    shipped: Path
+    fits: Mapping[str, Any]
+    config_from: Callable[[dict[str, Any]], Config]
+    model_from: Callable[[Config], Model]
+    config_of: Callable[[Model], Config] = attrgetter("config")
 
-def write(path: Path, model: nn.Module, config: Any, fits: Mapping[str, Any]) -> None:
-    """Write a model atomically; its weights in half precision, which halves the file.
+    def chosen(self, path: str | Path | None) -> Path:
+        """Return the path of the checkpoint to use: the given one, or the one that is shipped.
 
-    Args:
-        path: of the file.
-        model: its weights and buffers.
-        config: a dataclass that describes the model.
-        fits: what must be the same when the file is read.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    said = {"config": json.dumps(asdict(config)), "fits": json.dumps(dict(fits))}
-    partial.write_bytes(save(_kept(model), said))
-    partial.replace(path)
+        Raises:
+            CheckpointError: no path is given, and no checkpoint is shipped.
+        """
+        if path is None and not self.shipped.exists():
+            how = f"`calot train {self.learner}` makes one to name"
+            raise CheckpointError(f"none comes with Calot: {how}")
+        return Path(path or self.shipped)
+
+    def save(self, path: Path, model: Model) -> None:
+        """Write a model atomically; its weights in half precision, which halves the file."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_suffix(".partial")
+        config = json.dumps(asdict(self.config_of(model)))  # pyright: ignore[reportArgumentType]
+        said = {"config": config, "fits": json.dumps(dict(self.fits))}
+        partial.write_bytes(save(_kept(model), said))
+        partial.replace(path)
+
+    def load(self, path: str | Path | None = None) -> Model:
+        """Return the model of a file, by default of the one shipped, ready for inference.
+
+        Raises:
+            CheckpointError: there is no file, or it has no model that fits, or a damaged one.
+        """
+        path = self.chosen(path)
+        model = self.model_from(self.config(path))
+        try:
+            model.load_state_dict(load_file(path))
+        except (SafetensorError, RuntimeError) as error:
+            raise CheckpointError(f"{path}: its weights are damaged: {_one_line(error)}") from None
+        return model.eval().requires_grad_(False)
+
+    def config(self, path: str | Path | None = None) -> Config:
+        """Return the configuration of a file's model, as `load` does, without reading its weights.
+
+        Raises:
+            CheckpointError: there is no file, or it has no model that fits.
+        """
+        path = self.chosen(path)
+        try:
+            with safe_open(path, "pt") as file:
+                said = file.metadata() or {}
+            found, config = json.loads(said["fits"]), json.loads(said["config"])
+        except OSError as error:
+            raise CheckpointError(f"{path} cannot be read: {_one_line(error)}") from None
+        except (SafetensorError, KeyError, ValueError):
+            raise CheckpointError(f"{path} is no checkpoint of a {self.holds}") from None
+        for name, wanted in self.fits.items():
+            if found.get(name) != wanted:
+                raise CheckpointError(f"{path}: {name} {found.get(name)}, but here it is {wanted}")
+        return self.config_from(config)
 
 
 def _kept(model: nn.Module) -> dict[str, Tensor]:
     """Return weights in half precision (finer bits are noise), and buffers unchanged (metres)."""
     weights = {name: weight.half() for name, weight in model.named_parameters()}
     return model.state_dict() | weights
-
-
-def read_config(path: Path, fits: Mapping[str, Any], learner: str) -> dict[str, Any]:
-    """Return the configuration of a file's model, without reading its weights.
-
-    Raises:
-        CheckpointError: the file is not a checkpoint of a `learner` that fits.
-    """
-    try:
-        with safe_open(path, "pt") as file:
-            said = file.metadata() or {}
-        found, config = json.loads(said["fits"]), json.loads(said["config"])
-    except OSError as error:
-        raise CheckpointError(f"{path} cannot be read: {_one_line(error)}") from None
-    except (SafetensorError, KeyError, ValueError):
-        raise CheckpointError(f"{path} is no checkpoint of a {learner}") from None
-    for name, wanted in fits.items():
-        if found.get(name) != wanted:
-            raise CheckpointError(f"{path}: {name} {found.get(name)}, but here it is {wanted}")
-    return config
-
-
-def read_weights(path: Path, model: nn.Module) -> None:
-    """Load the weights of a file into a model.
-
-    Raises:
-        CheckpointError: the weights are damaged.
-    """
-    try:
-        model.load_state_dict(load_file(path))
-    except (SafetensorError, RuntimeError) as error:
-        raise CheckpointError(f"{path}: its weights are damaged: {_one_line(error)}") from None
 
 
 def _one_line(error: Exception) -> str:

@@ -12,12 +12,12 @@ import torch
 from rich.table import Table
 
 from controller.action import Chunk
-from controller.diffusion.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler, example_inputs
 from controller.diffusion.policy import Policy
 from planner.instruction import Instruction
-from planner.learning.checkpoint import CheckpointError, chosen
+from planner.learning.checkpoint import CheckpointError
 from scenarios.bench.lerobot_policy import NOT_INSTALLED, lerobot_chunk, lerobot_version
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
@@ -40,7 +40,7 @@ def bench_controller(
     """
     torch.set_num_threads(1)
     try:
-        policy = load_checkpoint(chosen(checkpoint, SHIPPED, LEARNER))
+        policy = CHECKPOINTS.load(checkpoint)
     except CheckpointError as error:
         raise BadInputError(f"--checkpoint: {error}") from None
     missing = [] if lerobot_version() else [NOT_INSTALLED]

@@ -11,11 +11,11 @@ import torch
 from rich.table import Table
 
 from controller.dataset.rollouts import rollouts
-from planner.learned.checkpoint import LEARNER, SHIPPED, load_checkpoint
+from planner.learned.checkpoint import CHECKPOINTS
 from planner.learned.network import PlannerNetwork
 from planner.learned.rollout import EVERY, Rollout, Rollouts
 from planner.learned.scoring import PlannerScore, score
-from planner.learning.checkpoint import CheckpointError, chosen
+from planner.learning.checkpoint import CheckpointError
 from scenarios.files.errors import BadInputError
 
 REPEATS = 300
@@ -29,7 +29,7 @@ def bench_planner(checkpoint: Path | None, data: Sequence[Path]) -> Table:
     """
     torch.set_num_threads(1)
     try:
-        network = load_checkpoint(chosen(checkpoint, SHIPPED, LEARNER))
+        network = CHECKPOINTS.load(checkpoint)
         given = [r for r in rollouts(data) if r.learned]
         if not given:
             raise ValueError("--data: no rollout in it; `calot collect --mix rollouts` makes some")

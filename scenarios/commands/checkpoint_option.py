@@ -51,10 +51,9 @@ def _is_needed(
 
 def _require_fit(option: str, checkpoint: Path | None, module: str) -> Any:
     """Return the checkpoint's configuration, by `module`, the learner's, heavy to import."""
-    from planner.learning.checkpoint import CheckpointError, chosen
+    from planner.learning.checkpoint import CheckpointError
 
-    of_learner = import_module(module)
     try:
-        return of_learner.checked_config(chosen(checkpoint, of_learner.SHIPPED, of_learner.LEARNER))
+        return import_module(module).CHECKPOINTS.config(checkpoint)
     except CheckpointError as error:
         raise BadInputError(f"{option}: {error}") from None

@@ -19,9 +19,9 @@ from tissue_sim.version import WORLD_VERSION
 
 MOST_BYTES = 20_000_000
 SHIPPED = {
-    "--planner-checkpoint": (of_planner.SHIPPED, ["--planner", "learned"]),
-    "--checkpoint": (of_controller.SHIPPED, ["--controller", "diffusion"]),
-    "--perception-checkpoint": (of_perception.SHIPPED, ["--sense", "cameras"]),
+    "--planner-checkpoint": (of_planner.CHECKPOINTS.shipped, ["--planner", "learned"]),
+    "--checkpoint": (of_controller.CHECKPOINTS.shipped, ["--controller", "diffusion"]),
+    "--perception-checkpoint": (of_perception.CHECKPOINTS.shipped, ["--sense", "cameras"]),
 }
 OPERABLE = 10_707  # a tuning patient
 

@@ -12,11 +12,11 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from controller.dataset.choice import Choice
 from controller.dataset.merge import merge
 from controller.dataset.schema import PICTURE_SHAPE
-from controller.diffusion.checkpoint import load_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.demonstrations import demonstrations
 from controller.diffusion.windows import Windows
-from controller.pixels.checkpoint import load_checkpoint as load_pixels
+from controller.pixels.checkpoint import CHECKPOINTS as PIXELS
 from controller.pixels.controller import make as pixels
 from planner.instruction import TASKS, Instruction
 from planner.policy_setup import PolicySetup
@@ -73,7 +73,7 @@ def test_a_controller_learns_from_pictures_and_moves_the_arms(tmp_path, capfd):
     out = tmp_path / "trained"
     assert main([*words, "--out", str(out)]) == 0
     path = out / "policy.safetensors"
-    policy = load_pixels(path)
+    policy = PIXELS.load(path)
     controller = pixels(PolicySetup(checkpoint=str(path), cameras=cameras))
     images = {name: np.zeros(PICTURE_SHAPE, np.uint8) for name in policy.pixels.cameras}
     chunk = controller.act(replace(clipped(), images=images), Instruction(task=TASKS[0]))
@@ -89,8 +89,8 @@ def test_training_goes_on_from_a_checkpoint_and_keeps_its_normalisation(checkpoi
     before, after = (load_file(path) for path in (checkpoint, tmp_path / "policy.safetensors"))
     weights = {name for name in before if not torch.equal(before[name], after[name])}
     kept = set(before) - weights
-    assert {name for name, _ in load_checkpoint(checkpoint).named_buffers()} <= kept
-    assert {name for name, _ in load_checkpoint(checkpoint).named_parameters()} <= weights
+    assert {name for name, _ in CHECKPOINTS.load(checkpoint).named_buffers()} <= kept
+    assert {name for name, _ in CHECKPOINTS.load(checkpoint).named_parameters()} <= weights
     anew = tmp_path / "anew"
     assert main(["train", "controller", "--steps", "20", *words[:-1], str(anew)]) == 0
     assert final_loss(tmp_path) < final_loss(anew)
@@ -118,7 +118,7 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
     words = ["--preset", "smoke", "--steps", "20", "--data", str(data), "--out", str(tmp_path)]
     words += ["--base", str(checkpoint)] * goes_on
     assert main(["train", "controller", "--wordless", *words]) == 0
-    config = load_checkpoint(tmp_path / "policy.safetensors").config
+    config = CHECKPOINTS.load(tmp_path / "policy.safetensors").config
     assert config.wordless
     heard = {text for d in demonstrations([data]) for text in d.heard_by(config).texts}
     assert heard == {config.heard("clipping first clip left tube")}
@@ -156,7 +156,9 @@ def test_a_file_that_is_no_checkpoint_is_told_in_one_line(capfd, tmp_path, contr
 def test_a_checkpoint_that_is_neither_named_nor_shipped_is_told_in_one_line(
     capfd, tmp_path, monkeypatch, words
 ):
-    monkeypatch.setattr("controller.diffusion.checkpoint.SHIPPED", tmp_path / "none")
+    none = replace(CHECKPOINTS, shipped=tmp_path / "none")
+    for module in ("controller.diffusion.checkpoint", "scenarios.bench.controller"):
+        monkeypatch.setattr(f"{module}.CHECKPOINTS", none)
     assert "`calot train controller` makes one" in complaint(capfd, *words)
 
 

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from controller.diffusion import training
-from controller.diffusion.checkpoint import load_checkpoint, save_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.policy import Policy
 from planner.learning.checkpoint import CheckpointError
 from tests.controller.diffusion.demonstrated import demonstration
@@ -18,16 +18,16 @@ GIVEN = [demonstration(seed=seed) for seed in range(2)]
 def test_a_checkpoint_is_its_policy_with_its_normalisation(tmp_path):
     policy = Policy(SMOKE.policy)
     policy.chunk_mean += 0.5
-    save_checkpoint(tmp_path / "policy.safetensors", policy)
-    loaded = load_checkpoint(tmp_path / "policy.safetensors")
+    CHECKPOINTS.save(tmp_path / "policy.safetensors", policy)
+    loaded = CHECKPOINTS.load(tmp_path / "policy.safetensors")
     assert loaded.config == policy.config
     for name, value in policy.named_buffers():
         assert torch.equal(loaded.state_dict()[name], value), name
     for name, value in policy.named_parameters():
         kept = loaded.state_dict()[name]
         torch.testing.assert_close(kept, value.detach(), rtol=2.0**-11, atol=2.0**-25)
-    save_checkpoint(tmp_path / "again.safetensors", loaded)
-    assert torch.equal(load_checkpoint(tmp_path / "again.safetensors").state_dict()[name], kept)
+    CHECKPOINTS.save(tmp_path / "again.safetensors", loaded)
+    assert torch.equal(CHECKPOINTS.load(tmp_path / "again.safetensors").state_dict()[name], kept)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x08" + bytes(100)])
@@ -35,17 +35,17 @@ def test_a_file_that_is_not_a_checkpoint_is_refused_in_one_line(content, tmp_pat
     path = tmp_path / "policy.safetensors"
     path.write_bytes(content)
     with pytest.raises(CheckpointError, match="no checkpoint of a diffusion policy"):
-        load_checkpoint(path)
+        CHECKPOINTS.load(path)
     with pytest.raises(CheckpointError, match="cannot be read"):
-        load_checkpoint(tmp_path / "missing.safetensors")
+        CHECKPOINTS.load(tmp_path / "missing.safetensors")
 
 
 def test_a_checkpoint_cut_short_is_refused_in_one_line(tmp_path):
     path = tmp_path / "policy.safetensors"
-    save_checkpoint(path, Policy(SMOKE.policy))
+    CHECKPOINTS.save(path, Policy(SMOKE.policy))
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(CheckpointError) as refusal:
-        load_checkpoint(path)
+        CHECKPOINTS.load(path)
     assert "\n" not in str(refusal.value)
 
 

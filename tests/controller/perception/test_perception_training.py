@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.perception.checkpoint import load_perception
+from controller.perception.checkpoint import CHECKPOINTS
 from controller.perception.network import N_LINE, N_WIDE
 from controller.perception.training import PRESETS, VIEWS, fine_tuning, join_views, train_view
 from tissue_sim.sensing.observation import N_POINTS
@@ -63,11 +63,11 @@ def test_the_loss_falls(tmp_path: Path) -> None:
 
 
 def test_fine_tuning_moves_the_networks_and_keeps_the_prior(base: Path, tmp_path: Path) -> None:
-    before, files = load_perception(base), [pictures(tmp_path / "b.npz", 4)]
+    before, files = CHECKPOINTS.load(base), [pictures(tmp_path / "b.npz", 4)]
     config, model = fine_tuning(SMOKE, base)
     for view in VIEWS:
         list(train_view(files, view, config, tmp_path / view, base=model))
-    after = load_perception(join_views(files, config, tmp_path, model))
+    after = CHECKPOINTS.load(join_views(files, config, tmp_path, model))
     np.testing.assert_array_equal(after.prior().mean, before.prior().mean)
     np.testing.assert_array_equal(after.prior().spread, before.prior().spread)
     weights = [next(m.networks[VIEWS[0]].parameters()) for m in (before, after)]
@@ -78,8 +78,8 @@ def test_a_new_perception_has_the_prior_of_its_patients(base: Path, tmp_path: Pa
     files = [pictures(tmp_path / "c.npz", 5)]
     for view in VIEWS:
         list(train_view(files, view, SMOKE, tmp_path / view))
-    prior = load_perception(join_views(files, SMOKE, tmp_path)).prior()
+    prior = CHECKPOINTS.load(join_views(files, SMOKE, tmp_path)).prior()
     with np.load(files[0]) as frames:
         mean = frames["points_m"][:, :N_LINE].astype(float).mean(axis=0)
     np.testing.assert_allclose(prior.mean, mean.ravel())
-    assert not np.array_equal(prior.mean, load_perception(base).prior().mean)
+    assert not np.array_equal(prior.mean, CHECKPOINTS.load(base).prior().mean)

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from controller.dataset.schema import PICTURE_SHAPE
-from controller.pixels.checkpoint import save_checkpoint
+from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.config import CAMERAS
 from controller.pixels.controller import ControllerPixels, make
 from controller.pixels.policy import PixelPolicy
@@ -89,7 +89,7 @@ def test_motions_that_were_dropped_are_no_part_of_the_past(policy):
 
 def test_a_camera_that_is_missing_is_named(policy, tmp_path):
     path = tmp_path / "policy.safetensors"
-    save_checkpoint(path, policy)
+    CHECKPOINTS.save(path, policy)
     controller = make(PolicySetup(checkpoint=str(path), cameras=CAMERAS))
     assert controller.act(moment(), CLIP)
     with pytest.raises(ValueError, match=f"name {CAMERAS[0]} with --cameras"):

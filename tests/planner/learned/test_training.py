@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from planner.learned.checkpoint import load_checkpoint
+from planner.learned.checkpoint import CHECKPOINTS
 from planner.learned.training import CHECKPOINT_FILE, PRESETS, fine_tuning, train
 from tests.planner.learned.rolled_out import rollout
 
@@ -27,7 +27,7 @@ def test_fine_tuning_starts_from_a_checkpoint_and_keeps_its_normalisation(learnt
     assert config.learning_rate < SMOKE.learning_rate
     going_on = [step.loss for step in train([rollout(1)], config, tmp_path, base)]
     assert sum(going_on[:FEW]) < 0.9 * sum(losses[:FEW])
-    before, after = load_checkpoint(checkpoint), load_checkpoint(tmp_path / CHECKPOINT_FILE)
+    before, after = CHECKPOINTS.load(checkpoint), CHECKPOINTS.load(tmp_path / CHECKPOINT_FILE)
     assert torch.equal(before.mean, after.mean)
     assert torch.equal(before.deviation, after.deviation)
     assert not torch.equal(before.place, after.place)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controller.dataset.schema import STATE, TISSUE
-from controller.diffusion.checkpoint import save_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
 from planner.correction import CORRECTIONS, correction_from_text
@@ -112,7 +112,7 @@ def test_a_learned_controller_hears_of_the_next_task_no_sooner_than_from_a_learn
     nominal, tmp_path
 ):
     untrained = tmp_path / "policy.safetensors"
-    save_checkpoint(untrained, Policy(PRESETS["smoke"].policy))
+    CHECKPOINTS.save(untrained, Policy(PRESETS["smoke"].policy))
     turned = PlannedDemonstration(seed=ROOMY, kind="turns", checkpoint=str(untrained))
     steps = islice(begun(turned).steps(), 450)
     turns = takewhile(lambda step: not step.exchange, steps)  # an exchange shifts the seconds

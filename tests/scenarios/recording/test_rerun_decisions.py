@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.diffusion.checkpoint import save_checkpoint
+from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.policy import Policy
 from controller.diffusion.training import PRESETS
 from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS
@@ -110,7 +110,7 @@ def learned(tmp_path_factory):
     """Return an episode of a diffusion policy with its initial weights, and the checkpoint."""
     out = tmp_path_factory.mktemp("learned")
     checkpoint = out / "policy.safetensors"
-    save_checkpoint(checkpoint, Policy(PRESETS["smoke"].policy))
+    CHECKPOINTS.save(checkpoint, Policy(PRESETS["smoke"].policy))
     config = replace(IDLE, controller="diffusion", checkpoint=str(checkpoint))
     return attempted(config, out), checkpoint
 
@@ -124,7 +124,7 @@ def test_a_learned_controllers_noise_comes_again(learned, tmp_path):
 def test_another_checkpoint_under_the_same_name_is_refused(learned, tmp_path):
     recording, checkpoint = learned
     other = tmp_path / "policy.safetensors"
-    save_checkpoint(other, Policy(PRESETS["smoke"].policy))
+    CHECKPOINTS.save(other, Policy(PRESETS["smoke"].policy))
     config = {**recording.config, "checkpoint": str(other)}
     with pytest.raises(ValueError, match="controller's checkpoint is another file now"):
         repeat(replace(recording, config=config), tmp_path)
