@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
-from planner.seen.done import has_slipped
 from planner.seen.due import due
 from planner.seen.task_clock import TaskClock
 from planner.task import GRAB, Task
@@ -17,10 +16,7 @@ from tissue_sim.sensing.observation import Observation
 
 
 class PlannerByRule:
-    """Gives the first task that is not seen to be done (`planner.seen.due`).
-
-    A gallbladder that has slipped before the first cut is grabbed again.
-    """
+    """Gives the first task that is not seen to be done (`planner.seen.due`)."""
 
     def __init__(self) -> None:
         self.reset()
@@ -33,12 +29,10 @@ class PlannerByRule:
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that is due now."""
         self._clock.see(observation)
-        given, clock = self._task, self._clock
-        asked = GRAB if given is None or has_slipped(observation) else given
-        task = due(asked, given, clock.since_s, observation, clock.pulled_s, clock.grasped_s)
-        if task != given:
+        task = due(self._task or GRAB, self._task, observation, self._clock)
+        if task != self._task:
             self._task = task
-            clock.begin()
+            self._clock.begin()
         return Instruction(task=task, time_s=observation.time_s)
 
 

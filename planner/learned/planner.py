@@ -135,11 +135,7 @@ class PlannerLearned:
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
         given = TASKS[self._task] if self._task < N_TASKS else None
-        clock = self._clock
-        owed = [
-            due(asked, given, clock.since_s, observation, clock.pulled_s, clock.grasped_s).index - 1
-            for asked in TASKS
-        ]
+        owed = [due(asked, given, observation, self._clock).index - 1 for asked in TASKS]
         return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
 
     def _take_up(self, chances: torch.Tensor) -> None:

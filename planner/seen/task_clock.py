@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.base import PLANNING_PERIOD_S
-from planner.seen.done import is_grasped, pulls
+from planner.seen.done import has_slipped, is_grasped, pulls
 from tissue_sim.sensing.observation import Observation
 
 
@@ -14,10 +14,11 @@ class TaskClock:
         since_s: since the task in force was given.
         pulled_s: for how long the grasper has held and pulled without a break.
         grasped_s: for how long the grasp has surely been good without a break.
+        slipped_s: for how long the grasper has held nothing without a break; before the first cut.
     """
 
     def __init__(self) -> None:
-        self.since_s = self.pulled_s = self.grasped_s = 0.0
+        self.since_s = self.pulled_s = self.grasped_s = self.slipped_s = 0.0
         self._now_s: float | None = None
 
     def see(self, seen: Observation) -> None:
@@ -27,6 +28,7 @@ class TaskClock:
             self.since_s += passed_s
             self.pulled_s = self.pulled_s + passed_s if pulls(seen) else 0.0
             self.grasped_s = self.grasped_s + passed_s if is_grasped(seen) else 0.0
+            self.slipped_s = self.slipped_s + passed_s if has_slipped(seen) else 0.0
         self._now_s = seen.time_s
 
     def begin(self) -> None:

@@ -13,6 +13,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
+from tissue_sim.thresholds import HELD_PINCH_N
 
 
 def clipped(
@@ -47,7 +48,7 @@ def clipped(
         joints=np.zeros((2, 7)),
         tips_endoscope=np.tile(np.eye(4), (2, 1, 1)),
         forces_n=np.zeros((2, 3)),
-        pinch_n=0.0,
+        pinch_n=2.0 * HELD_PINCH_N,
         tools=("grasper", "clip_applier"),
         clip_loaded=True,
         left_tube_m=tubes_m["left"],

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -14,7 +13,8 @@ from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
-from planner.seen.due import due
+from planner.seen.due import GRAB_S, due
+from planner.seen.task_clock import TaskClock
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
 from tests.planner.seen import clipped
@@ -29,7 +29,8 @@ from tissue_sim.sensing.observation import (
 from tissue_sim.thresholds import RETRACTED_M
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
-GRAB, GOING_BACK, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 6, 7, 8, 9))
+GRAB, FIRST, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 1, 7, 8, 9))
+LONG_S = round(GRAB_S) + 2  # a grab that lasts so long is over when the network says so
 ROWS = range(0, 10 * CONTROL_HZ, CONTROL_HZ)
 JOINTS = np.zeros((2, 7)), np.full((2, 7), 0.5)  # to and fro, so that nobody is called
 
@@ -93,39 +94,44 @@ def sharpened(network: PlannerNetwork, by: float) -> PlannerNetwork:
 
 @pytest.mark.parametrize(("chance", "waits"), [(0.6, True), (0.9, False)])
 def test_it_waits_a_second_where_it_is_not_sure(network, chance, waits):
-    first, back = TASKS[1:3]
-    planner, slipped = PlannerLearned(torn(network, first, GRAB, 0.99)), clipped()
-    slipped.tips_endoscope[1, :3, 3] = slipped.left_tube_m[3]
-    assert planner.plan(slipped).task == first
-    planner._network = torn(network, GOING_BACK, first, chance)
-    said = [planner.plan(replace(slipped, time_s=float(s))).task for s in (1, 2)]
-    assert said == [first if waits else back, back]
+    planner = PlannerLearned(torn(network, GRAB, CLIP, 0.99))
+    assert {s.task for s in said_for(planner, LONG_S)} == {GRAB}
+    planner._network = torn(network, CLIP, GRAB, chance)
+    said = said_for(planner, 2, LONG_S)
+    assert [s.task for s in said] == [GRAB if waits else FIRST, FIRST]
 
 
 def test_an_alarm_needs_two_looks_in_a_row_in_one_task(network):
-    first, back = TASKS[1:3]
-    asks, leaves = torn(network, first, GRAB, 0.99), torn(network, GOING_BACK, first, 0.99)
+    asks, leaves = torn(network, GRAB, CLIP, 0.99), torn(network, CLIP, GRAB, 0.99)
     asks.alarm.fill_(-1.0)  # any chance of failure is too high
     leaves.alarm.fill_(-1.0)
-    planner, slipped = PlannerLearned(asks), clipped()
-    slipped.tips_endoscope[1, :3, 3] = slipped.left_tube_m[3]
-    said = [planner.plan(slipped), planner.plan(replace(slipped, time_s=1.0))]
+    planner = PlannerLearned(asks)
+    said = said_for(planner, LONG_S)
     planner._network = leaves
-    said += [planner.plan(replace(slipped, time_s=float(s))) for s in (2, 3)]
-    assert [s.task for s in said] == [first, first, back, back]
-    assert [s.assessment.alarm for s in said] == [False, True, False, True]
+    said += said_for(planner, 2, LONG_S)
+    assert [s.task for s in said] == LONG_S * [GRAB] + 2 * [FIRST]
+    assert [s.assessment.alarm for s in said] == [False] + (LONG_S - 1) * [True] + [False, True]
     asks.alarm.fill_(1.0)
-    calm = PlannerLearned(asks)
-    assert not any(calm.plan(replace(slipped, time_s=float(s))).assessment.alarm for s in (0, 1))
+    assert not any(s.assessment.alarm for s in said_for(PlannerLearned(asks), 2))
+
+
+def said_for(planner: PlannerLearned, n: int, start_s: int = 0) -> list:
+    """Return what it says in `n` seconds in which nothing changes."""
+    return [planner.plan(clipped(time_s=float(start_s + k))) for k in range(n)]
 
 
 def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
     """Return what is due of what is asked for after `said`, one instruction each second."""
-    given, row = (said[-1].task if said else None), len(said) * CONTROL_HZ
-    since_s = float(sum(1 for _ in takewhile(lambda s: s.task == given, reversed(said))))
+    clock, given = TaskClock(), None
+    for k in range(len(said) + 1):
+        now = observation_of(states[k * CONTROL_HZ], float(k))
+        clock.see(now)
+        if k < len(said) and said[k].task != given:
+            given = said[k].task
+            clock.begin()
     chances = torch.zeros(len(TASKS))
     for task, chance in zip(TASKS, asked, strict=True):
-        owed = due(task, given, since_s, observation_of(states[row], float(len(said))))
+        owed = due(task, given, now, clock)
         chances[owed.index - 1] += chance
     return chances
 
