@@ -14,6 +14,8 @@ from typing import Literal
 
 import numpy as np
 
+from controller.action import Chunk
+from controller.base import Controller
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
@@ -84,6 +86,22 @@ class PlannerFixed:
 
     def reset(self) -> None:
         """Do nothing: it has no state."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerUnaided:
+    """A controller whose corrections no rule carries out, even if it does not obey."""
+
+    controller: Controller
+    obeys: bool = True
+
+    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
+        """Return the controller's next motions."""
+        return self.controller.act(observation, instruction)
+
+    def reset(self) -> None:
+        """Forget the current motion."""
+        self.controller.reset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,7 +207,7 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
         config=episode.config,
         world=world,
         planner=PlannerFixed(instruction=said),
-        controller=episode.controller,
+        controller=ControllerUnaided(controller=episode.controller),
         sense=episode.sense,
         observation=episode.sense.observe(world, world.observe()),
     )
