@@ -11,10 +11,11 @@ from controller.diffusion.rules.grasping import grasped_on
 from controller.diffusion.rules.reaching import reached
 from controller.diffusion.rules.retreating import drawn_back
 from controller.diffusion.rules.squaring import squared
+from controller.diffusion.rules.waiting import waited
 from planner.task import Task
 from tissue_sim.frames import Array
 
-RULES = squared, grasped_on, reached, centred, drawn_back  # two of the grasper, three of the jaws
+RULES = squared, grasped_on, waited, reached, centred, drawn_back
 
 
 def last_word(chunk: Array, seen: NDArray[np.float32], task: Task, jaws_rad: Array) -> Array:

@@ -59,3 +59,7 @@ def test_a_grasper_holds_firmly_and_square_to_a_wide_gallbladder() -> None:
     assert changed(chunk(), wedged, GRAB, WIDE_RAD)[LEFT_ARM, JAW] < -0.02
     assert np.abs(changed(chunk(), wide, GRAB, WIDE_RAD)[LEFT_ARM, TURN]).max() > 0.2
     assert not changed(chunk(), wedged, BACK, WIDE_RAD).any()
+
+
+def test_the_other_arm_waits_as_the_grasper_grabs() -> None:
+    assert changed(chunk(ahead_m=0.002), seen(RULE_M[0]), GRAB, WIDE_RAD)[RIGHT_ARM, MOVE].any()
