@@ -10,11 +10,7 @@ from tissue_sim.sensing.observation import Observation
 
 
 class Controller(Protocol):
-    """Turns an instruction and an observation into the next motions.
-
-    One with a true attribute `obeys` carries out a planner's corrections itself; for any other, and
-    for a person's corrections, a rule does (`controller.correction`).
-    """
+    """Turns an instruction and an observation into the next motions."""
 
     def reset(self) -> None:
         """Forget the current motion: an episode starts, or a tool was exchanged."""
@@ -23,8 +19,3 @@ class Controller(Protocol):
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """Return the next motions, at least one; a new instruction may cut them short."""
         ...
-
-
-def obeys(controller: object) -> bool:
-    """Return whether a controller carries out a planner's corrections itself."""
-    return bool(getattr(controller, "obeys", False))

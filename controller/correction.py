@@ -1,12 +1,11 @@
-"""A correction to the letter: the arm that is named goes the way that is said.
+"""A person's correction to the letter: the arm that is named goes the way and the distance said.
 
-The controller moves the other arm; all goes through driver and safety filter. A person's correction
-ends at its distance, a planner's when it is no longer said.
+A learned controller hears corrections too, from the planner, and obeys as well as it has learned. A
+person's is carried out by this rule, through driver and safety filter; the controller moves the
+other arm.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -23,19 +22,19 @@ ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
 def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) -> ToolAction:
-    """Return the action with what is corrected replaced by the correction.
+    """Return the action with what a person corrects replaced by the correction.
 
     Args:
         action: as the controller asks for it.
-        instruction: in force; one without a correction changes nothing.
+        instruction: in force; one without a person's correction changes nothing.
         jaw_rad: (2,) commanded last.
     """
     correction = instruction.correction
-    if correction is None:
+    if correction is None or instruction.source != "human":
         return action
     rows = np.isin(np.arange(2), ROWS[correction.arm])
     own = hold(jaw_rad + CONTROL_PERIOD_S * JAW_RAD_S * _opening(correction))
-    step_m = _step_m(correction, math.inf if instruction.left_m is None else instruction.left_m)
+    step_m = _step_m(correction, instruction.left_m or 0.0)
     return ToolAction(
         move_endoscope_m=np.where(rows[:, None], step_m, action.move_endoscope_m),
         turn_tool=np.where(rows[:, None], own.turn_tool, action.turn_tool),

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.base import Controller, obeys
+from controller.base import Controller
 from controller.correction import carried_out
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
@@ -184,8 +184,8 @@ class Episode:
             self._guided = None
             return None, led
         asked = self._chosen_action()
-        if self._instruction.source == "human" or not obeys(self.controller):
-            asked = carried_out(asked, self._instruction, self.guarded_driver.joints[:, 6])
+        jaw_rad = self.guarded_driver.joints[:, 6]
+        asked = carried_out(asked, self._instruction, jaw_rad)
         return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
 
     def _stay(self) -> ToolAction:

@@ -27,7 +27,6 @@ class ControllerExpert:
     """
 
     privileged = True
-    obeys = True
 
     def __init__(self, world: World) -> None:
         self._world = world

@@ -26,7 +26,6 @@ class ControllerTakingTurns:
     """
 
     privileged = True
-    obeys = True  # the expert does, and only it is imitated
 
     def __init__(self, learner: Controller, expert: Controller, rng: np.random.Generator) -> None:
         self._learner, self._expert, self._rng = learner, expert, rng

@@ -17,7 +17,6 @@ from controller.driver import rig_in
 from controller.idle import ControllerIdle
 from planner.base import PLANNING_PERIOD_S
 from planner.command import COMMANDS
-from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.policy_setup import PolicySetup
 from planner.scripted import PlannerScripted
@@ -278,8 +277,8 @@ class PlannerSays:
 class ControllerCounts:
     """Gives long chunks that hold still; the jaw angle tells which chunk is played."""
 
-    def __init__(self, length=LONG_CHUNK, *, obeys=True):
-        self.length, self.obeys = length, obeys
+    def __init__(self, length=LONG_CHUNK):
+        self.length = length
         self.heard = []  # one instruction for each chunk
         self.resets = 0
 
@@ -310,17 +309,6 @@ def episode_of(planner, controller):
 def test_the_same_instruction_lets_the_chunk_run_to_its_end():
     episode = episode_of(PlannerSays(Instruction(task=TASKS[0])), ControllerCounts())
     assert chunks(islice(episode.steps(), LONG_CHUNK + 5)) == [(1, LONG_CHUNK), (2, 5)]
-
-
-@pytest.mark.parametrize("itself", [False, True])
-def test_a_planners_correction_is_carried_out_by_rule_unless_the_controller_obeys(itself):
-    lower = next(c for c in CORRECTIONS if c.text == "move left arm lower")
-    planner = PlannerSays(Instruction(task=TASKS[0], correction=lower))
-    episode = episode_of(planner, ControllerCounts(obeys=itself))
-    *_, last = islice(episode.steps(), 5)
-    moved_m = last.asked.move_endoscope_m
-    assert (moved_m[0] @ DIRECTION_ENDOSCOPE["lower"] > 0.0) != itself
-    assert not moved_m[1].any()
 
 
 def test_a_new_instruction_drops_the_running_chunk_at_once():

@@ -14,8 +14,6 @@ from typing import Literal
 
 import numpy as np
 
-from controller.action import Chunk
-from controller.base import Controller
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
@@ -86,22 +84,6 @@ class PlannerFixed:
 
     def reset(self) -> None:
         """Do nothing: it has no state."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ControllerUnaided:
-    """A controller whose corrections no rule carries out, even if it does not obey."""
-
-    controller: Controller
-    obeys: bool = True
-
-    def act(self, observation: Observation, instruction: Instruction) -> Chunk:
-        """Return the controller's next motions."""
-        return self.controller.act(observation, instruction)
-
-    def reset(self) -> None:
-        """Forget the current motion."""
-        self.controller.reset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +189,7 @@ def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
         config=episode.config,
         world=world,
         planner=PlannerFixed(instruction=said),
-        controller=ControllerUnaided(controller=episode.controller),
+        controller=episode.controller,
         sense=episode.sense,
         observation=episode.sense.observe(world, world.observe()),
     )
