@@ -108,7 +108,7 @@ def usual_sense(planner: str, controller: str, scenario: str = "nominal") -> str
     return WITNESS["sense"] if witness and scenario not in SENSE_OF else "tracked"
 
 
-PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.surgeon:Surgeon"}
+PEOPLE: dict[str, str] = {"surgeon": "scenarios.loop.person.surgeon:Surgeon"}
 """Scripted people who see the truth and speak, each by a factory that takes the inbox."""
 
 ABLATIONS: dict[str, str] = {

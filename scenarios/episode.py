@@ -28,12 +28,12 @@ from planner.person.override import PlannerOverridden
 from planner.seen.done import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Heard, Inbox
+from scenarios.loop.metrics.stage_clock import StageClock
+from scenarios.loop.metrics.task_record import TaskRecord
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Heard, Inbox
 from scenarios.loop.pictures import Pictures
-from scenarios.loop.stage_clock import StageClock
 from scenarios.loop.step import Outcome, Step
-from scenarios.loop.task_record import TaskRecord
 from scenarios.perturbation.effects import Effects
 from tissue_sim.frames import Array
 from tissue_sim.outcome import nurse

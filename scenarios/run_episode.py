@@ -14,9 +14,11 @@ from planner.policy_setup import is_privileged
 from scenarios.catalogue import PERCEIVING, SCENARIOS
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
-from scenarios.loop.motion_metrics import MotionMetrics
+from scenarios.loop.metrics.motion_metrics import MotionMetrics
+from scenarios.loop.metrics.sensing_metrics import SensingMetrics
 from scenarios.loop.observer import Observer
+from scenarios.loop.person.inbox import Inbox
+from scenarios.loop.person.script import read_script
 from scenarios.loop.policies import make_controller, make_person, make_planner, name_of
 from scenarios.loop.results import (
     CallResult,
@@ -25,9 +27,7 @@ from scenarios.loop.results import (
     PeakResult,
     SafetyResult,
 )
-from scenarios.loop.script import read_script
 from scenarios.loop.senses import make_sense
-from scenarios.loop.sensing_metrics import SensingMetrics
 from scenarios.perturbation.effects import Effects
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched

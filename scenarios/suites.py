@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.catalogue import SCENARIOS, VARIANTS
-from scenarios.loop.script import Timed
+from scenarios.loop.person.script import Timed
 from scenarios.perturbation.perturbation import Perturbation
 from scenarios.perturbation.perturbations import PERTURBATIONS, PICTURES, SENSING
 

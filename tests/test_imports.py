@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenarios", "controller", "planner", "tissue_sim")
-MAX_FILES = 20  # in a folder
+MAX_FILES = 15  # in a folder, besides its __init__.py
 TOLD_OBSERVATIONS = (
     "planner.learned",
     "planner.llm",
@@ -29,9 +29,9 @@ OPEN_TO_THEM = (  # modules of the simulator: observations, the robot, and const
     "tissue_sim.patient.at_risk",  # usual radii, the same for every patient
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
-    "tissue_sim.sensing.glance",
+    "tissue_sim.sensing.pictures.glance",
     "tissue_sim.sensing.observation",
-    "tissue_sim.sensing.picture_faults",
+    "tissue_sim.sensing.pictures.picture_faults",
     "tissue_sim.sensing.polyline",
     "tissue_sim.sensing.rest_frame",
     "tissue_sim.sensing.rest_length",
@@ -76,7 +76,8 @@ def test_no_two_public_classes_share_a_name():
 
 @pytest.mark.parametrize("top", [*PACKAGES, "tests"])
 def test_no_folder_holds_too_many_files(top: str):
-    folders = Counter(str(file.parent.relative_to(ROOT)) for file in (ROOT / top).rglob("*.py"))
+    files = [file for file in (ROOT / top).rglob("*.py") if file.name != "__init__.py"]
+    folders = Counter(str(file.parent.relative_to(ROOT)) for file in files)
     assert {folder: n for folder, n in folders.items() if n > MAX_FILES} == {}
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import torch
 
-from controller.diffusion import training as controller_training
 from controller.diffusion.checkpoint import CHECKPOINTS as POLICIES
+from controller.diffusion.learning import training as controller_training
 from controller.pixels import training as pixel_training
 from controller.pixels.checkpoint import CHECKPOINTS as PIXEL_POLICIES
 from planner.learned import training as planner_training

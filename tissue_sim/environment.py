@@ -34,9 +34,9 @@ from tissue_sim.rendering.shader_pack import (
 )
 from tissue_sim.saving.state_check import require_names, require_type
 from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
-from tissue_sim.sensing.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.segmentation import CLASSES, classes_of_entities
+from tissue_sim.sensing.pictures.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.pictures.segmentation import CLASSES, classes_of_entities
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.physics_system import physics_system

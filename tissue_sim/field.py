@@ -14,7 +14,7 @@ from tissue_sim.patient.organ import Organ
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, T_world_clip
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, Clip, T_world_clip
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.record import Record
 from tissue_sim.tools.arms import Arms

@@ -25,12 +25,12 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.structures.body import Body
 from tissue_sim.structures.sac import Sac
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import Clip, dropped_clip, grip_n
-from tissue_sim.surgery.clip_bar import place_bars
+from tissue_sim.surgery.clips.clip import Clip, dropped_clip, grip_n
+from tissue_sim.surgery.clips.clip_bar import place_bars
+from tissue_sim.surgery.clips.slip import Pull
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.events import record_step
 from tissue_sim.surgery.record import Record
-from tissue_sim.surgery.slip import Pull
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, Arms, JointCommand
 from tissue_sim.tools.physics_system import physics_system
 from tissue_sim.version import WORLD_VERSION

@@ -13,7 +13,7 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
-from controller.diffusion.windows import Batch
+from controller.diffusion.learning.windows import Batch
 
 MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
 FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there tenths of a mm count

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE, Chunk, hold
-from controller.diffusion.body_frame import BodyFrame
 from controller.diffusion.checkpoint import CHECKPOINTS
 from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motion_of
 from controller.diffusion.config import PolicyConfig
@@ -18,6 +17,7 @@ from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from controller.diffusion.rules.holding import held
 from controller.diffusion.rules.last_word import last_word
+from controller.diffusion.seen.body_frame import BodyFrame
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.policy_setup import PolicySetup

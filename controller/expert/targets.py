@@ -22,7 +22,7 @@ from tissue_sim.outcome.predicates import straightness
 from tissue_sim.patient.axes import AWAY, LEFT, RIGHT
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M
 from tissue_sim.thresholds import CLIP_MAX_TILT_RAD, CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM

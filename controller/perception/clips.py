@@ -14,8 +14,8 @@ from controller.perception.evidence import find
 from controller.perception.fusion import SAME_LOOKS, Lines
 from controller.perception.graph import Shown
 from tissue_sim.frames import Array
-from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
+from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.polyline import between_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M

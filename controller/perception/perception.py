@@ -16,7 +16,6 @@ from controller.perception.radii import Radii
 from controller.perception.third_tube import ThirdTube
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.sensing.glance import Glance, Picture
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
     N_POINTS,
@@ -24,6 +23,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
+from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.rest_length import RestLengths
 
 BIAS_M = 3e-4  # measured on tuning patients: what all looks have in common

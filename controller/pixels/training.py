@@ -16,8 +16,8 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.training import noise_for
-from controller.diffusion.windows import Windows
+from controller.diffusion.learning.training import noise_for
+from controller.diffusion.learning.windows import Windows
 from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.config import CAMERAS, CHUNKS, PixelConfig
 from controller.pixels.films import Film

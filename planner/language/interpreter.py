@@ -14,16 +14,16 @@ from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
-from planner.language.rules.compound import arm_named, in_order, names_an_act, parts_of
-from planner.language.rules.corrected import as_corrected
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.echoes import echo_in
 from planner.language.rules.forbidding import allowed_in, forbidden_in
-from planner.language.rules.foreign import in_english
-from planner.language.rules.misheard import as_meant
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.questions import Question, question_in
-from planner.language.rules.relative import without_other_arm
+from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
+from planner.language.rules.rewriting.corrected import as_corrected
+from planner.language.rules.rewriting.echoes import echo_in
+from planner.language.rules.rewriting.foreign import in_english
+from planner.language.rules.rewriting.misheard import as_meant
+from planner.language.rules.rewriting.relative import without_other_arm
 from planner.language.rules.sides import without_side
 from planner.language.rules.sizes import without_size
 from planner.language.rules.small_talk import is_small_talk

@@ -18,7 +18,7 @@ from rich.table import Table
 
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import interpreter
+from scenarios.loop.person.inbox import interpreter
 from scenarios.loop.step import Step
 from scenarios.recording.snapshot import Snapshot
 from scenarios.run_episode import begin

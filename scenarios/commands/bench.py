@@ -10,8 +10,8 @@ from rich.console import Console
 from tyro.conf import OmitSubcommandPrefixes, arg, subcommand
 
 from scenarios.catalogue import usual_sense
-from scenarios.commands.arguments import at_least, one_of
-from scenarios.commands.checkpoint_option import require_checkpoint
+from scenarios.commands.options.arguments import at_least, one_of
+from scenarios.commands.options.checkpoint_option import require_checkpoint
 from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
 
@@ -32,7 +32,7 @@ class BenchWorld:
 
     def execute(self) -> int:
         """Measure and report; return 0."""
-        from scenarios.bench.world import bench_world
+        from scenarios.bench.physics.world import bench_world
 
         with Console(stderr=True).status("measuring: world"):
             report = bench_world(seed=self.seed, steps=self.steps)
@@ -51,7 +51,7 @@ class Accuracy:
 
     def execute(self) -> int:
         """Measure and report; return 0."""
-        from scenarios.bench.accuracy import bench_accuracy
+        from scenarios.bench.physics.accuracy import bench_accuracy
 
         with Console(stderr=True).status("measuring: accuracy"):
             report = bench_accuracy(seed=self.seed, steps=self.steps)
@@ -76,7 +76,7 @@ class Robustness:
         """Measure and report; return 1 if a storm broke a law."""
         if 0 < self.resets < MIN_RESETS:
             raise BadInputError(f"--resets {self.resets}: give 0, or at least {MIN_RESETS}")
-        from scenarios.bench.robustness import (
+        from scenarios.bench.physics.robustness import (
             broken_lines,
             caught_lines,
             memory_lines,
@@ -106,7 +106,7 @@ class Parallel:
 
     def execute(self) -> int:
         """Measure and report; return 0."""
-        from scenarios.bench.parallel import camera_table, thread_table
+        from scenarios.bench.physics.parallel import camera_table, thread_table
         from tissue_sim.rendering.renderer_probe import renderer_available
 
         numbers = [2**k for k in range(self.most.bit_length())]

@@ -37,9 +37,9 @@ def page_of(
     Raises:
         BadInputError: the page cannot be served on this port.
     """
-    from scenarios.viewer.open_page import serve
-    from scenarios.viewer.page_process import PageProcess
-    from scenarios.viewer.port import choose_port
+    from scenarios.viewer.serving.open_page import serve
+    from scenarios.viewer.serving.page_process import PageProcess
+    from scenarios.viewer.serving.port import choose_port
 
     console = Console(stderr=True)
     if say_port is not None:

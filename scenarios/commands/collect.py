@@ -13,12 +13,15 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import PERCEIVING, SENSES
-from scenarios.commands.arguments import at_least, one_of
-from scenarios.commands.checkpoint_option import require_checkpoint, require_planner_checkpoint
-from scenarios.commands.cluster_option import require_cluster
-from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.options.arguments import at_least, one_of
+from scenarios.commands.options.checkpoint_option import (
+    require_checkpoint,
+    require_planner_checkpoint,
+)
+from scenarios.commands.options.cluster_option import require_cluster
+from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.picture_collection import collect_pictures
-from scenarios.commands.renderer_option import require_cameras
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,

@@ -13,12 +13,16 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import SENSE_OF
-from scenarios.commands.arguments import at_least, number, some_arms, some_of
-from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.options.arguments import at_least, number, some_arms, some_of
+from scenarios.commands.options.cluster_option import require_cluster
+from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.policy_option import (
+    require_perception,
+    require_policies,
+    say_who_acts,
+)
+from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.output import output
-from scenarios.commands.output_path import require_writable_folder
-from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
-from scenarios.commands.renderer_option import require_cameras
 from scenarios.commands.run import INTERRUPTED
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from scenarios.commands.renderer_option import require_renderer
+from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
 from scenarios.files.errors import BadInputError

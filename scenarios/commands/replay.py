@@ -13,10 +13,10 @@ from rich.console import Console
 from rich.progress import track
 from tyro.conf import Positional, arg
 
-from scenarios.commands.arguments import at_least
 from scenarios.commands.browser import LOCAL
+from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.output import output
-from scenarios.commands.output_path import require_writable_folder
 from scenarios.files.errors import BadInputError
 from scenarios.recording.verify import (
     EXIT_CODES,
@@ -137,8 +137,8 @@ class Replay:
     def _show(self) -> int:
         files = [*self.files, *([self.beside] if self.beside else [])]
         recordings = [_frames_of(file, every=VIEW_EVERY) for file in files]
-        from scenarios.viewer.open_page import serve
         from scenarios.viewer.replay_page import ReplayPage
+        from scenarios.viewer.serving.open_page import serve
 
         names = [file.stem for file in files]
         with (

@@ -21,21 +21,25 @@ from scenarios.catalogue import (
     WITNESS,
     usual_sense,
 )
-from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.cluster_option import require_cluster
+from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
+from scenarios.commands.options.cluster_option import require_cluster
+from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.policy_option import (
+    require_perception,
+    require_policies,
+    say_who_acts,
+)
+from scenarios.commands.options.renderer_option import require_cameras, require_renderer
 from scenarios.commands.output import output
-from scenarios.commands.output_path import require_writable_folder
-from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
-from scenarios.commands.renderer_option import require_cameras, require_renderer
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
+from scenarios.loop.person.script import read_script
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.loop.results import EpisodeResult, summarise, write_results
-from scenarios.loop.script import read_script
 from scenarios.recording.attempt import attempt_episode, broken_off
 from scenarios.recording.result_tables import (
     call_lines,

@@ -14,8 +14,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from tyro.conf import Positional, arg
 
 from controller.dataset.choice import Choice
-from scenarios.commands.arguments import at_least, number, one_of, some_of
-from scenarios.commands.output_path import require_writable_folder
+from scenarios.commands.options.arguments import at_least, number, one_of, some_of
+from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.files.errors import BadInputError
 
@@ -84,8 +84,8 @@ class Train:
         return 0
 
     def _controller(self, out: Path) -> Path:
-        from controller.diffusion import training
-        from controller.diffusion.demonstrations import demonstrations
+        from controller.diffusion.learning import training
+        from controller.diffusion.learning.demonstrations import demonstrations
 
         config, base = self._scheduled(training.PRESETS[self.preset]), None
         if self.base:

@@ -10,11 +10,15 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_sense
-from scenarios.commands.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.output_path import require_writable_folder
-from scenarios.commands.policy_option import require_perception, require_policies, say_who_acts
-from scenarios.commands.renderer_option import require_renderer
+from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
+from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.policy_option import (
+    require_perception,
+    require_policies,
+    say_who_acts,
+)
+from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 

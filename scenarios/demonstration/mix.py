@@ -53,7 +53,7 @@ class PlannedDemonstration:
             is the one that comes with Calot.
         planner: checkpoint of the learned planner; "" for the scripted planner.
         sense: a key of `scenarios.catalogue.SENSES`.
-        cameras: their names (`tissue_sim.sensing.camera_names`); () films nothing.
+        cameras: their names (`tissue_sim.sensing.pictures.camera_names`); () films nothing.
     """
 
     seed: int

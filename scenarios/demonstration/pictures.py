@@ -150,10 +150,10 @@ def labelled_frame(world: World, exact: Observation, rng: np.random.Generator) -
     """
     from tissue_sim.frames import transform
     from tissue_sim.rendering.shader_pack import COLOR_PICTURE, POSITION_PICTURE
-    from tissue_sim.sensing.cameras import T_world_camera
-    from tissue_sim.sensing.eyes import CLOSE, VIEWS
     from tissue_sim.sensing.observation import TUBE_POINTS
-    from tissue_sim.sensing.shown import project, shown_points, visible
+    from tissue_sim.sensing.pictures.cameras import T_world_camera
+    from tissue_sim.sensing.pictures.eyes import CLOSE, VIEWS
+    from tissue_sim.sensing.pictures.shown import project, shown_points, visible
 
     assert world.view is not None, "a labelled frame needs a world with cameras"
     middle_m = np.concatenate([exact.left_tube_m, exact.right_tube_m]).mean(axis=0)

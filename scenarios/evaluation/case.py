@@ -67,7 +67,7 @@ def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
 
     An episode that broke off is recorded, too; a missing file means that the disk had no room.
     """
-    from scenarios.loop.inbox import Inbox
+    from scenarios.loop.person.inbox import Inbox
 
     inbox, recording = Inbox(), out / case.recording
     try:

@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
-from scenarios.evaluation.strata import NAMES
+from scenarios.evaluation.statistics.strata import NAMES
 from scenarios.evaluation.words import (
     NOTHING,
     SENSED,

@@ -32,10 +32,10 @@ EPISODE_SOURCES = (
     "scenarios/suites.py",
     "scenarios/episode.py",
     "scenarios/loop/episode_config.py",
-    "scenarios/loop/guided_arm.py",
-    "scenarios/loop/inbox.py",
-    "scenarios/loop/script.py",
-    "scenarios/loop/motion_metrics.py",
+    "scenarios/loop/person/guided_arm.py",
+    "scenarios/loop/person/inbox.py",
+    "scenarios/loop/person/script.py",
+    "scenarios/loop/metrics/motion_metrics.py",
 )
 """Code that decides an episode's result."""
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from controller.perception.checkpoint import PerceptionModel
 from controller.perception.perception import Perception
-from tissue_sim.sensing.cameras import CameraSpec
-from tissue_sim.sensing.eyes import USUAL, VIEWS, Eyes, Spoil, as_it_is
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.pictures.cameras import CameraSpec
+from tissue_sim.sensing.pictures.eyes import USUAL, VIEWS, Eyes, Spoil, as_it_is
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
 

@@ -17,7 +17,7 @@ from scenarios.catalogue import (
     SENSES,
 )
 from scenarios.perturbation.perturbation import Perturbation
-from tissue_sim.sensing.camera_names import CAMERA_NAMES
+from tissue_sim.sensing.pictures.camera_names import CAMERA_NAMES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +41,8 @@ class EpisodeConfig:
         safety_filter: Whether commands pass through the safety filter.
         instruct: File of what a person says and when; None if nobody says anything.
         person: A key of `scenarios.catalogue.PEOPLE`, who watches and corrects; None for nobody.
-        cameras: Names (`tissue_sim.sensing.camera_names`) of those whose pictures the controller
-            gets besides.
+        cameras: Names (`tissue_sim.sensing.pictures.camera_names`) of those whose pictures the
+            controller gets besides.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
 
     Raises:

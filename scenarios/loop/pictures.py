@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from controller.dataset.schema import PICTURE_SHAPE
 from tissue_sim.rendering.shader_pack import COLOR_PICTURE
-from tissue_sim.sensing.cameras import CameraSpec
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.pictures.cameras import CameraSpec
 from tissue_sim.world import World
 
 HEIGHT, WIDTH, _ = PICTURE_SHAPE

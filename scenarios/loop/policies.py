@@ -15,8 +15,8 @@ from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
 from scenarios.catalogue import ABLATIONS, CONTROLLERS, PEOPLE, PLANNERS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
 from scenarios.loop.observer import Observer
+from scenarios.loop.person.inbox import Inbox
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.world import World
 

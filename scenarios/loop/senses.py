@@ -22,7 +22,7 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
     if config.sense in PERCEIVING:
         from controller.perception.checkpoint import CHECKPOINTS
         from scenarios.loop.camera_sense import SenseCameras
-        from tissue_sim.sensing.eyes import ENDOSCOPE_VIEWS, VIEWS
+        from tissue_sim.sensing.pictures.eyes import ENDOSCOPE_VIEWS, VIEWS
 
         perception = CHECKPOINTS.load(config.perception_checkpoint)
         views = ENDOSCOPE_VIEWS if config.sense == "endoscope" else VIEWS

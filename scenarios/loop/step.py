@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from controller.action import Chunk, ToolAction
 from controller.safety.ledger import Entry
 from planner.instruction import Instruction
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Heard
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Heard
 from scenarios.perturbation.effect import Applied
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.surgery.injury import Injury

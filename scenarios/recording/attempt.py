@@ -17,7 +17,7 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.recording.recorder import Recorder
 
 if TYPE_CHECKING:
-    from scenarios.loop.inbox import Inbox
+    from scenarios.loop.person.inbox import Inbox
 
 
 def attempt_episode(

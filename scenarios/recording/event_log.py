@@ -14,7 +14,7 @@ from scenarios.recording.reasons import in_detail
 from tissue_sim.tools.arms import LEFT_ARM
 
 if TYPE_CHECKING:  # heavy to import
-    from scenarios.loop.inbox import Heard
+    from scenarios.loop.person.inbox import Heard
     from scenarios.loop.step import Step
 
 Kind = Literal[

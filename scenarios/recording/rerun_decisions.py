@@ -14,8 +14,8 @@ from planner.command import COMMANDS
 from scenarios.catalogue import ENDPOINT_PLANNERS
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.policies import require_factory
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL

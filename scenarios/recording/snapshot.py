@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 
 from scenarios.episode import Episode
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.inbox import Inbox
 
 
 class Snapshot:

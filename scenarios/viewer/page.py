@@ -10,12 +10,14 @@ from typing import Self
 
 import viser
 
-from scenarios.loop.inbox import interpreter
+from scenarios.loop.person.inbox import interpreter
 from scenarios.viewer.frame import Frame
-from scenarios.viewer.gate import Gate, guarded
+from scenarios.viewer.panels.actions.corrections import CELLS, CorrectionPanel
+from scenarios.viewer.panels.actions.disturb import DisturbPanel
+from scenarios.viewer.panels.actions.take_over import TakeOverPanel
+from scenarios.viewer.panels.actions.talk import TalkPanel
+from scenarios.viewer.panels.actions.training_data import TrainingDataPanel
 from scenarios.viewer.panels.camera import CameraPanel
-from scenarios.viewer.panels.corrections import CELLS, CorrectionPanel
-from scenarios.viewer.panels.disturb import DisturbPanel
 from scenarios.viewer.panels.keys import add_keys
 from scenarios.viewer.panels.legend import LegendPanel
 from scenarios.viewer.panels.log import LogPanel
@@ -24,12 +26,10 @@ from scenarios.viewer.panels.new_patient import NewPatientPanel
 from scenarios.viewer.panels.panel import Panel
 from scenarios.viewer.panels.procedure import ProcedurePanel
 from scenarios.viewer.panels.style import add_style
-from scenarios.viewer.panels.take_over import TakeOverPanel
-from scenarios.viewer.panels.talk import TalkPanel
 from scenarios.viewer.panels.timing import TimingPanel
-from scenarios.viewer.panels.training_data import TrainingDataPanel
 from scenarios.viewer.panels.transport import TransportPanel
 from scenarios.viewer.scene import Scene, look_through
+from scenarios.viewer.serving.gate import Gate, guarded
 from scenarios.viewer.session_state import Asks, SessionState
 
 FRAME_S = 1.0 / 20.0

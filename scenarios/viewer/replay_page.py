@@ -14,11 +14,11 @@ from typing import Self
 
 import viser
 
-from scenarios.viewer.gate import gate_for, guarded
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
 from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
+from scenarios.viewer.serving.gate import gate_for, guarded
 from tissue_sim.patient.axes import field_point
 
 FRAME_S = 1.0 / 20.0

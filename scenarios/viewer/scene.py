@@ -21,7 +21,7 @@ from scenarios.viewer.layers.strands import StrandLayer
 from scenarios.viewer.layers.surroundings import CavityLayer, SurroundingsLayer
 from scenarios.viewer.layers.tissue import TissueLayer
 from tissue_sim.frames import Array
-from tissue_sim.sensing.cameras import CAMERAS
+from tissue_sim.sensing.pictures.cameras import CAMERAS
 
 MakeLayer = Callable[[viser.SceneApi, str, Patient], Layer]
 

@@ -14,8 +14,8 @@ from planner.command import COMMANDS
 from planner.language.reading import Reading
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Inbox
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.event_log import EpisodeStatus
 from scenarios.viewer.frame import Frame, Patient

@@ -3,8 +3,8 @@
 import numpy as np
 
 from planner.command import COMMANDS
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Inbox
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.recorder import Recorder, load
 from scenarios.run_episode import begin

@@ -12,7 +12,7 @@ from planner.policy_setup import PolicySetup
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.results import read_results
 from scenarios.recording.verify import verify
 from scenarios.run_episode import anatomy_of, begin, play, run_episode

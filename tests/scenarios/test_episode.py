@@ -32,7 +32,7 @@ from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.exact import SenseExact
-from tissue_sim.surgery.clip import detach
+from tissue_sim.surgery.clips.clip import detach
 from tissue_sim.surgery.injury import Injury
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand

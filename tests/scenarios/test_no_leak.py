@@ -23,8 +23,8 @@ from scenarios.loop.camera_sense import SenseCameras
 from scenarios.loop.episode_config import EpisodeConfig
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.eyes import VIEWS
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.pictures.eyes import VIEWS
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.sensing.tracked import SenseTracked
 from tissue_sim.tools.arms import JointCommand

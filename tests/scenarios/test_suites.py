@@ -3,7 +3,7 @@
 import pytest
 
 from scenarios.catalogue import SCENARIOS
-from scenarios.loop.inbox import read
+from scenarios.loop.person.inbox import read
 from scenarios.perturbation.perturbations import SENSING
 from scenarios.suites import SUITE_NAMES, SUITES, Saying, suite_of
 

@@ -6,7 +6,7 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, Clip, latch
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, Clip, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
 from tissue_sim.verification.bodies import astride
 

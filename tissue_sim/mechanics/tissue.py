@@ -11,10 +11,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
-from tissue_sim.mechanics import assembly, elasticity, rupture, springs
+from tissue_sim.mechanics import rupture
 from tissue_sim.mechanics.arrays import TissueArrays, ToolShapes
 from tissue_sim.mechanics.coarse import skyline
 from tissue_sim.mechanics.contact.bars import N_BARS, Bar
+from tissue_sim.mechanics.forces import assembly, elasticity, springs
 from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
 from tissue_sim.mechanics.organ_check import require_sound_organ

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tissue_sim.frames import Array
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, BLADE_WIDTH_M
 
 GALLBLADDER = "gallbladder"

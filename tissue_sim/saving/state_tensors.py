@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from tissue_sim.patient.anatomy import Anatomy, Artery
 from tissue_sim.structures.tubes import Crossing
-from tissue_sim.surgery.clip import Clip
+from tissue_sim.surgery.clips.clip import Clip
+from tissue_sim.surgery.clips.slip import Pull
 from tissue_sim.surgery.conditions import Conditions
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
@@ -25,7 +26,6 @@ from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
 from tissue_sim.surgery.record import Record
-from tissue_sim.surgery.slip import Pull
 from tissue_sim.surgery.tear import Tear
 
 SAVED_CLASSES = {

@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_sim.field import Field
 from tissue_sim.mechanics.layout import N_SHAPES
-from tissue_sim.surgery.clip import CLIP_WIDTH_M, Clip
+from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, Clip
 from tissue_sim.surgery.grasp import LEFT_FINGERS, RIGHT_FINGERS, inward_n
 from tissue_sim.surgery.injury import LimitReading
 from tissue_sim.surgery.record import Record

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tissue_sim.surgery.clip import Clip
+from tissue_sim.surgery.clips.clip import Clip
+from tissue_sim.surgery.clips.slip import Pull
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.grasp import Grasp
 from tissue_sim.surgery.injury import Injury, LimitReading
 from tissue_sim.surgery.leak import Leak
 from tissue_sim.surgery.parting import Opening
-from tissue_sim.surgery.slip import Pull
 from tissue_sim.surgery.tear import Tear
 
 

@@ -14,8 +14,8 @@ import torch
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE
-from controller.diffusion.gallbladder import wall_distance_m
-from controller.diffusion.places import places_on
+from controller.diffusion.seen.gallbladder import wall_distance_m
+from controller.diffusion.seen.places import places_on
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task, Tube

@@ -7,7 +7,7 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import srgb
-from tissue_sim.rendering.drawn_leaks import LEAK_LOOKS
+from tissue_sim.rendering.drawn.drawn_leaks import LEAK_LOOKS
 
 
 class LeakLayer:

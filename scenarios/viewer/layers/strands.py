@@ -7,7 +7,7 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import show, srgb
-from tissue_sim.rendering.drawn_strands import LOOK, STRAND_RADIUS_M
+from tissue_sim.rendering.drawn.drawn_strands import LOOK, STRAND_RADIUS_M
 
 
 class StrandLayer:

@@ -15,8 +15,8 @@ from trimesh.visual.material import PBRMaterial
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import glb, show
 from tissue_sim.frames import Array
-from tissue_sim.rendering.drawing import Surface
-from tissue_sim.rendering.drawn_surroundings import surroundings
+from tissue_sim.rendering.drawn.drawing import Surface
+from tissue_sim.rendering.drawn.drawn_surroundings import surroundings
 from tissue_sim.rendering.textures import BLURRED_RELIEF, Look, colours, relief
 
 CAVITY = "cavity"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import viser
 
-from scenarios.viewer.panels.talk import GO_ON, HOLD
+from scenarios.viewer.panels.actions.talk import GO_ON, HOLD
 from scenarios.viewer.session_state import Asks, SessionState
 
 

@@ -11,7 +11,7 @@ from scenarios.viewer.layers.layer import Rgb, srgb
 from scenarios.viewer.panels.keys import KEYS
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.rendering.clip_shape import LOOK as CLIP
-from tissue_sim.rendering.drawn_tissue import looks
+from tissue_sim.rendering.drawn.drawn_tissue import looks
 
 
 class LegendPanel:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.action import ToolAction
-from controller.diffusion.windows import DemonstrationArrays
+from controller.diffusion.learning.windows import DemonstrationArrays
 from tissue_sim.frames import exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 

@@ -8,7 +8,7 @@ from controller.perception.graph import Shown
 from controller.perception.network import N_LINE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose, unit
-from tissue_sim.sensing.glance import Picture
+from tissue_sim.sensing.pictures.glance import Picture
 
 SIGMA_PX = 0.5
 

@@ -22,7 +22,7 @@ from controller.safety.limits.outer_shafts import MARGIN_M as OUTER_MARGIN_M
 from controller.safety.limits.outer_shafts import OuterShafts
 from controller.safety.obstacles import registered
 from controller.safety.proof import DEEPER_M
-from controller.safety.seen_obstacles import ObstaclesSeen
+from controller.safety.seen.seen_obstacles import ObstaclesSeen
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
 from tissue_sim.frames import inverse_pose, unit

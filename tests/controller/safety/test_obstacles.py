@@ -7,7 +7,7 @@ from controller.safety.obstacles import registered, surroundings_of
 from tissue_sim.frames import unit
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.rendering.drawn_surroundings import surroundings as drawn_surroundings
+from tissue_sim.rendering.drawn.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World

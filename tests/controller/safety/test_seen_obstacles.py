@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.safety.obstacles import Capsules, surroundings_of
-from controller.safety.seen_obstacles import MOST_M, UNSURE, ObstaclesSeen, lines_seen
+from controller.safety.seen.seen_obstacles import MOST_M, UNSURE, ObstaclesSeen, lines_seen
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from scenarios.bench.newton_solver import CONVERGED, STEPS, bench_newton, race
+from scenarios.bench.physics.newton_solver import CONVERGED, STEPS, bench_newton, race
+from scenarios.bench.physics.world import watch_step
 from scenarios.bench.stopwatch import REST, Stopwatch
 from scenarios.bench.trials.newton_retraction import (
     DRAWN_STEPS,
@@ -19,7 +20,6 @@ from scenarios.bench.trials.newton_retraction import (
     in_calot,
     in_newton,
 )
-from scenarios.bench.world import watch_step
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
@@ -141,7 +141,7 @@ def test_without_newton_one_line_says_how_to_install_it(monkeypatch):
     def not_installed(name):
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("scenarios.bench.newton_solver.version", not_installed)
+    monkeypatch.setattr("scenarios.bench.physics.newton_solver.version", not_installed)
     console = Console(width=200)
     with console.capture() as capture:
         console.print(bench_newton(seed=10_004))

@@ -12,8 +12,8 @@ from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
-from scenarios.loop.script import Timed
+from scenarios.loop.person.inbox import Inbox
+from scenarios.loop.person.script import Timed
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin

@@ -16,12 +16,12 @@ from scenarios.demonstration.pictures import (
     pictured,
     stratum_of,
 )
-from tests.scenarios.test_cli import complaint
+from tests.scenarios.from_the_shell.test_cli import complaint
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.eyes import VIEWS
-from tissue_sim.sensing.shown import N_SHOWN
+from tissue_sim.sensing.pictures.eyes import VIEWS
+from tissue_sim.sensing.pictures.shown import N_SHOWN
 
 
 def test_more_episodes_only_add_some():

@@ -10,7 +10,7 @@ import pytest
 from planner.instruction import TASKS, Instruction
 from scenarios.evaluation.audit import AuditLine, audit
 from scenarios.evaluation.case import Case
-from scenarios.loop.inbox import Heard, read
+from scenarios.loop.person.inbox import Heard, read
 from scenarios.recording.recorder import Recorder
 from scenarios.suites import SUITES, Condition, Saying
 from tests.scenarios.evaluation.made_up import FIRST

@@ -8,7 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.evaluation.paired import mcnemar_exact, mean_interval, tango_interval, tango_score
+from scenarios.evaluation.statistics.paired import (
+    mcnemar_exact,
+    mean_interval,
+    tango_interval,
+    tango_score,
+)
 
 Z = 1.96
 

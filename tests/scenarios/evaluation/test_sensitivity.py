@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
-from scenarios.evaluation.sensitivity import FACTORS, passes, sensitivity, threshold_of
+from scenarios.evaluation.statistics.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import InjuryResult, PeakResult
 from tests.scenarios.evaluation.made_up import episode, plan, results_of
 from tests.scenarios.evaluation.test_report import MADE_WITH, NOWHERE

@@ -7,8 +7,8 @@ import pytest
 
 from controller.action import ToolAction
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Inbox
 from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 

@@ -11,8 +11,8 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from planner.person.orders import DEFAULT_M
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
-from scenarios.loop.script import Timed
+from scenarios.loop.person.inbox import Inbox
+from scenarios.loop.person.script import Timed
 from scenarios.run_episode import begin
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.tools.arms import RIGHT_ARM

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
-from scenarios.loop.inbox import LONGEST, Inbox
-from scenarios.loop.script import Timed
+from scenarios.loop.person.inbox import LONGEST, Inbox
+from scenarios.loop.person.script import Timed
 
 THREADS, EACH = 16, 200
 BELL = "\a"  # a text with a control character is read quickly

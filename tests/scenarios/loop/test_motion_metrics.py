@@ -8,7 +8,7 @@ import pytest
 
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
+from scenarios.loop.metrics.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
 from scenarios.loop.results import TaskResult, read_results, write_results
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin

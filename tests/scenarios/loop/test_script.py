@@ -3,7 +3,7 @@
 import pytest
 
 from scenarios.files.errors import BadInputError
-from scenarios.loop.script import Timed, read_script
+from scenarios.loop.person.script import Timed, read_script
 
 SAID = (Timed(time_s=2.5, text="move left arm higher"), Timed(time_s=10, text="etwas höher\tbitte"))
 

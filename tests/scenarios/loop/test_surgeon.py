@@ -12,10 +12,10 @@ from planner.criteria import structure_of
 from planner.instruction import TASKS
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.inbox import Inbox
+from scenarios.loop.person.surgeon import CONTENT_M, SHOWN_M, WORDS
 from scenarios.loop.policies import make_person
 from scenarios.loop.step import Step
-from scenarios.loop.surgeon import CONTENT_M, SHOWN_M, WORDS
 from scenarios.run_episode import begin
 from tissue_sim.outcome.jaws import between_jaws
 from tissue_sim.tools.arms import RIGHT_ARM

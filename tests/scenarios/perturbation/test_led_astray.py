@@ -14,7 +14,7 @@ from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.surgery.clip import CLIP_LENGTH_M
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
 
 GRAB, CLIP = 1, 2
 COMMANDED_M = 1e-6  # commanded pose

@@ -7,7 +7,7 @@ import pytest
 
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.inbox import Inbox
 from scenarios.perturbation.manual import MANUAL, NUDGE_S
 from scenarios.run_episode import begin
 

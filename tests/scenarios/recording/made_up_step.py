@@ -6,8 +6,8 @@ import numpy as np
 
 from controller.safety.ledger import Entry
 from planner.instruction import TASKS, Instruction
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Heard
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Heard
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from planner.instruction import CORRECTIONS, TASKS, Instruction
 from scenarios.catalogue import WITNESS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.inbox import Heard, Inbox
+from scenarios.loop.person.inbox import Heard, Inbox
 from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load

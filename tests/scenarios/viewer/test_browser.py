@@ -9,8 +9,8 @@ import pytest
 from controller.dataset.part import read_part
 from scenarios.recording.recorder import load
 from scenarios.viewer.chromium import browser, button, enter, missing, open_tab, press, type_in
-from scenarios.viewer.page_process import PageProcess
-from scenarios.viewer.port import choose_port
+from scenarios.viewer.serving.page_process import PageProcess
+from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import SEED, run_to, running_session, wait_until
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import RIGHT_ARM

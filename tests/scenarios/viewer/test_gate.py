@@ -12,10 +12,10 @@ from websockets.asyncio import client, server
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from scenarios.loop.inbox import LONGEST
-from scenarios.viewer.gate import BURST, MOST_PER_S, Gate, gate_for, guarded
-from scenarios.viewer.page_process import PageProcess
-from scenarios.viewer.port import choose_port
+from scenarios.loop.person.inbox import LONGEST
+from scenarios.viewer.serving.gate import BURST, MOST_PER_S, Gate, gate_for, guarded
+from scenarios.viewer.serving.page_process import PageProcess
+from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
 
 HOST = "127.0.0.1"

@@ -9,8 +9,8 @@ from controller.dataset.part import read_part
 from planner.command import COMMANDS
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.guided_arm import GuidedArm
-from scenarios.loop.inbox import Inbox
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.inbox import Inbox
 from scenarios.run_episode import begin
 from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM

@@ -12,7 +12,7 @@ from viser.transforms import SO3
 from scenarios.viewer.frame import frame_of, patient_of
 from scenarios.viewer.layers.layer import SEEN_M, show, srgb, wxyz
 from scenarios.viewer.layers.tissue import TissueLayer
-from scenarios.viewer.port import choose_port
+from scenarios.viewer.serving.port import choose_port
 from tissue_sim.frames import exponential
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.world import World

@@ -12,9 +12,9 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from scenarios.viewer.page_process import PageProcess
 from scenarios.viewer.panels.keys import KEYS
-from scenarios.viewer.port import choose_port
+from scenarios.viewer.serving.page_process import PageProcess
+from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
 
 HOST = "127.0.0.1"

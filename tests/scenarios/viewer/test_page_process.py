@@ -9,8 +9,8 @@ from threading import Thread
 
 import pytest
 
-from scenarios.viewer.page_process import PageProcess, SessionLink, answer
-from scenarios.viewer.port import choose_port
+from scenarios.viewer.serving.page_process import PageProcess, SessionLink, answer
+from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.session_state import SessionState
 from tests.scenarios.viewer.sessions import run_to, running_session
 

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from scenarios.files.errors import BadInputError
-from scenarios.viewer.port import FIRST_PORT, PORTS, choose_port
+from scenarios.viewer.serving.port import FIRST_PORT, PORTS, choose_port
 
 HOST = "127.0.0.1"
 

@@ -10,7 +10,7 @@ import pytest
 from controller.dataset.part import read_part
 from controller.dataset.reader import read_episodes
 from planner.instruction import CALL, CORRECTIONS
-from scenarios.loop.inbox import LONGEST
+from scenarios.loop.person.inbox import LONGEST
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.event_log import KEPT
 from scenarios.recording.recorder import load

@@ -6,8 +6,8 @@ from threading import Thread
 import pytest
 import viser
 
-from scenarios.viewer.panels.talk import LATE_S, TalkPanel
-from scenarios.viewer.port import choose_port
+from scenarios.viewer.panels.actions.talk import LATE_S, TalkPanel
+from scenarios.viewer.serving.port import choose_port
 from tests.scenarios.viewer.sessions import at, running_session
 
 HOST = "127.0.0.1"

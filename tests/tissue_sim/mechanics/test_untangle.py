@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tissue_sim.mechanics.forces.untangle import UNFOLDED
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
-from tissue_sim.mechanics.untangle import UNFOLDED
 from tissue_sim.patient.organ import REGIONS
 from tissue_sim.verification.bodies import organ_of, put, rod, tissue_of
 

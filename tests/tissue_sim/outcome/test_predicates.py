@@ -20,7 +20,7 @@ from tissue_sim.outcome.predicates import (
 )
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
 from tissue_sim.surgery.leak import leaks

@@ -14,9 +14,9 @@ from tissue_sim.patient.axes import AWAY, RIGHT, UP
 from tissue_sim.patient.organ import Organ, build_organ
 from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
 from tissue_sim.patient.variants import VARIANTS, patient_of, variant
-from tissue_sim.rendering.drawn_strands import holding
+from tissue_sim.rendering.drawn.drawn_strands import holding
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
 from tissue_sim.verification.bodies import EPS, astride, put, tissue_of

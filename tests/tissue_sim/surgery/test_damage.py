@@ -15,7 +15,7 @@ from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import SAC, n_patches, patch_stiffness, wall_pieces
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin, surface_faces
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, latch
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import BILE_PRESSURE_PA, hole_leak, leaks

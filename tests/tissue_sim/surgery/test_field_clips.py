@@ -14,10 +14,10 @@ from tissue_sim.patient.at_risk import HEPATIC_ARTERY
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
+from tissue_sim.surgery.clips.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks
-from tissue_sim.surgery.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.thresholds import CUFF_MIN_M, TEST_PULL_N
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.verification.bodies import astride

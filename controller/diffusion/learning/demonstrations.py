@@ -1,0 +1,45 @@
+"""A dataset of demonstrations as training data of the diffusion policy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from controller.dataset.choice import ALL, Choice
+from controller.dataset.dataset_episode import DatasetEpisode
+from controller.dataset.reader import read_episodes
+from controller.diffusion.learning.displacement import free_and_near
+from controller.diffusion.learning.windows import DemonstrationArrays
+from tissue_sim.sensing.tracker import sensed_again
+
+COLUMNS = ("privileged.state", "action", "instruction", "expert", "segment", "seed")
+COPIES = 2  # of each episode, each sensed with other errors
+
+
+def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[DemonstrationArrays]:
+    """Return the chosen demonstrations of datasets.
+
+    Raises:
+        ValueError: as `read_episodes` does.
+    """
+    episodes = (episode for root in roots for episode in read_episodes(root, COLUMNS, choice))
+    return [run for episode in episodes for copy in range(COPIES) for run in sensed(episode, copy)]
+
+
+def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
+    """Sense an episode with the errors of this copy, and split it where tools were exchanged."""
+    exact, actions, texts, expert, segment, seed = (episode.columns[name] for name in COLUMNS)
+    rng = np.random.default_rng([0xC0B1E5, int(seed[0]), copy])
+    states, (free, near) = sensed_again(exact, rng), free_and_near(exact)
+    for number in np.unique(segment):
+        rows = segment == number
+        yield DemonstrationArrays(
+            states=states[rows],
+            actions=actions[rows],
+            texts=texts[rows].tolist(),
+            expert=expert[rows],
+            free=free[rows],
+            near=near[rows],
+        )

@@ -1,0 +1,1 @@
+"""What of an observation does the policy take, and in which form?"""

@@ -1,0 +1,45 @@
+"""How thick is the gallbladder as seen, and how near to the upper clips' places does it come?
+
+By this the expert chooses where it grabs, how wide it opens the grasper, and how much lower than
+usual it closes an upper clip.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from controller.diffusion.seen.places import Places
+from tissue_sim.sensing.observation import SAC_POINTS
+from tissue_sim.sensing.tissue_features import foot
+
+HIGH = (2, 5)  # of the places: the upper clip of three, and of two
+THICK_M = 0.01
+ROOM_M = 0.004  # scale of what is free beside a place: about half a jaw's width
+
+
+def gallbladder_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+    """Return the radii of the infundibulum, and what is free between its wall and each high place.
+
+    Args:
+        now: parts of `Observation.vector()`, batched (B, ...).
+        places: on both tubes.
+    """
+    points_m = torch.cat([on_tube.points_m[:, HIGH] for on_tube in places], dim=1)
+    free_m = wall_distance_m(now["sac_m"], now["sac_radius_m"], points_m)
+    return [now["sac_radius_m"] / THICK_M, torch.tanh(free_m / ROOM_M)]
+
+
+def wall_distance_m(axis_m: Tensor, radius_m: Tensor, points_m: Tensor) -> Tensor:
+    """Return how far points (B, m, 3) lie outside a wall around an axis; negative inside.
+
+    Args:
+        axis_m: (B, 5, 3) points of the axis.
+        radius_m: (B, 5) of the wall there; linear in between.
+        points_m: (B, m, 3).
+    """
+    share, from_axis_m = foot(axis_m, points_m)
+    at = share * (SAC_POINTS - 1)
+    first = at.detach().floor().clamp(0, SAC_POINTS - 2).long()
+    low_m, high_m = radius_m.gather(1, first), radius_m.gather(1, first + 1)
+    return from_axis_m - (low_m + (at - first) * (high_m - low_m))

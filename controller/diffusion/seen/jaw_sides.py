@@ -1,0 +1,166 @@
+"""On which side of a place have the right jaws room beside the structures at risk, as far as seen?
+
+Low on a tube the expert puts the jaws off the tube's middle, so that a finger passes beside the
+common bile duct or the hepatic artery. A policy that was not told where these are stood beside the
+first clip's place until a person was called: the safety filter kept its fingers off them.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from controller.diffusion.seen.places import Places
+from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
+from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
+from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, duct_is_left
+from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M
+from tissue_sim.tools.instruments import INSTRUMENTS
+
+LOW = (0, 1, 4)  # of the places: the two low clips of three, and the low one of two
+APPLIER = INSTRUMENTS["clip_applier"]
+FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
+OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
+ROOM_M = 0.001  # scale of the room beside a finger
+PARTS = 6  # samples between the points of a structure at risk
+
+
+def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list[Tensor]:
+    """Return where the structures at risk are from the right tool, and the side that is free.
+
+    Args:
+        now: parts of `Observation.vector()`, batched (B, ...).
+        places: on both tubes.
+
+    Returns:
+        Features (B, ...): points of the structures in the tool's frame, coarse and fine; for each
+        low place by how much the room beside the fingers exceeds the least, for each of `OFFS_M`;
+        and the first of these with enough room, or the roomiest.
+    """
+    tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
+    off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
+    features = [off_tool / FAR_M, torch.tanh(off_tool / NEAR_M)]
+    for k, on_tube in enumerate(places):
+        spare_m = rooms_m(on_tube, tip[..., 2], now["tube_radius_m"][:, k], lines_m) - FIRM_ROOM_M
+        features += [torch.tanh(spare_m / ROOM_M), free_side(spare_m)]
+    return features
+
+
+def lines_at_risk_m(now: dict[str, Tensor]) -> Tensor:
+    """Return points (B, 10, 3) of the common bile duct, then of the hepatic artery, in order.
+
+    Each also passes under its branch's first point, which lies on its wall: there the branch draws
+    it out, as `controller.safety.seen.seen_obstacles.trunk_line` has it.
+    """
+    left = duct_is_left(now)[:, None, None]
+    duct = torch.where(left, now["left_tube_m"], now["right_tube_m"])
+    artery = torch.where(left, now["right_tube_m"], now["left_tube_m"])
+    return torch.cat(
+        [
+            _drawn_out(now["common_bile_duct_m"], duct, RADIUS_M[COMMON_DUCT]),
+            _drawn_out(now["hepatic_artery_m"], artery, RADIUS_M[HEPATIC_ARTERY]),
+        ],
+        dim=1,
+    )
+
+
+def _drawn_out(trunk_m: Tensor, branch_m: Tensor, radius_m: float) -> Tensor:
+    """Return the points of a trunk (B, 4, 3), and the one under its branch's first point."""
+    along = _unit(trunk_m[:, 2] - trunk_m[:, 1])
+    leaves = branch_m[:, 1] - branch_m[:, 0]
+    under_m = branch_m[:, 0] - radius_m * _unit(_square(leaves, along))
+    whole_m = torch.cat([trunk_m, under_m[:, None]], dim=1)
+    way = (trunk_m[:, 3] - trunk_m[:, 0])[:, None]
+    order = ((whole_m - trunk_m[:, :1]) * way).sum(-1).argsort(dim=1)
+    return whole_m.gather(1, order[..., None].expand(-1, -1, 3))
+
+
+def _unit(vectors: Tensor) -> Tensor:
+    return vectors / vectors.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+
+
+def _square(vectors: Tensor, along: Tensor) -> Tensor:
+    """Return the part of vectors that is square to unit vectors."""
+    return vectors - (vectors * along).sum(-1, keepdim=True) * along
+
+
+def rooms_m(places: Places, forward: Tensor, tube_radius_m: Tensor, lines_m: Tensor) -> Tensor:
+    """Return the room between the open fingers and the structures at risk; negative if inside.
+
+    As `controller.expert.jaw_room.firm_room_m` measures it for the expert's usual approach, on what
+    is seen.
+
+    Args:
+        places: B of them; of these the low ones count.
+        forward: (B, 3) the tool's direction; there it is turned square to the tube.
+        tube_radius_m: (B,) the jaws open wide enough for it.
+        lines_m: as `lines_at_risk_m` returns them.
+
+    Returns:
+        (B, 3, 3) at each of the low places, for each of `OFFS_M`.
+    """
+    bile_duct_m, hepatic_m = (_finer(line) for line in lines_m.chunk(2, dim=1))
+    lines_m = torch.cat([bile_duct_m, hepatic_m], dim=1)
+    wide_m = [RADIUS_M[COMMON_DUCT]] * bile_duct_m.shape[1]
+    wide_m += [RADIUS_M[HEPATIC_ARTERY]] * hepatic_m.shape[1]
+    radii_m = torch.tensor(wide_m, dtype=lines_m.dtype, device=lines_m.device)
+    x, y, z = _in_jaws(places, forward, lines_m)  # (B, 3, samples) each
+    thick_m = APPLIER.finger_half_thickness_m
+    half_rad = _half_opening_rad(tube_radius_m)[:, None, None]
+    beside = (x.abs() - APPLIER.finger_half_width_m).clamp(min=0.0)
+    beyond = torch.maximum(z, (-FINGER_M - z).clamp(min=0.0))
+    from_pivot_m = APPLIER.yaw_to_tip_m + z.clamp(-FINGER_M, 0.0)
+    middle = from_pivot_m * half_rad.tan() + thick_m * (2.0 / half_rad.cos() - 1.0)
+    rooms = []
+    for off_m in OFFS_M:
+        across = (y - off_m).abs() - middle
+        away_m = (beside.square() + beyond.square() + across.square()).sqrt()
+        rooms.append((away_m - thick_m - radii_m).amin(dim=-1))
+    return torch.stack(rooms, dim=-1)
+
+
+def _finer(points_m: Tensor) -> Tensor:
+    """Return `PARTS` samples of each piece of smooth lines through points (B, n, 3).
+
+    Cubic Hermite pieces, whose slopes at the points are those of parabolas through neighbours.
+    """
+    chord_m = (points_m[:, 1:] - points_m[:, :-1]).norm(dim=-1, keepdim=True).clamp(min=1e-6)
+    slope = (points_m[:, 1:] - points_m[:, :-1]) / chord_m
+    before, after = chord_m[:, :-1], chord_m[:, 1:]
+    inner = (after * slope[:, :-1] + before * slope[:, 1:]) / (before + after)
+    first, last = 2.0 * slope[:, :1] - inner[:, :1], 2.0 * slope[:, -1:] - inner[:, -1:]
+    at_points = torch.cat([first, inner, last], dim=1)
+    start, end = points_m[:, :-1, None], points_m[:, 1:, None]
+    leaving = (chord_m * at_points[:, :-1])[:, :, None]
+    arriving = (chord_m * at_points[:, 1:])[:, :, None]
+    t = (torch.arange(PARTS, device=points_m.device) / PARTS)[:, None]
+    turning = start + t * leaving + t**2 * (3.0 * (end - start) - 2.0 * leaving - arriving)
+    return (turning + t**3 * (2.0 * (start - end) + leaving + arriving)).flatten(1, 2)
+
+
+def _in_jaws(places: Places, forward: Tensor, lines_m: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Return coordinates (B, 3, n) of points (B, n, 3) in the frame of a tool at each low place."""
+    x, points_m = places.along[:, LOW], places.points_m[:, LOW]
+    z = _unit(_square(forward[:, None], x))
+    y = torch.linalg.cross(z, x)
+    off = lines_m[:, None] - points_m[:, :, None]
+    along, across, ahead = ((off * axis[:, :, None]).sum(-1) for axis in (x, y, z))
+    return along, across, ahead - 0.5 * CLIP_LENGTH_M
+
+
+def _half_opening_rad(tube_radius_m: Tensor) -> Tensor:
+    """Return half the opening (B,) that barely clears a tube, as the expert opens its jaws."""
+    lever_m = APPLIER.yaw_to_tip_m - 0.5 * CLIP_LENGTH_M
+    return ((tube_radius_m + CLEARANCE_M) / lever_m).clamp(0.0, 0.9).asin()
+
+
+def free_side(spare_m: Tensor) -> Tensor:
+    """Return (B, 3) -1, 0 or 1: the side to which jaws go, by what is spare (B, 3, 3)."""
+    enough = (spare_m > 0.0).to(spare_m)
+    order = torch.tensor([3.0, 2.0, 1.0], device=spare_m.device)
+    chosen = torch.where(
+        enough.amax(dim=-1) > 0.0, (enough * order).argmax(dim=-1), spare_m.argmax(dim=-1)
+    )
+    sides = torch.tensor([0.0, 1.0, -1.0], device=spare_m.device)
+    return sides[chosen]

@@ -1,0 +1,1 @@
+"""How is a sentence written out plainly before it is read?"""

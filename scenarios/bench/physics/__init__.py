@@ -1,0 +1,1 @@
+"""How fast, accurate and robust is the tissue on this machine?"""

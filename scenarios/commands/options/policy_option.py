@@ -1,0 +1,82 @@
+"""`--planner` and `--controller`: checked before anything starts, and named on the screen."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from scenarios.catalogue import ENDPOINT_PLANNERS, PERCEIVING, SENSES, WITNESS
+from scenarios.commands.options.checkpoint_option import (
+    require_checkpoint,
+    require_perception_checkpoint,
+    require_planner_checkpoint,
+)
+from scenarios.commands.options.endpoint_option import require_endpoint
+from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.files.errors import BadInputError
+
+
+def require_policies(
+    planner: str,
+    controller: str,
+    checkpoint: Path | None,
+    planner_checkpoint: Path | None,
+    cameras: tuple[str, ...] = (),
+) -> None:
+    """Check that both policies can be made.
+
+    Raises:
+        BadInputError: a factory cannot be imported, a checkpoint does not fit, or the endpoint
+            that the planner asks or a camera that the controller needs is not named.
+    """
+    for option, name in (("--planner", planner), ("--controller", controller)):
+        if ":" in name:
+            _require_factory(option, name)
+    require_checkpoint(controller, checkpoint, cameras)
+    require_planner_checkpoint(planner, planner_checkpoint)
+    if planner in ENDPOINT_PLANNERS:
+        require_endpoint(planner)
+
+
+def require_perception(sense: str, checkpoint: Path | None) -> None:
+    """Check that a sense that perceives pictures has a fitting checkpoint and a renderer.
+
+    Raises:
+        BadInputError: the checkpoint does not fit or is not wanted; or there is no renderer.
+    """
+    require_perception_checkpoint(sense, checkpoint)
+    if sense in PERCEIVING:
+        require_renderer(f"--sense {sense}")
+
+
+def say_who_acts(planner: str, controller: str, sense: str, person: str | None = None) -> None:
+    """Print who plans, who moves, who corrects, and how everybody who acts observes."""
+    line = f"planner: {_described(planner)}; controller: {_described(controller)}"
+    line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
+    Console(stderr=True).print(
+        f"{line}\nsense: {sense}: {SENSES[sense]}",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _described(name: str) -> str:
+    return f"{name} (privileged: it reads the hidden state)" if _is_privileged(name) else name
+
+
+def _is_privileged(name: str) -> bool:
+    """Return whether the policy reads the hidden state; of Calot's own only the witness does."""
+    if ":" not in name:
+        return name in (WITNESS["planner"], WITNESS["controller"])
+    from scenarios.loop.policies import reads_hidden_state
+
+    return reads_hidden_state(name)
+
+
+def _require_factory(option: str, name: str) -> None:
+    from scenarios.loop.policies import require_factory
+
+    try:
+        require_factory(name)
+    except ValueError as error:
+        raise BadInputError(f"{option} {error}") from None

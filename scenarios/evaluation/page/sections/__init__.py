@@ -1,0 +1,1 @@
+"""Which sections has a report? One a file."""

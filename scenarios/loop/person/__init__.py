@@ -1,0 +1,1 @@
+"""How do people act on a running episode?"""

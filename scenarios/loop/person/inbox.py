@@ -1,0 +1,122 @@
+"""What people say to a running episode, from any thread; the loop reads it without waiting."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from queue import Empty, SimpleQueue
+from typing import TypeVar
+
+from planner.command import Command
+from planner.instruction import Instruction
+from planner.language.interpreter import Interpreter
+from planner.language.reading import Reading
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.script import Timed
+from scenarios.perturbation.perturbation import Perturbation
+
+T = TypeVar("T")
+
+LONGEST = 1000  # characters of a text that are kept; far beyond what is read as a command
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heard:
+    """What a person said to an episode, and the outcome.
+
+    Attributes:
+        time_s: simulated time at which the loop read it.
+        instruction: the resulting instruction; None if the text was not understood or was refused,
+            which changes nothing.
+        reply: in words, for the person.
+    """
+
+    time_s: float
+    reading: Reading
+    instruction: Instruction | None
+    reply: str
+
+    @property
+    def text(self) -> str:
+        """Return the words themselves."""
+        return self.reading.text
+
+
+@cache
+def interpreter() -> Interpreter:
+    """Return this process's interpreter; its first reading is slow."""
+    return Interpreter()
+
+
+def read(text: str) -> Reading:
+    """Return how a text is understood; of a very long one, only the beginning counts."""
+    return interpreter().read(text[:LONGEST])
+
+
+class Inbox:
+    """A queue of readings. Texts are read in the thread that submits them, not in the loop.
+
+    Attributes:
+        guided: the arm that a person leads now, and its goal.
+    """
+
+    def __init__(self) -> None:
+        self._said: SimpleQueue[Reading] = SimpleQueue()
+        self._arranged: deque[tuple[float, Reading]] = deque()
+        self._disturbances: SimpleQueue[Perturbation] = SimpleQueue()
+        self.guided: GuidedArm | None = None
+
+    def say(self, text: str) -> Reading:
+        """Submit free text; return how it is read, whether understood or asked back."""
+        reading = read(text)
+        self.put(reading)
+        return reading
+
+    def put(self, reading: Reading) -> None:
+        """Submit a text that was already read."""
+        self._said.put(reading)
+
+    def press(self, command: Command) -> None:
+        """Submit a command directly, as a button does."""
+        self.put(
+            Reading(
+                text=command.text,
+                command=command,
+                guesses=(command,),
+                confidence=1.0,
+                by="button",
+                reply=command.text,
+            )
+        )
+
+    def disturb(self, perturbation: Perturbation) -> None:
+        """Submit a perturbation."""
+        self._disturbances.put(perturbation)
+
+    def disturbances(self) -> list[Perturbation]:
+        """Return the perturbations submitted since the last call."""
+        return _drained(self._disturbances)
+
+    def arrange(self, script: Sequence[Timed]) -> None:
+        """Schedule texts at their times; they replace an earlier schedule."""
+        ordered = sorted(script, key=lambda timed: timed.time_s)
+        self._arranged = deque((timed.time_s, read(timed.text)) for timed in ordered)
+
+    def take(self, time_s: float) -> list[Reading]:
+        """Return the scheduled readings due at a simulated time, then those said; each once."""
+        taken = []
+        while self._arranged and self._arranged[0][0] <= time_s + 1e-9:
+            taken.append(self._arranged.popleft()[1])
+        return taken + _drained(self._said)
+
+
+def _drained(queue: SimpleQueue[T]) -> list[T]:
+    """Return everything in the queue, without waiting."""
+    taken = []
+    with suppress(Empty):
+        while True:
+            taken.append(queue.get_nowait())
+    return taken

@@ -1,0 +1,1 @@
+"""By which panels does a person act on the episode?"""

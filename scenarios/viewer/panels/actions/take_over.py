@@ -1,0 +1,102 @@
+"""Panel that takes over one arm: it follows a gizmo, through the safety filter."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser.transforms import SO3
+
+from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.viewer.layers.layer import wxyz
+from scenarios.viewer.panels.style import LEFT_RGB, RIGHT_RGB, pad
+from scenarios.viewer.session_state import Asks, SessionState, State
+from tissue_sim.frames import pose
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+from tissue_sim.tools.instruments import INSTRUMENTS
+
+GIZMO_M = 0.02
+_SHUT_RAD = -0.2  # presses the jaws together
+
+
+class TakeOverPanel:
+    """Buttons to take over an arm and give it back, and a slider for its jaws."""
+
+    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, ask: Asks) -> None:
+        self._scene, self._ask = scene, ask
+        self._gizmo: viser.TransformControlsHandle | None = None
+        self._arm = LEFT_ARM
+        with gui.add_folder("Take over an arm", expand_by_default=False):
+            pad(gui, "two")
+            left = gui.add_button("Take the left", color=LEFT_RGB)
+            right = gui.add_button("Take the right", color=RIGHT_RGB)
+            self._jaw = gui.add_slider("jaws open", 0, 100, 1, 50, visible=False)
+            self._back = gui.add_button("Give it back", visible=False, color="green")
+
+        @left.on_click
+        async def _(_: object) -> None:
+            self._take(LEFT_ARM)
+
+        @right.on_click
+        async def _(_: object) -> None:
+            self._take(RIGHT_ARM)
+
+        @self._jaw.on_update
+        async def _(_: object) -> None:
+            self._guide()
+
+        @self._back.on_click
+        async def _(_: object) -> None:
+            self._give_back()
+
+    def update(self, state: State) -> None:
+        """Give the arm back if the session has ended the guidance, as a new episode does."""
+        if self._gizmo is not None and not state.guided:
+            self._give_back()
+
+    def _take(self, arm: int) -> None:
+        frame = self._ask(SessionState.frame)
+        if frame is None:
+            return
+        self._give_back()
+        self._arm, T = arm, frame.T_world_tool[arm]
+        shut, wide = _SHUT_RAD, INSTRUMENTS[frame.tools[arm]].jaw_range_rad[1]
+        self._jaw_range_rad = shut, wide
+        share = float(np.clip((frame.jaw_rad[arm] - shut) / (wide - shut), 0.0, 1.0))
+        self._jaw.value = round(100 * share)
+        self._gizmo = self._scene.add_transform_controls(
+            "/take_over",
+            scale=GIZMO_M,
+            depth_test=False,
+            position=T[:3, 3],
+            wxyz=wxyz(T[:3, :3]),
+        )
+
+        @self._gizmo.on_update
+        async def _(_: object) -> None:
+            self._guide()
+
+        self._jaw.visible = self._back.visible = True
+        self._guide()
+
+    def _guide(self) -> None:
+        if self._gizmo is None:
+            return
+        shut, wide = self._jaw_range_rad
+        arm = GuidedArm(
+            arm=self._arm,
+            T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
+            jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
+        )
+        self._ask(SessionState.guide, arm)
+
+    def _give_back(self) -> None:
+        self._ask(SessionState.guide, None)
+        if self._gizmo is not None:
+            self._gizmo.remove()
+            self._gizmo = None
+        self._jaw.visible = self._back.visible = False
+
+
+def _rotation(wxyz: np.ndarray) -> np.ndarray:
+    """Return the (3, 3) rotation matrix of a quaternion."""
+    return SO3(np.asarray(wxyz, float)).as_matrix()

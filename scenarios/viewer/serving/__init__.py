@@ -1,0 +1,1 @@
+"""How is the page served, and to whom?"""

@@ -1,0 +1,196 @@
+"""Tests of bad input: one line names what is allowed, exit code 2, and no files are left."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from scenarios.catalogue import SCENARIOS, SENSE_OF, WITNESS
+from scenarios.cli import main, parse
+from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.run import Run, exit_code
+from scenarios.loop.episode_config import EpisodeConfig
+from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
+
+HEAVY = (
+    "torch",
+    "onnxruntime",
+    "pyarrow",
+    "sapien",
+    "mani_skill",
+    "warp",
+    "casadi",
+    "viser",
+    "trimesh",
+    "fcl",
+    "ray",
+)
+
+
+def complaint(capfd, *words):
+    assert main(words) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    lines = err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("calot: ")
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run", "--scenario", "zoo"], ["--scenario", "'zoo'", "nominal"]),
+        (["run", "--planner", "oracle"], ["--planner", "'oracle'", "scripted"]),
+        (["run", "--planner", "llm"], ["'llm'", "CALOT_LLM_URL", "CALOT_LLM_MODEL"]),
+        (["run", "--instruct", "said.tsv"], ["--instruct", "said.tsv", "No such file"]),
+        (["run", "--controller", "hand"], ["--controller", "'hand'", "expert", "idle"]),
+        (["run", "--seed", "-1"], ["--seed", "'-1'", "whole number of at least 0"]),
+        (["run", "--seed", "1.5"], ["--seed", "'1.5'", "whole number of at least 0"]),
+        (["run", "--seed", "abc"], ["--seed", "'abc'", "whole number of at least 0"]),
+        (["run", "--seed"], ["--seed"]),
+        (["run", "--episodes", "0"], ["--episodes", "'0'", "whole number of at least 1"]),
+        (["run", "--workers", "0"], ["--workers", "'0'", "whole number of at least 1"]),
+        (["run", "--sed", "3"], ["--sed", "--seed"]),
+        (["run", "--magnitude", "0.1"], ["--magnitude", "'nominal'", "breathing"]),
+        (["run", "--scenario", "breathing", "--magnitude", "x"], ["--magnitude", "'x'", "number"]),
+        (["run", "--scenario", "breathing", "--magnitude", "nan"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "breathing", "--magnitude", "-1"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "breathing", "--magnitude", "1"], ["--magnitude", "0 to 0.02"]),
+        (["run", "--scenario", "latency", "--magnitude", "0.5"], ["--magnitude", "whole number"]),
+        (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
+        (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
+        (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
+        (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
+        (["evaluate", "--suite", "zoo"], ["--suite", "'zoo'", "nominal", "grasp-slip"]),
+        (
+            ["evaluate", "--suite", "registration", "--arms", "a=learned+diffusion,sense=exact"],
+            ["--suite registration", "hand-eye", "exact", ",sense=tracked to the arm a"],
+        ),
+        (["operate"], ["operate", "run", "doctor"]),
+        ([], ["run", "doctor"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CALOT_LLM_URL", raising=False)
+    monkeypatch.delenv("CALOT_LLM_MODEL", raising=False)
+    line = complaint(capfd, *words)
+    assert all(word in line for word in said)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_bad_input(capfd, tmp_path):
+    (tmp_path / "file").touch()
+    line = complaint(capfd, "run", "--out", str(tmp_path / "file" / "below"))
+    assert "--out" in line
+    assert str(tmp_path / "file" / "below") in line
+
+
+def test_a_file_in_place_of_the_folder_is_bad_input_and_stays(capfd, tmp_path):
+    (tmp_path / "file").write_text("kept")
+    assert "--out" in complaint(capfd, "run", "--out", str(tmp_path / "file"))
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_checking_whether_a_folder_can_be_written_to_leaves_none_behind(tmp_path):
+    require_writable_folder(tmp_path / "new" / "folder", "--out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folders_made_on_the_way_to_a_failure_are_removed(capfd, tmp_path):
+    impossible = tmp_path / "new" / ("x" * 300)
+    complaint(capfd, "run", "--out", str(impossible))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_video_without_a_renderer_is_bad_input(capfd, tmp_path, monkeypatch):
+    from tissue_sim.rendering.renderer_probe import renderer_kind
+
+    for variable in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES"):
+        monkeypatch.setenv(variable, str(tmp_path / "no-driver.json"))
+    renderer_kind.cache_clear()
+    try:
+        line = complaint(
+            capfd, "run", "--video", str(tmp_path / "v.mp4"), "--out", str(tmp_path / "out")
+        )
+    finally:
+        renderer_kind.cache_clear()
+    assert "renderer" in line
+    assert "calot doctor" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_words_become_the_command_they_name():
+    assert parse(["run", "--seed", "7", "--controller", "idle"]) == Run(seed=7, controller="idle")
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_scenario_is_reached_from_the_command_line(name):
+    command = parse(["run", "--scenario", name])
+    assert isinstance(command, Run)
+    config = EpisodeConfig(scenario=command.scenario, sense=SENSE_OF.get(name, "tracked"))
+    assert config.perturbations == SCENARIOS[name].perturbations
+
+
+def test_a_magnitude_replaces_the_scenarios_own():
+    words = ["run", "--scenario", "breathing", "--magnitude", "0.004"]
+    assert parse(words) == Run(scenario="breathing", magnitude=0.004)
+    (breathing,) = EpisodeConfig(**WITNESS, scenario="breathing", magnitude=0.004).perturbations
+    assert breathing.magnitude == 0.004
+
+
+@pytest.mark.parametrize("words", [["--help"], ["run", "--help"]])
+def test_help_is_no_error(capsys, words):
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code in (0, None)
+    assert "calot" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
+        (
+            {"planner": "oracle"},
+            "unknown planner 'oracle'; allowed: learned, llm, rule, scripted",
+        ),
+        (
+            {"controller": "hand"},
+            "unknown controller 'hand'; allowed: diffusion, idle, expert",
+        ),
+        ({"seed": -1}, "seed must be a whole number of at least 0, got -1"),
+        ({"seed": 1.0}, "seed must be a whole number of at least 0, got 1.0"),
+    ],
+)
+def test_the_library_refuses_the_same(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        EpisodeConfig(**WITNESS | wrong)
+
+
+@pytest.mark.parametrize(
+    ("episodes", "code"),
+    [
+        ([PASSED], 0),
+        ([PASSED, CALLED], 0),
+        ([CALLED], 0),
+        ([PASSED, NEEDLESS], 1),
+        ([PASSED, FAILED], 1),
+        ([FAILED, CALLED], 1),
+        ([CALLED, ERROR], 3),
+        ([PASSED, ERROR], 3),
+        ([PASSED, FAILED, ERROR], 3),
+    ],
+)
+def test_the_exit_code_tells_failures_from_errors(episodes, code):
+    assert exit_code(episodes) == code
+
+
+def test_help_answers_at_once_as_nothing_heavy_is_imported():
+    program = f"import sys, scenarios.cli; print([m for m in {HEAVY} if m in sys.modules])"
+    start_s = time.perf_counter()
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert found.stdout.strip() == "[]", found.stderr
+    assert time.perf_counter() - start_s < 10

@@ -1,0 +1,1 @@
+"""Which forces hold tissue together, and how stiff are they?"""

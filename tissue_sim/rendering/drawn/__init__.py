@@ -1,0 +1,1 @@
+"""What of the field is drawn? One kind of thing a file."""

@@ -1,0 +1,1 @@
+"""What do cameras show, and with which errors?"""

@@ -1,0 +1,1 @@
+"""How do clips latch, squeeze, slip and fall?"""

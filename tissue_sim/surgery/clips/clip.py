@@ -1,0 +1,212 @@
+"""Ligation clips: they latch around the tissue between the jaws, squeeze it, and hold or detach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
+from tissue_sim.structures.tubes import Crossing, Tubes
+from tissue_sim.surgery.clips.squeeze import Spring, release, springs_across, squeeze, tension_n
+from tissue_sim.thresholds import CUFF_MIN_M
+from tissue_sim.tools.clip_size import CLIP_LENGTH_M, CLIP_WIDTH_M
+
+LATCH_GAP_M = 0.0016  # assumed: distance of the legs' middles at which the lock closes
+CLIP_FRICTION = 0.4  # assumed: ribbed polymer legs on wet tissue
+LOCK_STRENGTH_N = 8.0  # assumed: pull across the tube at which the lock opens
+SEAT_SAMPLES = np.linspace(-0.5, 0.5, 9)  # sample places across the flattened tube
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """One clip in the field.
+
+    Attributes:
+        number: the order of closing or dropping, from 1.
+        crossings: its current or last place on each tube it caught; empty if it caught nothing.
+        complete: for each crossing, whether the tube's whole width lies between the legs.
+        on_sac: whether it caught part of the gallbladder too.
+        rings: for each crossing, the tube's rings under the legs.
+        links: rows of its squeezing springs.
+        vertices: the vertices it holds.
+        places_m: (n, 3) place of each of `vertices` in the clip's own frame.
+        lost: whether it holds nothing: it detached, closed on nothing or was dropped.
+        slid_m: distance that it has been pulled along its tube.
+        fall_m_s: its fall speed; None while it is held or lies still.
+        T_world_clip: (4, 4) the pose at which it closed; once it is lost, its current pose.
+        in_jaws: whether the jaws that closed or dropped it still touch it; they do not push it.
+    """
+
+    number: int
+    time_s: float
+    T_world_clip: Array
+    crossings: tuple[Crossing, ...] = ()
+    complete: tuple[bool, ...] = ()
+    on_sac: bool = False
+    rings: tuple[tuple[int, ...], ...] = ()
+    links: tuple[int, ...] = ()
+    vertices: tuple[int, ...] = ()
+    places_m: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    lost: bool = False
+    slid_m: float = 0.0
+    fall_m_s: float | None = None
+    in_jaws: bool = True
+
+    @property
+    def dropped(self) -> bool:
+        """Tell whether it was never on a tube: it closed on nothing, or fell from the applier."""
+        return self.lost and not self.crossings
+
+    @property
+    def detached(self) -> bool:
+        """Tell whether it was on a tube and no longer is."""
+        return self.lost and bool(self.crossings)
+
+    def on(self, tube: str) -> Crossing | None:
+        """Return its crossing with a tube, or None."""
+        return next((c for c in self.crossings if c.tube == tube), None)
+
+
+def latch(tubes: Tubes, T_world_tool: Array, *, number: int, time_s: float) -> Clip:
+    """Close a clip at the applier's jaws; its legs cover the tissue that they hold."""
+    on_sac = tubes.sac_between(T_world_tool, CLIP_LENGTH_M, CLIP_WIDTH_M)
+    found = [tubes.crossing(tube, T_world_tool, CLIP_LENGTH_M) for tube in tubes.organ.hollow]
+    crossings = tuple(c for c in found if c is not None)
+    if not crossings:
+        return replace(dropped_clip(T_world_tool, number=number, time_s=time_s), on_sac=on_sac)
+    local = transform(inverse_pose(T_world_tool), tubes.tissue.positions(tubes.b).astype(float))
+    complete, under, springs, caught = [], [], list[Spring](), list[int]()
+    for crossing in crossings:
+        side = tubes.side(crossing.tube, crossing.station_m)
+        rings = _rings_under(tubes, local[side[:, 0]], crossing)
+        inside = _between_legs(local[side[rings]])
+        complete.append(bool(inside.all()))
+        under.append(tuple(rings.tolist()))
+        for ring, held in zip(side[rings], inside, strict=True):
+            springs += springs_across(ring, held, local, tubes.radius_m(crossing.tube))
+            caught += ring[held].tolist()
+    return Clip(
+        number=number,
+        time_s=time_s,
+        crossings=crossings,
+        complete=tuple(complete),
+        on_sac=on_sac,
+        rings=tuple(under),
+        links=squeeze(tubes, springs, caught),
+        vertices=tuple(caught),
+        places_m=local[caught],
+        T_world_clip=T_world_tool.copy(),
+    )
+
+
+def dropped_clip(T_world_clip: Array, *, number: int, time_s: float) -> Clip:
+    """Return a clip that holds nothing and begins to fall."""
+    return Clip(
+        number=number, time_s=time_s, lost=True, fall_m_s=0.0, T_world_clip=T_world_clip.copy()
+    )
+
+
+def T_world_clip(tubes: Tubes, clip: Clip) -> Array:
+    """Return the (4, 4) pose of a clip now: it moves rigidly with the tissue it holds."""
+    if not clip.vertices:
+        return clip.T_world_clip
+    held = tubes.tissue.positions(tubes.b)[list(clip.vertices)].astype(float)
+    return rigid_fit(clip.places_m, held)
+
+
+def detach(tubes: Tubes, clip: Clip) -> Clip:
+    """Detach the clip: remove its springs, let the tissue recover, and let the clip fall."""
+    release(tubes, clip.links, clip.vertices)
+    return replace(
+        clip,
+        lost=True,
+        links=(),
+        vertices=(),
+        places_m=np.zeros((0, 3)),
+        fall_m_s=0.0,
+        T_world_clip=T_world_clip(tubes, clip),
+    )
+
+
+def closure(tubes: Tubes, clip: Clip, tube: str) -> float:
+    """Return the lumen's area under the clip over its area at rest; 1 if it is not on the tube."""
+    crossing = clip.on(tube)
+    if clip.lost or crossing is None:
+        return 1.0
+    return tubes.lumen_fraction_at(tube, crossing.ring, crossing.station_m)
+
+
+def grip_n(tubes: Tubes, clip: Clip) -> float:
+    """Return the force of the tissue on either leg, N.
+
+    The springs represent whole rings of the mesh. Their tension over the length of tube that those
+    rings represent is a line load, which acts over the clip's width.
+    """
+    if not clip.links:
+        return 0.0
+    rings_m = sum(
+        len(rings) * tubes.ring_spacing_m(c.tube)
+        for c, rings in zip(clip.crossings, clip.rings, strict=True)
+    ) / len(clip.crossings)
+    return tension_n(tubes, clip.links) * CLIP_WIDTH_M / rings_m
+
+
+def retention_n(tubes: Tubes, clip: Clip) -> float:
+    """Return the largest pull along its tube that a clip holds now, N."""
+    return holding_forces_n(tubes, clip, grip_n(tubes, clip))[0]
+
+
+def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
+    """Return the largest pulls that a clip holds along its tube and across it, N.
+
+    Along, both legs rub: 2 mu N s cos(tilt), with grip N and seat s. The pull-off force grows with
+    the clip's seated area (Schenk et al., "Pull-off characteristics of double-shanked compared to
+    single-shanked ligation clips", 2016), and ribs resist the part of the pull normal to the legs.
+    Across, the lock holds, unless the clip tips over the edge of its seat: the pull acts at the
+    clip's middle, (1 - s) w / 2 from the middle of the seat, and the seat's load N s can move by s
+    w / 2 to balance it. A clip that does not enclose its whole tube slips off sideways: it holds
+    nothing.
+    """
+    if clip.lost or not all(clip.complete):
+        return 0.0, 0.0
+    seat = min(_seat(tubes, crossing) for crossing in clip.crossings)
+    tilt = max(crossing.tilt_rad for crossing in clip.crossings)
+    along = 2.0 * CLIP_FRICTION * grip * seat * np.cos(tilt)
+    tips = grip * seat**2 / (1.0 - seat) if seat < 1.0 else np.inf
+    return float(along), float(min(tips, LOCK_STRENGTH_N))
+
+
+def _seat(tubes: Tubes, crossing: Crossing) -> float:
+    """Return the share of the clip's area on the flattened tube that presses on firm tissue.
+
+    Tissue nearer to a free end than the least cuff yields, as a load decays over about a tube's
+    radius from a free end (Saint-Venant). The leading corner of a tilted clip is nearer to the end
+    than its middle.
+    """
+    flat_m = np.pi * tubes.radius_m(crossing.tube) * SEAT_SAMPLES
+    lead_m = flat_m * np.tan(min(crossing.tilt_rad, np.deg2rad(80.0)))
+    shares = [
+        np.clip(0.5 + (cuff - CUFF_MIN_M - lead_m) / CLIP_WIDTH_M, 0.0, 1.0).mean()
+        for cuff in np.abs(tubes.free_ends_m(crossing.tube) - crossing.station_m)
+    ]
+    return float(min(shares, default=1.0))
+
+
+def _rings_under(tubes: Tubes, centres: Array, crossing: Crossing) -> NDArray[np.int64]:
+    """Return the rings of this stump within the clip's width, at least the nearest one.
+
+    Args:
+        centres: (n_ring, 3) in the clip's frame, m.
+    """
+    first, last = tubes.stump(crossing.tube, crossing.station_m)
+    near = np.linalg.norm(centres - crossing.point_m, axis=1) < 3 * CLIP_WIDTH_M
+    under = near & (np.abs(centres[:, 0]) <= CLIP_WIDTH_M / 2)
+    under[:first] = under[last + 1 :] = False
+    under[crossing.ring] = True
+    return np.flatnonzero(under)
+
+
+def _between_legs(local: Array) -> NDArray[np.bool_]:
+    return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < 2.0e-4)
