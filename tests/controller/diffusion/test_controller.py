@@ -17,7 +17,7 @@ from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import fields
 
 CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
-GRAB, CLIP = (Instruction(task=task) for task in TASKS[:2])
+GRAB, CLIP, NEXT = (Instruction(task=TASKS[k]) for k in (0, 1, 3))
 SEEN = replace(clipped(), joints=np.full((2, 7), 0.1))
 
 
@@ -34,7 +34,7 @@ def controller(sampler: Sampler, **options) -> ControllerDiffusion:
     return ControllerDiffusion(CONFIG, sampler, **options)
 
 
-def played(controller: ControllerDiffusion, n: int, said: Instruction = GRAB) -> np.ndarray:
+def played(controller: ControllerDiffusion, n: int, said: Instruction = CLIP) -> np.ndarray:
     seen = [replace(SEEN, forces_n=np.full((2, 3), 0.1 * k)) for k in range(n)]
     return np.stack([controller.act(s, said)[0].vector() for s in seen])
 
@@ -59,7 +59,7 @@ def test_committed_motions_are_played_unchanged(sampler):
 def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
     given = []
     subject = controller(lambda inputs: given.append(inputs) or sampler(inputs), delay=delay)
-    rows = np.concatenate([played(subject, 20), played(subject, 1, CLIP)])
+    rows = np.concatenate([played(subject, 20), played(subject, 1, NEXT)])
     joints = [0, 6, 12, 18, 20]
     assert len(given) == len(joints)
     for at, inputs in zip(joints, given, strict=True):
@@ -86,17 +86,17 @@ def test_a_new_chunk_fades_in_step_by_step():
 def test_new_words_drop_the_running_chunk_at_once(sampler):
     subject = controller(sampler, delay=2)
     _ = played(subject, 3)
-    motion = played(subject, 1, CLIP)
+    motion = played(subject, 1, NEXT)
     assert subject.place == "fresh"
     assert not np.allclose(motion, played(controller(sampler, delay=2), 4)[3])
 
 
 def test_a_wordless_controller_ignores_words(sampler):
     subject = ControllerDiffusion(replace(CONFIG, wordless=True), sampler)
-    motions = np.concatenate([played(subject, 3, GRAB), played(subject, 1, CLIP)])
+    motions = np.concatenate([played(subject, 3, CLIP), played(subject, 1, NEXT)])
     assert subject.place == "inside"
     silent = ControllerDiffusion(replace(CONFIG, wordless=True), sampler)
-    parts = [played(silent, 3, CLIP), played(silent, 1, GRAB)]
+    parts = [played(silent, 3, NEXT), played(silent, 1, CLIP)]
     np.testing.assert_array_equal(motions, np.concatenate(parts))
 
 

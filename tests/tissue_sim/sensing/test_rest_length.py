@@ -14,7 +14,7 @@ LENGTH_M = 0.028  # of both tubes in `clipped`
 
 def of_length(length_m: float, **changes) -> Observation:
     """Return an observation whose left tube has this length along its points."""
-    seen = replace(clipped(), **changes)
+    seen = replace(clipped(), **{"pinch_n": 0.0} | changes)
     line = seen.left_tube_m
     return replace(seen, left_tube_m=line[-1] + (line - line[-1]) * length_m / LENGTH_M)
 
