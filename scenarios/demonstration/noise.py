@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from controller.action import ToolAction
+from controller.minimum_jerk import progress
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.minimum_jerk import progress
 from scenarios.perturbation.perturbation import Perturbation
 from tissue_sim.frames import Array, exponential, rotation_from_6d, rotation_to_6d, unit
 from tissue_sim.periods import CONTROL_PERIOD_S

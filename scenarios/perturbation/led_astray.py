@@ -22,10 +22,10 @@ from controller.expert.targets import (
     grasp_pose,
     opening_rad,
 )
+from controller.minimum_jerk import between, minimum_jerk
 from planner.criteria import structure_of
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.minimum_jerk import between, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.frames import Array, rotation_to_6d, unit
 from tissue_sim.patient.organ import TUBES

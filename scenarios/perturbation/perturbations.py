@@ -73,7 +73,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="camera-shift",
         description="the endoscope is moved in the course of the operation",
-        effect=f"{HERE}.seeing.camera_shift:CameraShift",
+        effect=f"{HERE}.camera_shift:CameraShift",
         magnitude=0.005,
         most=0.030,
         unit="m",
@@ -81,7 +81,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="camera-turn",
         description="the endoscope is turned in the course of the operation",
-        effect=f"{HERE}.seeing.camera_shift:CameraTurn",
+        effect=f"{HERE}.camera_shift:CameraTurn",
         magnitude=0.1,
         most=0.5,
         unit="rad",
@@ -138,7 +138,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     Perturbation(
         name="dye",
         description="red liquid covers part of the tissue",
-        effect=f"{HERE}.seeing.dye:Dye",
+        effect=f"{HERE}.dye:Dye",
         magnitude=0.3,
         most=1.0,
         unit="share of the tissue's surface",
@@ -149,7 +149,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-jitter",
         description="points flicker: each look has other errors",
-        effect=f"{HERE}.seeing.sensing:SensorError",
+        effect=f"{HERE}.sensing:SensorError",
         magnitude=0.0005,
         most=0.001,
         unit="m, standard deviation",
@@ -157,7 +157,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-bias",
         description="all points are shifted together, for the whole episode",
-        effect=f"{HERE}.seeing.sensing:SensorError",
+        effect=f"{HERE}.sensing:SensorError",
         magnitude=0.001,
         most=0.003,
         unit="m, standard deviation",
@@ -165,7 +165,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="point-dropout",
         description="points that are in sight are not found",
-        effect=f"{HERE}.seeing.sensing:SensorError",
+        effect=f"{HERE}.sensing:SensorError",
         magnitude=0.25,
         most=0.5,
         unit="share of looks",
@@ -173,7 +173,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="sensing-delay",
         description="looks arrive late",
-        effect=f"{HERE}.seeing.sensing:SensorError",
+        effect=f"{HERE}.sensing:SensorError",
         magnitude=0.15,
         most=0.3,
         unit="s",
@@ -181,7 +181,7 @@ SENSING: tuple[Perturbation, ...] = (
     Perturbation(
         name="hand-eye",
         description="the arms' places relative to the endoscope are wrong",
-        effect=f"{HERE}.seeing.sensing:SensorError",
+        effect=f"{HERE}.sensing:SensorError",
         magnitude=0.001,
         most=0.003,
         unit="m, standard deviation",
@@ -193,7 +193,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="smoke",
         description="smoke before all cameras",
-        effect=f"{HERE}.seeing.picture_faults:Smoke",
+        effect=f"{HERE}.picture_faults:Smoke",
         magnitude=0.3,
         most=0.8,
         unit="share of the light",
@@ -201,7 +201,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="lens-blood",
         description="blood on all lenses",
-        effect=f"{HERE}.seeing.picture_faults:LensBlood",
+        effect=f"{HERE}.picture_faults:LensBlood",
         magnitude=0.15,
         most=0.5,
         unit="share of the picture",
@@ -209,7 +209,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="dim-light",
         description="all lamps shine weakly",
-        effect=f"{HERE}.seeing.picture_faults:DimLight",
+        effect=f"{HERE}.picture_faults:DimLight",
         magnitude=0.5,
         most=0.9,
         unit="share of the light lost",
@@ -217,7 +217,7 @@ PICTURES: tuple[Perturbation, ...] = (
     Perturbation(
         name="wrist-blind",
         description="the wrists' cameras are off, first the right one",
-        effect=f"{HERE}.seeing.picture_faults:WristBlind",
+        effect=f"{HERE}.picture_faults:WristBlind",
         magnitude=1,
         most=2,
         unit="cameras",

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from controller.expert.skills import GRASP_SHUT_RAD
+from controller.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
 from planner.criteria import structure_of, task_done
 from planner.task import TASKS
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
-from scenarios.perturbation.minimum_jerk import PEAK_SPEED_M_S, minimum_jerk
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform

@@ -1,1 +1,0 @@
-"""What can disturb only what is seen: the cameras, their pictures, or the sensed points?"""
