@@ -23,12 +23,7 @@ SLIPPED_S = 1.5 * PLANNING_PERIOD_S  # two looks: motors err
 GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most take 5 to 7 s
 
 
-def due(
-    asked: Task,
-    given: Task | None,
-    seen: Observation,
-    clock: TaskClock,
-) -> Task:
+def due(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:
     """Return the task that is due where a planner asks for one.
 
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has
