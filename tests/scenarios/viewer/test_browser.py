@@ -192,6 +192,7 @@ def test_saving_an_intervention_makes_a_loadable_episode(tab, session):
 def test_keys_do_what_the_legend_says(tab, session):
     tab.keyboard.press("Space")
     wait_until(lambda: not session.pace.paused)
+    run_to(session, 0.1)
     tab.keyboard.press("Shift+KeyI")
     wait_until(lambda: session.watcher.status().instruction.text == "move left arm higher")
     tab.keyboard.press("KeyH")
