@@ -1,0 +1,68 @@
+"""Benches of what a person notices: how soon words count, what a page costs."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from rich.console import Console
+
+from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
+from scenarios.commands.benches.show import show
+from scenarios.commands.options.arguments import at_least
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchLatency(ControllerOnTrial):
+    """Measure the time from submitted text to the first joint command that it changes."""
+
+    controller: Literal["diffusion", "expert"] = "expert"
+    """Which controller."""
+    texts: Annotated[int, at_least(1)] = 50
+    """Largest number of texts; an episode has time for about 50."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.latency import latency_table
+
+        config = self.config()
+        with Console(stderr=True).status("measuring: latency"):
+            table = latency_table(config, self.texts)
+        show([table])
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Viewer:
+    """Measure the cost of an open page for the loop, and the delay of a click, in Chromium."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Seed of the anatomy."""
+    repeats: Annotated[int, at_least(1)] = 3
+    """Number of runs without and with a page, alternating."""
+    clicks: Annotated[int, at_least(1)] = 40
+    """Number of buttons pressed, and of sentences sent."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.viewer import bench_viewer
+
+        with Console(stderr=True).status("measuring: viewer"):
+            tables = bench_viewer(seed=self.seed, repeats=self.repeats, clicks=self.clicks)
+        show(tables)
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Language:
+    """Time the reading of free text, by the grammar alone and with the sentence encoder."""
+
+    repeats: Annotated[int, at_least(1)] = 10
+    """Number of readings of every command."""
+
+    def execute(self) -> int:
+        """Measure and report; return 0."""
+        from scenarios.bench.language import bench_language
+
+        with Console(stderr=True).status("measuring: language"):
+            table = bench_language(self.repeats)
+        show([table])
+        return 0
