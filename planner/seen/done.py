@@ -31,6 +31,7 @@ ASIDE_M = 0.006  # of the fingers from the axis: farther off the grasper is else
 FINGER_M = 0.006  # from the tip back to where the fingers hold; assumed
 OPEN_RAD = 0.8  # wider jaws hold nothing; assumed
 STRAIGHT = TAUT_MIN + 0.02  # surely so: straightness is seen about so wrong; assumed
+SLIPPED_PINCH_N = 0.5 * HELD_PINCH_N  # surely too little: each force errs by 0.05 N; assumed
 FIRM_TRACTION_N = GRASP_MIN_TRACTION_N + 0.1  # surely enough: each axis errs by 0.05 N; assumed
 
 
@@ -52,7 +53,7 @@ def is_done(task: Task, seen: Observation) -> bool:
 
 def has_slipped(seen: Observation) -> bool:
     """Return whether the grasper presses on nothing, as its motor tells; before the first cut."""
-    return seen.pinch_n < HELD_PINCH_N and not seen.severed.any()
+    return seen.pinch_n < SLIPPED_PINCH_N and not seen.severed.any()
 
 
 def pulls(seen: Observation) -> bool:

@@ -21,7 +21,7 @@ def seen(time_s: float, clips: int = 0, *, held: bool = True) -> Observation:
     """Return an observation with the right tip at the tubes, and the gallbladder held or not."""
     made = clipped(clips, time_s=time_s)
     made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
-    return replace(made, pinch_n=(1.2 if held else 0.8) * HELD_PINCH_N)
+    return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
 
 
 def back(observation: Observation) -> Observation:

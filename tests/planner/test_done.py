@@ -12,6 +12,7 @@ from planner.seen.done import (
     LOW_M,
     OPEN_RAD,
     STRAIGHT,
+    has_slipped,
     holds_badly,
     is_grasped,
     is_low,
@@ -19,6 +20,7 @@ from planner.seen.done import (
 )
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, SPREAD_MIN_M
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -52,6 +54,13 @@ def test_each_part_of_the_criterion_counts(what: str) -> None:
     at = STRAIGHT if what in ("left", "right") else 1.0
     assert is_grasped(grasp(**{what: 1.01 * at}))
     assert not is_grasped(grasp(**{what: 0.99 * at}))
+
+
+def test_a_weak_grasp_is_not_taken_for_one_that_slipped() -> None:
+    seen_too_weak_n = HELD_PINCH_N - 4.0 * SensorModel().force_n
+    assert not has_slipped(grasp(pinch=seen_too_weak_n / HELD_PINCH_N))
+    assert has_slipped(grasp(pinch=4.0 * SensorModel().force_n / HELD_PINCH_N))
+    assert not has_slipped(replace(grasp(pinch=0.0), severed=np.array([True, False])))
 
 
 def test_jaws_that_are_too_wide_hold_nothing() -> None:

@@ -27,7 +27,7 @@ def seen(left: int = 0, right: int = 0, *, back: bool = False, held: bool = True
     made = clipped(left, right)
     made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
     made.tips_endoscope[1, 2, 3] -= 1.1 * RETRACTED_M if back else 0.0
-    return replace(made, pinch_n=(1.2 if held else 0.8) * HELD_PINCH_N)
+    return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
 
 
 def clock(since_s: float, **others_s: float) -> TaskClock:
