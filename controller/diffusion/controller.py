@@ -17,6 +17,7 @@ from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
 from controller.diffusion.rules.holding import held
 from controller.diffusion.rules.last_word import last_word
+from controller.diffusion.rules.unhooking import unhooked
 from controller.diffusion.seen.body_frame import BodyFrame
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
@@ -111,6 +112,7 @@ class ControllerDiffusion:
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
             chunk = last_word(chunk, self._foreseen(0), instruction.task, jaws_rad)
+        chunk = unhooked(chunk, self._foreseen(0), instruction.task)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
 

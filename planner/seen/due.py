@@ -9,7 +9,7 @@ these.
 from __future__ import annotations
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
-from planner.seen.done import holds_badly, is_done
+from planner.seen.done import has_slipped, holds_badly, is_done
 from planner.seen.next_task import next_of_all
 from planner.seen.task_clock import TaskClock
 from planner.task import GRAB, TASKS, Task
@@ -30,8 +30,8 @@ def due(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) ->
     slipped; then the arm goes back. Going back lasts until the tip is seen back, or has taken too
     long: an arm may stop just short of it. Then follows the grab, if the gallbladder has slipped or
     the planner says so, or the first clip or cut that is not done. A grab lasts until the grasp is
-    seen to be good, or has taken too long and the planner says so, unless it is seen to hold badly;
-    and never longer than too long a pull.
+    seen to be good, or has taken too long and the planner says so, unless it is seen to hold badly
+    or nothing; and never longer than too long a pull.
 
     Args:
         asked: by the planner.
@@ -41,7 +41,8 @@ def due(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) ->
     """
     slipped = clock.slipped_s >= SLIPPED_S
     if given is None or given == GRAB:
-        early = given == GRAB and (clock.since_s <= GRAB_S or holds_badly(seen))
+        bad = has_slipped(seen) or holds_badly(seen)
+        early = given == GRAB and (clock.since_s <= GRAB_S or bad)
         grabs = (asked == GRAB or early) and clock.pulled_s <= PATIENCE_S
         return GRAB if grabs and clock.grasped_s < GRASPED_S else next_of_all(seen) or asked
     over = clock.since_s > PATIENCE_S or is_done(given, seen)

@@ -113,6 +113,10 @@ def test_a_grab_goes_on_while_the_pull_is_too_weak_to_be_sure(share: float, goes
     assert due(FIRST, GRAB, now, clock(LATE_S)) == (GRAB if goes_on else FIRST)
 
 
+def test_a_grab_goes_on_while_nothing_is_held() -> None:
+    assert {due(asked, GRAB, seen(held=False), clock(LATE_S)) for asked in TASKS} == {GRAB}
+
+
 @pytest.mark.parametrize("given", [None, GRAB])
 def test_a_grasp_that_has_surely_been_good_is_done(given: Task | None) -> None:
     assert due(GRAB, given, seen(), clock(3.0, grasped_s=0.9 * GRASPED_S)) == GRAB

@@ -1,0 +1,47 @@
+"""A grasper that is drawn out and catches on tissue stops, and narrows its jaws until it is free.
+
+Open jaws act as a barb: their tips flare out behind what lies beside them. A policy does not notice
+that a tube or a fold comes along, and goes on at full speed: after a grasp that was too low, the
+artery was stretched beyond its limit in 5 of 30 tuning patients (10300 to 10329).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.holding import UNTURNED
+from planner.seen.done import has_slipped, traction_n
+from planner.task import GRAB, Task
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import observation_of
+from tissue_sim.tools.arms import LEFT_ARM
+
+CAUGHT_N = 0.3  # each axis errs by 0.05 N; an artery bears about 1 N; assumed
+NARROW_RAD = 0.2  # the expert's
+JAW_STEP_RAD = 0.034  # in a control step, the policy's own
+STEP_M = 4e-4  # in a control step, the expert's near tubes
+
+
+def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+    """Return a chunk (n, 20) whose left arm narrows its jaws where it is, if it has caught tissue.
+
+    Narrow jaws are drawn out slowly, the way they came.
+
+    Args:
+        chunk: as `chunk_frame` has it; not changed.
+        seen: `Observation.vector()` at its start.
+        task: the running one.
+    """
+    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    left, ahead = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM, :3, 2]
+    too_wide_rad = now.joints[LEFT_ARM, -1] - NARROW_RAD
+    goes_back = left[-1, MOVE] @ ahead < 0.0 or too_wide_rad < JAW_STEP_RAD
+    if task != GRAB or not (goes_back and has_slipped(now) and traction_n(now) >= CAUGHT_N):
+        return chunk
+    steps = np.arange(1, len(arms) + 1)
+    left[:, JAW] = NARROW_RAD + np.maximum(too_wide_rad - JAW_STEP_RAD * steps, 0.0)
+    drawn_m = STEP_M * np.maximum(steps - max(too_wide_rad, 0.0) / JAW_STEP_RAD, 0.0)
+    left[:, MOVE], left[:, TURN] = -drawn_m[:, None] * ahead, UNTURNED
+    return arms.reshape(chunk.shape)
