@@ -112,6 +112,7 @@ class ControllerDiffusion:
         chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
         if instruction.correction is None:
             chunk = last_word(chunk, self._foreseen(0), instruction.task, jaws_rad)
+        # A correction that draws the grasper back may catch on tissue, too.
         chunk = unhooked(chunk, self._foreseen(0), instruction.task)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.rules.retreating import STEP_M
 from planner.seen.done import has_slipped, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
@@ -20,14 +22,13 @@ from tissue_sim.tools.arms import LEFT_ARM
 
 CAUGHT_N = 0.3  # each axis errs by 0.05 N; an artery bears about 1 N; assumed
 NARROW_RAD = 0.2  # the expert's
-JAW_STEP_RAD = 0.034  # in a control step, the policy's own
-STEP_M = 4e-4  # in a control step, the expert's near tubes
 
 
 def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     """Return a chunk (n, 20) whose left arm narrows its jaws where it is, if it has caught tissue.
 
-    Narrow jaws are drawn out slowly, the way they came.
+    Narrow jaws are drawn out slowly, the way they came, whatever the policy asks for. Wide jaws may
+    push at tissue on their way in.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
@@ -37,8 +38,8 @@ def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
     now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
     left, ahead = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM, :3, 2]
     too_wide_rad = now.joints[LEFT_ARM, -1] - NARROW_RAD
-    goes_back = left[-1, MOVE] @ ahead < 0.0 or too_wide_rad < JAW_STEP_RAD
-    if task != GRAB or not (goes_back and has_slipped(now) and traction_n(now) >= CAUGHT_N):
+    goes_out = left[-1, MOVE] @ ahead < 0.0 or too_wide_rad < JAW_STEP_RAD
+    if task != GRAB or not (goes_out and has_slipped(now) and traction_n(now) >= CAUGHT_N):
         return chunk
     steps = np.arange(1, len(arms) + 1)
     left[:, JAW] = NARROW_RAD + np.maximum(too_wide_rad - JAW_STEP_RAD * steps, 0.0)

@@ -7,14 +7,10 @@ import pytest
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
-from controller.diffusion.rules.unhooking import (
-    CAUGHT_N,
-    JAW_STEP_RAD,
-    NARROW_RAD,
-    STEP_M,
-    unhooked,
-)
+from controller.diffusion.rules.retreating import STEP_M
+from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhooked
 from planner.task import GRAB, TASKS, Task
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
@@ -28,7 +24,7 @@ WIDE_RAD = 0.9
 def seen(
     *, jaw_rad: float = WIDE_RAD, pull_n: float = 1.1 * CAUGHT_N, pinch_n: float = 0.0
 ) -> Array:
-    """Return what is seen of a grasper that tissue pulls at."""
+    """Return an observation in which tissue pulls at the grasper."""
     now = clipped()
     now.forces_n[LEFT_ARM] = [0.0, 0.0, pull_n]
     now.joints[LEFT_ARM, -1] = jaw_rad
