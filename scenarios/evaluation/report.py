@@ -40,7 +40,8 @@ class Climb:
 
     Attributes:
         held: the largest magnitude at which at least half passed; None if the first failed.
-        breaking: the smallest magnitude at which fewer passed; None if none was found.
+        breaking: the smallest magnitude at which fewer passed, and the planner did not call on
+            every patient; None if none was found.
         declined: the magnitude at which the planner called for a person on every patient, which
             ends the climb; None if there was none.
     """
@@ -192,8 +193,11 @@ def _climb(
         Rung(magnitude=rung.magnitude or 0.0, summary=_summary(mine, rung))
         for rung in plan.climbed(arm, suite, ladder, mine)
     ]
+    declined = [r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0]
     known = [
-        (rung.magnitude, rate) for rung in rungs if (rate := rung.summary.pass_rate) is not None
+        (rung.magnitude, rate)
+        for rung in rungs
+        if rung.magnitude not in declined and (rate := rung.summary.pass_rate) is not None
     ]
     return Climb(
         axis=ladder.axis,
@@ -201,9 +205,7 @@ def _climb(
         rungs=tuple(rungs),
         held=max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None),
         breaking=min((magnitude for magnitude, rate in known if rate < HOLDS), default=None),
-        declined=next(
-            (r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0), None
-        ),
+        declined=min(declined, default=None),
     )
 
 
@@ -226,16 +228,13 @@ def _episode(case: Case, result: EpisodeResult) -> ReportedEpisode:
 def lowest_pass_rate(report: Report) -> tuple[float, str, str] | None:
     """Return the lowest pass rate of any arm in any suite, with both names; None without one.
 
-    Ladders are left out, because each arm climbs them until it fails. Calls without need count as
-    not passed here, so that nobody raises the rate by declining.
+    Ladders are left out, because each arm climbs them until it fails.
     """
     rates = (
-        (summary.passed / operable, arm, suite.name)
+        (rate, arm, suite.name)
         for arm, found in report.arms.items()
         for suite in report.suites
-        if not suite.ladders
-        and (summary := found.suites[suite.name].summary)
-        and (operable := summary.judged + summary.needless)
+        if not suite.ladders and (rate := found.suites[suite.name].summary.pass_rate) is not None
     )
     return min(rates, default=None)
 

@@ -84,7 +84,7 @@ def _rates(report: Report) -> Iterator[Row]:
 
 def _rate_figures(suite: SuiteReport) -> Row:
     return (
-        f"{suite.summary.passed} of {suite.summary.judged}",
+        f"{suite.summary.passed} of {suite.summary.counted}",
         rate(suite.summary.pass_rate),
         interval(suite.summary.wilson_95, 3),
         called(suite.summary),

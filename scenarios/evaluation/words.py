@@ -15,9 +15,9 @@ SENSED = (
 
 
 def counts(summary: Summary) -> str:
-    """Return how many episodes passed, of those that passed or failed; and how many called."""
-    told = f"{summary.passed} of {summary.judged}"
-    return f"{told}, {summary.called} called" if summary.called else told
+    """Return how many episodes passed, of those that count; and how many called rightly."""
+    told = f"{summary.passed} of {summary.counted}"
+    return f"{told}, {summary.rightly_called} rightly called" if summary.rightly_called else told
 
 
 def called(summary: Summary) -> str:

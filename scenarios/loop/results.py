@@ -201,7 +201,7 @@ class EpisodeResult:
 
     @property
     def is_judged(self) -> bool:
-        """Return whether it passed or failed, and so counts in a pass rate."""
+        """Return whether the procedure was done or tried, and so passed or failed."""
         return self.outcome in ("passed", "failed")
 
     @property
@@ -209,15 +209,23 @@ class EpisodeResult:
         """Return whether it was called, although the procedure could have been done."""
         return self.outcome == "called" and self.call is not None and not self.call.needed
 
+    @property
+    def is_counted(self) -> bool:
+        """Return whether it counts in a pass rate: no error, and not rightly called."""
+        return self.is_judged or self.is_needless_call
+
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """How episodes ended, and the pass rate over those that passed or failed.
+    """How episodes ended, and the pass rate.
+
+    A call without need counts as not passed, so that no planner raises its rate by declining;
+    episodes that were called rightly, or ended in an error, leave the rate.
 
     Attributes:
         called: Number in which the planner called for a person in time.
         needless: Number of these in which the procedure could have been done.
-        pass_rate: None if no episode passed or failed.
+        pass_rate: None if no episode counts.
         wilson_95: Of the pass rate.
     """
 
@@ -230,26 +238,28 @@ class Summary:
     wilson_95: tuple[float, float]
 
     @property
-    def judged(self) -> int:
-        """Return the number of episodes that passed or failed."""
-        return self.episodes - self.called - self.errors
+    def counted(self) -> int:
+        """Return the number of episodes that the pass rate is over."""
+        return self.episodes - self.rightly_called - self.errors
+
+    @property
+    def rightly_called(self) -> int:
+        """Return in how many the procedure could not have been done, and a person was called."""
+        return self.called - self.needless
 
 
 def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
-    """Summarise episodes.
-
-    Errors leave the pass rate, as they say nothing about the surgeon; calls are counted apart.
-    """
+    """Summarise episodes."""
     outcomes = Counter(episode.outcome for episode in episodes)
-    passed, judged = outcomes["passed"], outcomes["passed"] + outcomes["failed"]
+    passed, counted = outcomes["passed"], sum(episode.is_counted for episode in episodes)
     return Summary(
         episodes=len(episodes),
         passed=passed,
         called=outcomes["called"],
         needless=sum(episode.is_needless_call for episode in episodes),
         errors=outcomes["error"],
-        pass_rate=passed / judged if judged else None,
-        wilson_95=wilson_interval(passed, judged),
+        pass_rate=passed / counted if counted else None,
+        wilson_95=wilson_interval(passed, counted),
     )
 
 

@@ -111,7 +111,7 @@ def summary_line(summary: Summary) -> str:
     """Return the pass rate with its 95 % Wilson interval, and the numbers of calls and errors."""
     low, high = summary.wilson_95
     parts = [
-        f"passed {summary.passed} of {summary.judged}"
+        f"passed {summary.passed} of {summary.counted}"
         f" (95 % Wilson interval {low:.3f} to {high:.3f})"
     ]
     if summary.called:

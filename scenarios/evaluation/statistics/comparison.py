@@ -46,7 +46,7 @@ class ArmComparison:
     """An arm compared with the reference arm in one suite.
 
     Attributes:
-        pairs: patients on which each of both passed or failed; neither called nor broke off.
+        pairs: patients that count for both arms: neither called rightly or broke off.
         both, neither, only_arm, only_reference: number of pairs by who passed.
         difference: of the pass rates, arm minus reference; None without pairs.
         tango_95: interval of the difference.
@@ -96,11 +96,11 @@ def compare(
 
 
 def _of(arm: str, suite: str, results: Mapping[Case, EpisodeResult]) -> dict[Place, EpisodeResult]:
-    """Return an arm's episodes that passed or failed."""
+    """Return an arm's episodes that count."""
     return {
         (case.suite, case.condition.name, case.seed): result
         for case, result in results.items()
-        if (case.arm.name, case.suite) == (arm, suite) and result.is_judged
+        if (case.arm.name, case.suite) == (arm, suite) and result.is_counted
     }
 
 

@@ -64,11 +64,11 @@ def declines(case: Case):
     return replace(made, success=False, call=call, tasks=()) if case.arm == FIRST else made
 
 
-def test_calls_are_listed_with_their_reason_and_leave_rate_pairs_and_worst():
+def test_calls_are_listed_with_their_reason_and_right_ones_leave_rate_and_pairs():
     declined = report_of(plan("nominal"), results_of(plan("nominal"), declines), NOWHERE)
     found = declined.arms["first"]
     summary = found.suites["nominal"].summary
-    assert (summary.called, summary.needless, summary.pass_rate) == (10, 5, None)
+    assert (summary.called, summary.needless, summary.pass_rate) == (10, 5, 0.0)
     assert found.suites["nominal"].reasons == {}
     assert [c.outcome for c in found.called][:2] == [
         "called rightly: <too> short.",
@@ -76,9 +76,9 @@ def test_calls_are_listed_with_their_reason_and_leave_rate_pairs_and_worst():
     ]
     assert (found.worst, found.errors) == ((), ())
     (pair,) = declined.comparisons
-    assert (pair.pairs, pair.difference) == (0, None)
+    assert (pair.pairs, pair.only_arm, pair.difference) == (5, 5, 1.0)
     assert "10 (100 %), 5 without need" in in_text(declined)
-    assert "0 of 0, 10 called, 5 without need" in page(declined, MADE_WITH)
+    assert "0 of 5, 5 rightly called, 5 called without need" in page(declined, MADE_WITH)
     assert "called rightly: &lt;too&gt; short." in page(declined, MADE_WITH)
 
 
@@ -88,7 +88,7 @@ def test_nobody_raises_the_lowest_rate_by_calling_without_need():
 
     nominal = plan("nominal", arms=(FIRST,))
     found = report_of(nominal, results_of(nominal, calls_unless_easy), NOWHERE)
-    assert found.arms["first"].suites["nominal"].summary.pass_rate == 1.0
+    assert found.arms["first"].suites["nominal"].summary.counted == 6
     assert lowest_pass_rate(found) == (1 / 6, "first", "nominal")
 
 
@@ -241,7 +241,7 @@ def test_tables_and_page_tell_the_same_rates(report):
     for arm in report.arms.values():
         for name in ("nominal", "variants"):
             summary = arm.suites[name].summary
-            told = f"{summary.passed} of {summary.judged}"
+            told = f"{summary.passed} of {summary.counted}"
             assert told in text
             assert told in html
 

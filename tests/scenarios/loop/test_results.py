@@ -16,12 +16,18 @@ def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():
     assert with_error.wilson_95 == without.wilson_95 == wilson_interval(1, 2)
 
 
-def test_calls_are_counted_apart_and_leave_the_pass_rate_alone():
-    without, with_calls = summarise([PASSED, FAILED]), summarise([PASSED, FAILED, CALLED, NEEDLESS])
-    assert (with_calls.episodes, with_calls.judged) == (4, 2)
-    assert (with_calls.called, with_calls.needless) == (2, 1)
-    assert with_calls.pass_rate == without.pass_rate == 0.5
-    assert with_calls.wilson_95 == without.wilson_95
+def test_right_calls_are_counted_apart_and_leave_the_pass_rate_alone():
+    without, with_call = summarise([PASSED, FAILED]), summarise([PASSED, FAILED, CALLED])
+    assert (with_call.episodes, with_call.counted, with_call.rightly_called) == (3, 2, 1)
+    assert with_call.pass_rate == without.pass_rate == 0.5
+    assert with_call.wilson_95 == without.wilson_95
+
+
+def test_a_call_without_need_counts_as_not_passed():
+    summary = summarise([PASSED, CALLED, NEEDLESS])
+    assert (summary.called, summary.needless, summary.counted) == (2, 1, 2)
+    assert (summary.passed, summary.pass_rate) == (1, 0.5)
+    assert summary.wilson_95 == wilson_interval(1, 2)
 
 
 def test_a_call_after_something_irreversible_is_a_failure():

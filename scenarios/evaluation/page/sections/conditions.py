@@ -28,7 +28,7 @@ def conditions(report: Report) -> str:
     head = ("suite", "condition", *map(escape, report.arms))
     return section(
         "Condition by condition",
-        "Passed, of the episodes that passed or failed; how many called for a person.",
+        "Passed, of the episodes that count; in how many a person was rightly called.",
         table(head, 9, rows),
     )
 

@@ -30,16 +30,17 @@ def pass_rates(report: Report) -> str:
     return section(
         "Pass rates",
         "Bars are 95 % Wilson intervals. Episodes that broke off with an error are nobody's"
-        " failures and are left out; so are those in which the planner called for a person before"
-        " anything irreversible was done. Below: means over the episodes that passed; path and jerk"
-        " are the right tip's, altered are events in which the safety filter changed commands.",
+        " failures and are left out; so are those in which the planner rightly called for a person"
+        " before anything irreversible was done. A call without need counts as not passed. Below:"
+        " means over the episodes that passed; path and jerk are the right tip's, altered are"
+        " events in which the safety filter changed commands.",
         (forest(marks) if marks else "") + table(head, 2, _figures(report)),
     )
 
 
 def _note(suite: SuiteReport) -> str:
     notes = [counts(suite.summary)]
-    notes += [f"{suite.summary.needless} without need"] if suite.summary.needless else []
+    notes += [f"{suite.summary.needless} called without need"] if suite.summary.needless else []
     notes += [f"{suite.summary.errors} errors"] if suite.summary.errors else []
     notes += [f"{suite.missing} not run"] if suite.missing else []
     return ", ".join(notes)
