@@ -49,6 +49,7 @@ def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
         correction=np.array([_CORRECTION.get(name, NOT_SAID) for name in names]),
         success=episode.header.success,
         learned=episode.header.kind.partition(":")[0] == LEARNED,
+        patient=int(seed[0]),
     )
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import torch
 from torch import nn
 
-from controller.perception.network import N_LINE, Network, NetworkConfig
+from controller.perception.network import Network, NetworkConfig
 from controller.perception.prior import Prior
 from planner.learning.checkpoint import Checkpoints
+from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.version import WORLD_VERSION
 
 

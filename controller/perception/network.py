@@ -13,9 +13,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, SAC_POINTS, TUBE_POINTS
+from tissue_sim.sensing.observation import N_LINE, SAC_POINTS, TUBE_POINTS
 
-N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines
 N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder
 DENSE = ("clip", "cut end")
 FLAGS = ("left tube severed", "right tube severed", "third tube")

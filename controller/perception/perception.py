@@ -11,13 +11,13 @@ from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
 from controller.perception.motion import share_of_motion
-from controller.perception.network import N_LINE
 from controller.perception.radii import Radii
 from controller.perception.third_tube import ThirdTube
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     MAX_CLIPS,
+    N_LINE,
     N_POINTS,
     POINTS,
     TUBE_POINTS,

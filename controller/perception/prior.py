@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.perception.network import N_LINE
 from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import N_LINE
 
 WIDER = 1.5  # factor on the variance: there are patients beyond those of the training
 ALONE_M = 0.001  # part of the spread that a point has for itself

@@ -17,10 +17,10 @@ from controller.perception.checkpoint import (
     PerceptionModel,
 )
 from controller.perception.frames import Frames, changed, digest, read_frames
-from controller.perception.network import N_LINE, N_WIDE, STRIDE, Network, NetworkConfig, Seen
+from controller.perception.network import N_WIDE, STRIDE, Network, NetworkConfig, Seen
 from controller.perception.prior import fit_prior
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
-from tissue_sim.sensing.observation import N_POINTS
+from tissue_sim.sensing.observation import N_LINE, N_POINTS
 
 GROUPS = (slice(N_LINE, N_POINTS), slice(N_POINTS, None))  # of labelled points: clips, cut ends
 VIEWS = ("endoscope_left", "endoscope_left_close", "wrist_left_tip", "wrist_right_tip")

@@ -15,6 +15,7 @@ from torch import Tensor
 from planner.base import PLANNING_PERIOD_S
 from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments
+from planner.task import TASKS
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.rest_frame import at_rest, fixed_m
 
@@ -36,6 +37,7 @@ class Rollout:
         correction: (n,) the correction that should have been given, 0 to 17, or -1.
         success: the last task succeeded too.
         learned: a learned controller moved the arms, not the expert.
+        patient: the seed; the same episode may be there several times, sensed with other errors.
 
     Raises:
         ValueError: lengths differ, or there is no step.
@@ -48,6 +50,7 @@ class Rollout:
     correction: NDArray[np.int64]
     success: bool
     learned: bool = False
+    patient: int = 0
 
     def __post_init__(self) -> None:
         lengths = {
@@ -172,7 +175,7 @@ def _done_by(tasks: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.in
     """Return where each run ends, or its last repetition if only going back lies between."""
     done = ends.copy()
     for k in reversed(range(len(tasks) - 2)):
-        if tasks[k + 2] == tasks[k]:
+        if tasks[k + 2] == tasks[k] and TASKS[tasks[k + 1]].goes_back:
             done[k] = done[k + 2]
     return done
 

@@ -21,7 +21,7 @@ from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedu
 
 CHECKPOINT_FILE = "planner.safetensors"
 NORMALISE_BY = 20_000  # steps
-KEEP_OUT_EVERY = 6
+KEEP_OUT_EVERY = 6  # patients
 CHANGES, FLAGGED = 0.25, 0.2  # of a batch; the rest is drawn uniformly from all steps
 MISLED, UNTOLD = 0.2, 0.1  # of a batch: given a wrong task, or none
 TASK_SHARE = 0.6  # of the loss; SRT-H's
@@ -70,7 +70,8 @@ def train(
     """Train a planner, or resume the training in `out`; write checkpoint and state to `out`.
 
     A new training starts from `base`, if given, and keeps its normalisation. At the end the
-    checkpoint is calibrated on rollouts kept out of training.
+    checkpoint is calibrated on learned rollouts kept out of training, if there are some of
+    six patients or more; otherwise its calibration stays as it was.
 
     Raises:
         ValueError: there is no rollout, or `out` holds the training of another configuration or
@@ -102,9 +103,14 @@ def train(
 
 
 def split_rollouts(rollouts: Sequence[Rollout]) -> tuple[list[Rollout], list[Rollout]]:
-    """Split rollouts into training and calibration; the latter is a part of the learned ones."""
-    kept_out = [r for r in rollouts if r.learned][KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY]
-    return [r for r in rollouts if not any(r is k for k in kept_out)], kept_out
+    """Split rollouts into training and calibration: the learned ones of every sixth patient."""
+    patients = dict.fromkeys(r.patient for r in rollouts if r.learned)
+    apart = set(list(patients)[KEEP_OUT_EVERY - 1 :: KEEP_OUT_EVERY])
+    kept_out = [r.learned and r.patient in apart for r in rollouts]
+    return (
+        [r for r, out in zip(rollouts, kept_out, strict=True) if not out],
+        [r for r, out in zip(rollouts, kept_out, strict=True) if out],
+    )
 
 
 def _loss(

@@ -9,10 +9,10 @@ from planner.instruction import Instruction
 from planner.language.rules.questions import Question
 from planner.seen.done import has_slipped
 from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import clips_needed_on, clips_on, next_of_all
+from planner.seen.next_task import clips_needed_on, clips_on, lying_on, next_of_all
 from planner.task import Tube
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import MAX_CLIPS, Observation
+from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 from tissue_sim.sensing.polyline import distance_to_line_m
 from tissue_sim.tools.arms import RIGHT_ARM
 
@@ -77,9 +77,9 @@ def _on(instruction: Instruction, seen: Observation) -> str:
     tube = instruction.task.tube
     if tube is None:
         return f"I see {_counts(seen)}."
-    last = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
-    std_m = seen.std_m[-MAX_CLIPS:][: len(last)] if len(last) and len(seen.std_m) else np.zeros(0)
-    how = f", the last one to within {2e3 * float(std_m[-1]):.1f} mm" if len(std_m) else ""
+    clips = np.flatnonzero(lying_on(tube, seen))
+    last_m = seen.std_m[N_LINE + clips[-1:]]
+    how = f", the last one to within {_within_mm(last_m)}" if len(last_m) else ""
     return f"I see {_on_tube(tube, seen)}{how}. Whether a clip would hold a pull I cannot see."
 
 
@@ -95,11 +95,15 @@ def _wrong(instruction: Instruction, seen: Observation) -> str:
 
 
 def _sure(instruction: Instruction, seen: Observation) -> str:
-    error_m = float(np.median(seen.std_m[~seen.hidden])) if (~seen.hidden).any() else 0.0
-    return (
-        f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see points to"
-        f" within about {2e3 * error_m:.1f} mm."
-    )
+    there = slice(N_LINE + min(seen.n_clips, MAX_CLIPS))
+    std_m = seen.std_m[there][~seen.hidden[there]]
+    points = f"points to within about {_within_mm(std_m)}" if len(std_m) else "nothing"
+    return f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."
+
+
+def _within_mm(std_m: Array) -> str:
+    """Return what 95 % of the errors along an axis stay below, of the median point (n,)."""
+    return f"{2e3 * float(np.median(std_m)):.1f} mm"
 
 
 def _distance(instruction: Instruction, seen: Observation) -> str:

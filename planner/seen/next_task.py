@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from planner.command import TUBES, Deed
 from planner.seen.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
@@ -67,11 +70,16 @@ def clips_needed_on(tube: Tube, observation: Observation, *, stds: float = RATHE
 
 
 def clips_on(tube: Tube, observation: Observation) -> int:
-    """Return how many clips lie on a tube: near it, and nearer to it than to the other tube."""
+    """Return how many clips lie on a tube."""
+    return int(lying_on(tube, observation).sum())
+
+
+def lying_on(tube: Tube, observation: Observation) -> NDArray[np.bool_]:
+    """Return which of the clips (n,) lie on a tube: near it, and nearer than to the other tube."""
     clips_m = observation.clips_m[: min(observation.n_clips, MAX_CLIPS)]
     away_m = {
         "left": distance_to_line_m(clips_m, observation.left_tube_m),
         "right": distance_to_line_m(clips_m, observation.right_tube_m),
     }
     other: Tube = "right" if tube == "left" else "left"
-    return int(((away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])).sum())
+    return (away_m[tube] <= ON_TUBE_M) & (away_m[tube] < away_m[other])

@@ -13,7 +13,7 @@ from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.perception.checkpoint import PerceptionConfig, PerceptionModel
-from controller.perception.network import N_LINE, NetworkConfig
+from controller.perception.network import NetworkConfig
 from controller.perception.prior import Prior
 from planner.learned.config import PlannerConfig
 from planner.learned.network import PlannerNetwork
@@ -23,7 +23,7 @@ from scenarios.loop.camera_sense import SenseCameras
 from scenarios.loop.episode_config import EpisodeConfig
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.sensing.observation import N_LINE, Observation
 from tissue_sim.sensing.pictures.eyes import VIEWS
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.sensing.tracked import SenseTracked

@@ -31,6 +31,7 @@ POINTS = {
 
 GRASPER, CLIP_APPLIER, SCISSORS = "grasper", "clip_applier", "scissors"
 N_POINTS = sum(POINTS.values())
+N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the others are clips
 
 
 @dataclass(frozen=True, kw_only=True)

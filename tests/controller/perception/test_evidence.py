@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from controller.perception.evidence import find
 from controller.perception.graph import Shown
-from controller.perception.network import N_LINE, STRIDE
+from controller.perception.network import STRIDE
 from controller.perception.training import GROUPS, _offset_loss
 from tissue_sim.frames import pose
-from tissue_sim.sensing.observation import N_POINTS
+from tissue_sim.sensing.observation import N_LINE, N_POINTS
 from tissue_sim.sensing.pictures.glance import Picture
 
 SIDE = 32  # cells

@@ -5,9 +5,9 @@ import pytest
 
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
-from controller.perception.network import N_LINE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose, unit
+from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.sensing.pictures.glance import Picture
 
 SIGMA_PX = 0.5

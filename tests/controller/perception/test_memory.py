@@ -9,10 +9,9 @@ from controller.perception.clips import Clips, tube_m
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
-from controller.perception.network import N_LINE
 from controller.perception.prior import Prior
 from tissue_sim.frames import Array, pose
-from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, SCISSORS
+from tissue_sim.sensing.observation import CLIP_APPLIER, GRASPER, N_LINE, SCISSORS
 from tissue_sim.sensing.pictures.glance import Glance, Picture
 from tissue_sim.sensing.polyline import nearest_on, place_on
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M

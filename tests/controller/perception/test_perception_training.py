@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from controller.perception.checkpoint import CHECKPOINTS
-from controller.perception.network import N_LINE, N_WIDE
+from controller.perception.network import N_WIDE
 from controller.perception.training import PRESETS, VIEWS, fine_tuning, join_views, train_view
-from tissue_sim.sensing.observation import N_POINTS
+from tissue_sim.sensing.observation import N_LINE, N_POINTS
 
 SMOKE = PRESETS["smoke"]
 SIZE = (64, 96)  # height, width

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.perception.network import N_LINE, N_WIDE
+from controller.perception.network import N_WIDE
 from controller.perception.radii import LEAST, SPREAD, Radii
 from tests.controller.perception.test_fusion import EYES, prior, shown
+from tissue_sim.sensing.observation import N_LINE
 
 LOOKS = 40
 TRUE_M = np.concatenate([np.full(8, 0.0012), np.full(8, 0.0031), np.linspace(0.006, 0.012, 5)])

@@ -68,6 +68,13 @@ def test_a_task_fails_if_it_is_not_done_in_time_including_repeated_attempts():
     assert not labels.fails[16 * CONTROL_HZ :].any()
 
 
+def test_going_back_is_over_when_the_arm_is_back_though_it_goes_back_again_later():
+    labels = Rollouts([with_tasks([1, 2, 1, 2, 1, 2, 3])], HISTORY).steps.labels
+    first = slice(4 * CONTROL_HZ, 8 * CONTROL_HZ)
+    assert not labels.fails[first].any()
+    assert labels.progress[first.stop - 1] > 0.99
+
+
 def test_the_result_of_an_interrupted_task_is_unknown():
     labels = Rollouts([with_tasks([0, 1, 1, 1], success=False)], HISTORY).steps.labels
     cut_off = round(IN_TIME_S * CONTROL_HZ) - 1

@@ -6,7 +6,14 @@ import pytest
 import torch
 
 from planner.learned.checkpoint import CHECKPOINTS
-from planner.learned.training import CHECKPOINT_FILE, PRESETS, fine_tuning, train
+from planner.learned.training import (
+    CHECKPOINT_FILE,
+    KEEP_OUT_EVERY,
+    PRESETS,
+    fine_tuning,
+    split_rollouts,
+    train,
+)
 from tests.planner.learned.rolled_out import rollout
 
 SMOKE = PRESETS["smoke"]
@@ -31,3 +38,27 @@ def test_fine_tuning_starts_from_a_checkpoint_and_keeps_its_normalisation(learnt
     assert torch.equal(before.mean, after.mean)
     assert torch.equal(before.deviation, after.deviation)
     assert not torch.equal(before.place, after.place)
+
+
+def learned_by(patients, copies=2):
+    """Return rollouts of a learned controller: of each patient some copies, side by side."""
+    made = [replace(rollout(p, tasks=2), patient=p, learned=True) for p in range(patients)]
+    return [one for one in made for _ in range(copies)]
+
+
+def test_what_the_planner_is_calibrated_on_is_of_patients_that_it_has_not_learned_from():
+    shown = rollout(0)
+    training, calibration = split_rollouts([shown, *learned_by(2 * KEEP_OUT_EVERY)])
+    assert {r.patient for r in calibration}.isdisjoint(r.patient for r in training if r.learned)
+    assert (len(calibration), len(training)) == (2 * 2, 1 + 2 * (2 * KEEP_OUT_EVERY - 2))
+    assert any(r is shown for r in training)
+
+
+def test_a_trained_planner_is_calibrated_if_there_are_rollouts_of_enough_patients(tmp_path):
+    few, enough = learned_by(KEEP_OUT_EVERY - 1), learned_by(KEEP_OUT_EVERY)
+    short = replace(SMOKE, steps=2, warm_up=1, save_every=1)
+    for name, rollouts in (("few", few), ("enough", enough)):
+        list(train(rollouts, short, tmp_path / name))
+    few, enough = (CHECKPOINTS.load(tmp_path / n / CHECKPOINT_FILE) for n in ("few", "enough"))
+    assert torch.equal(few.calibration, torch.tensor([1.0, 0.0]))
+    assert not torch.equal(enough.calibration, few.calibration)

@@ -10,6 +10,7 @@ from planner.instruction import TASKS, Instruction
 from planner.language.rules.questions import QUESTIONS
 from planner.person.answers import answer
 from tests.planner.seen import clipped
+from tissue_sim.sensing.observation import N_LINE, N_POINTS
 from tissue_sim.thresholds import HELD_PINCH_N
 
 CLIP = Instruction(task=TASKS[3])
@@ -50,3 +51,28 @@ def test_the_distance_is_that_of_the_right_tip():
     tips[1, :3, 3] = seen.common_bile_duct_m[1] + [0.0, 0.0, -0.012]
     told = answer("distance", CLIP, replace(seen, tips_endoscope=tips))
     assert "12 mm from the common bile duct" in told
+
+
+def seen_within(std_m, **clips):
+    """Return an observation whose points are known so well; clips that are not on have no error."""
+    seen = clipped(**clips)
+    known_m = np.where(np.arange(N_POINTS) < N_LINE + seen.n_clips, std_m, 0.0)
+    return replace(seen, std_m=known_m)
+
+
+def test_how_sure_it_is_tells_of_points_and_clips_that_are_seen():
+    seen, rows = seen_within(0.0007, left=1), np.arange(N_POINTS)
+    assert "points to within about 1.4 mm" in answer("sure", CLIP, seen)
+    few = replace(seen, hidden=(rows >= 7) & (rows <= N_LINE))
+    assert "points to within about 1.4 mm" in answer("sure", CLIP, few)
+    none = replace(seen, hidden=rows <= N_LINE)
+    assert "I see nothing" in answer("sure", CLIP, none)
+
+
+def test_how_well_the_last_clip_is_placed_is_told_of_the_tube_in_question():
+    artery = Instruction(task=next(t for t in TASKS if t.kind == "clip" and t.tube == "right"))
+    assert "the last one" not in answer("on", artery, seen_within(0.0004, left=3))
+    both = seen_within(0.0004, left=3, right=1)
+    both.std_m[N_LINE + 2] = 0.0008  # the duct's last
+    assert "the last one to within 1.6 mm" in answer("on", CLIP, both)
+    assert "the last one to within 0.8 mm" in answer("on", artery, both)
