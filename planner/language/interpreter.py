@@ -27,7 +27,7 @@ from planner.language.rules.rewriting.relative import without_other_arm
 from planner.language.rules.sides import without_side
 from planner.language.rules.sizes import without_size
 from planner.language.rules.small_talk import is_small_talk
-from planner.language.rules.speeds import speed_in
+from planner.language.rules.speeds import speed_in, without_speed
 from planner.language.rules.warning import in_plain_letters, warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
@@ -125,10 +125,14 @@ class Interpreter:
 
     def _at_speed(self, text: str, english: str, speed: str) -> Reading:
         """Return the reading of words about speed, and of what else the sentence asks for."""
-        rest = ", then ".join(part for part in parts_of(english) if not speed_in(part))
-        alone = Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=f"Speed: {speed}.")
-        read = self._several(text, rest) or self._one(text, rest) if rest else alone
-        return replace(read, speed=speed) if read.command or names_an_act(rest) else alone
+        rest = ", then ".join(filter(None, map(_besides_speed, parts_of(english))))
+        told = f"Speed: {speed}."
+        alone = Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=told)
+        if not rest:
+            return alone
+        read = self._several(text, rest) or self._one(text, rest)
+        besides = replace(read, speed=speed, reply=f"{told} {read.reply}")
+        return besides if read.command or names_an_act(rest) else alone
 
     def _several(self, text: str, english: str) -> Reading | None:
         """Return the reading of several commands in order, all of them or none."""
@@ -203,6 +207,15 @@ class Interpreter:
 def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
     return not warns(_ASKED_ABOUT.sub("", english.lower()))
+
+
+def _besides_speed(part: str) -> str:
+    """Return what a part of a sentence asks for besides a speed; "" if nothing is understood."""
+    if not speed_in(part):
+        return part
+    rest = without_speed(part)
+    command = _by_grammar(rest)
+    return rest if command and command.word != "repeat" else ""  # "normal speed again"
 
 
 def _by_grammar(english: str) -> Command | None:

@@ -294,12 +294,27 @@ def test_how_far_as_much_is_must_have_been_said():
     assert INTERPRETER.read("left arm up, right arm twice as much").command is None
 
 
-@pytest.mark.parametrize("sentence", ["slower, and clip the duct", "clip the duct at half speed"])
-def test_what_is_said_besides_a_speed_is_done_too(sentence):
+@pytest.mark.parametrize(
+    ("sentence", "speed", "command", "size_m"),
+    [
+        ("slower, and clip the duct", "slower", "clip duct", None),
+        ("clip the duct at half speed", "half", "clip duct", None),
+        ("at half the speed, clip the duct", "half", "clip duct", None),
+        ("Move the left arm up 2 mm, but slower", "slower", "move left arm higher", 0.002),
+        ("resume at normal speed", "normal", "resume", None),
+    ],
+)
+def test_what_is_said_besides_a_speed_is_done_too(sentence, speed, command, size_m):
     reading = INTERPRETER.read(sentence)
-    assert reading.speed in ("slower", "half")
-    assert reading.command in (COMMANDS["clip duct"], None)
-    assert reading.command or "and" not in sentence
+    assert (reading.speed, reading.command, reading.size_m) == (speed, COMMANDS[command], size_m)
+    assert reading.reply.startswith(f"Speed: {speed}. ")
+
+
+@pytest.mark.parametrize("sentence", ["normal speed again", "cut the speed in half", "move slower"])
+def test_words_about_the_speed_alone_move_nothing(sentence):
+    reading = INTERPRETER.read(sentence)
+    assert reading.speed
+    assert reading.command is None
 
 
 @pytest.mark.parametrize(
