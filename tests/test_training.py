@@ -123,6 +123,32 @@ def test_other_data_do_not_go_on_from_there(learner, trained):
         next(learner.training.train(learner.given[:1], learner.smoke, trained[0]))
 
 
+def test_a_training_on_another_device_does_not_go_on_from_there(learner, trained, tmp_path):
+    state = torch.load(trained[0] / STATE_FILE, weights_only=True)
+    torch.save(state | {"device": "cuda"}, tmp_path / STATE_FILE)
+    with pytest.raises(ValueError, match="was trained on another device"):
+        next(learner.training.train(learner.given, learner.smoke, tmp_path))
+
+
+@pytest.mark.parametrize("damage", ["empty", "cut off", "text", "of other weights", "of nothing"])
+def test_what_is_no_state_of_the_training_is_refused_in_one_line(
+    learner, trained, tmp_path, damage
+):
+    whole = (trained[0] / STATE_FILE).read_bytes()
+    path = tmp_path / STATE_FILE
+    if damage == "of other weights":
+        state = torch.load(trained[0] / STATE_FILE, weights_only=True)
+        torch.save(state | {"model": {"other": torch.zeros(1)}}, path)
+    elif damage == "of nothing":
+        torch.save({}, path)
+    else:
+        written = {"empty": b"", "cut off": whole[: len(whole) // 2], "text": b"weights"}
+        path.write_bytes(written[damage])
+    with pytest.raises(ValueError, match="cannot be continued") as refusal:
+        next(learner.training.train(learner.given, learner.smoke, tmp_path))
+    assert "\n" not in str(refusal.value)
+
+
 @pytest.mark.parametrize(
     ("learner", "what"),
     [(name, what) for name, one in LEARNERS.items() for what in one.checkpoints.fits],

@@ -32,7 +32,7 @@ _TIP_ROWS = 3  # of each arm in a box
 
 @dataclass(frozen=True, kw_only=True)
 class ClipsBeforeCut:
-    """Keeps the scissors from closing on what has not the clips it needs, each of which holds."""
+    """Keeps the scissors from closing on what is not seen to have the clips it needs."""
 
     name: str = "clips before a cut"
 

@@ -38,8 +38,8 @@ class Situation:
         instruction: the present one.
         worked_on: structures ("duct", "artery") that the left and the right jaws work on.
         between_jaws: structures between the right tool's jaws; empty unless the jaws close.
-        lacking_clips: those of `between_jaws` on which fewer clips hold the test pull than must be
-            there before a cut.
+        lacking_clips: those of `between_jaws` on which fewer clips are seen than must be there
+            before a cut.
         crowded: those of `between_jaws` on which a clip is too near to the jaws.
     """
 

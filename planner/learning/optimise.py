@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import TypeVar, cast
 
 import torch
@@ -83,8 +84,8 @@ def optimise(
         save: writes the averaged model, each time the state to resume from is written.
 
     Raises:
-        ValueError: `out` holds the training of another configuration or on other data; nothing
-            is changed.
+        ValueError: `out` holds the training of another configuration, on other data or on another
+            device, or what is no state of a training; nothing is changed.
     """
     from torch.utils.tensorboard.writer import SummaryWriter
 
@@ -129,7 +130,7 @@ def _save(
 ) -> None:
     state = {name: part.state_dict() for name, part in parts.items()}
     state |= {"chance": chance.get_state(), "config": asdict(config), "digest": digest}
-    state["step"] = step
+    state |= {"device": str(chance.device), "step": step}
     partial = path.with_suffix(".partial")
     torch.save(state, partial)
     partial.replace(path)
@@ -139,12 +140,23 @@ def _resume(path: Path, parts: dict, chance: torch.Generator, config: Schedule, 
     """Load the state that `_save` wrote, if there is one; return the steps done."""
     if not path.exists():
         return 0
-    state = torch.load(path, map_location="cpu", weights_only=True)
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+        difference = _difference(state, chance, config, digest)
+        if not difference:
+            for name, part in parts.items():
+                part.load_state_dict(state[name])
+            chance.set_state(state["chance"])
+            return state["step"]
+    except (EOFError, IndexError, KeyError, RuntimeError, TypeError, UnpicklingError) as error:
+        difference = f"cannot be continued ({type(error).__name__})"
+    raise ValueError(f"{path} {difference}: choose another folder or remove it")
+
+
+def _difference(state: dict, chance: torch.Generator, config: Schedule, digest: str) -> str:
+    """Return in what a state is of another training; "" if it is of this one."""
     if state["config"] != asdict(config):
-        raise ValueError(f"{path} is of another configuration: choose another folder or remove it")
+        return "is of another configuration"
     if state["digest"] != digest:
-        raise ValueError(f"{path} is of other demonstrations: choose another folder or remove it")
-    for name, part in parts.items():
-        part.load_state_dict(state[name])
-    chance.set_state(state["chance"])
-    return state["step"]
+        return "is of other demonstrations"
+    return "" if state["device"] == str(chance.device) else "was trained on another device"

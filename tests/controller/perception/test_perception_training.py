@@ -2,14 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from controller.perception.checkpoint import CHECKPOINTS
 from controller.perception.network import N_WIDE
-from controller.perception.training import PRESETS, VIEWS, fine_tuning, join_views, train_view
+from controller.perception.training import (
+    PRESETS,
+    VIEWS,
+    WEIGHTS_FILE,
+    fine_tuning,
+    join_views,
+    train_view,
+)
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 
 SMOKE = PRESETS["smoke"]
@@ -53,6 +62,18 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def losses(files: list[Path], out: Path, steps: int) -> Iterator[float]:
     config = replace(SMOKE, steps=steps)
     return (step.loss for step in train_view(files, VIEWS[0], config, out))
+
+
+def test_stopped_and_resumed_it_ends_at_the_same_weights(base: Path, tmp_path: Path) -> None:
+    files = [pictures(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
+    _ = list(islice(train_view(files, VIEWS[0], SMOKE, tmp_path / VIEWS[0]), SMOKE.save_every + 1))
+    rest = list(train_view(files, VIEWS[0], SMOKE, tmp_path / VIEWS[0]))
+    assert [step.step for step in rest] == list(range(SMOKE.save_every + 1, SMOKE.steps + 1))
+    expected, found = (
+        torch.load(folder / VIEWS[0] / WEIGHTS_FILE, weights_only=True)
+        for folder in (base.parent, tmp_path)
+    )
+    assert all(torch.equal(weight, expected[name]) for name, weight in found.items())
 
 
 def test_the_loss_falls(tmp_path: Path) -> None:
