@@ -31,26 +31,25 @@ EPISODE_SOURCES = (
     "scenarios/catalogue.py",
     "scenarios/suites.py",
     "scenarios/episode.py",
-    "scenarios/loop/episode_config.py",
-    "scenarios/loop/person/guided_arm.py",
-    "scenarios/loop/person/inbox.py",
-    "scenarios/loop/person/script.py",
-    "scenarios/loop/metrics/motion_metrics.py",
+    "scenarios/run_episode.py",
+    "scenarios/loop",
 )
-"""Code that decides an episode's result."""
+"""Code, lists of words and weights that decide an episode's result."""
+SUFFIXES = (".py", ".toml", ".safetensors")
 
 
 @cache
 def source_digest() -> str:
-    """Return a hash of the code that decides an episode's result."""
+    """Return a hash of what decides an episode's result."""
     root = Path(__file__).parents[2]
-    files = [f for name in EPISODE_SOURCES for f in _python_files(root / name)]
+    files = [f for name in EPISODE_SOURCES for f in _sources(root / name)]
     contents = (f"{f.relative_to(root)}\n".encode() + f.read_bytes() for f in files)
     return sha256(b"\0".join(contents)).hexdigest()[:12]
 
 
-def _python_files(path: Path) -> list[Path]:
-    return sorted(path.rglob("*.py")) if path.is_dir() else [path]
+def _sources(path: Path) -> list[Path]:
+    files = path.rglob("*") if path.is_dir() else [path]
+    return sorted(file for file in files if file.suffix in SUFFIXES)
 
 
 def versions() -> dict[str, str]:

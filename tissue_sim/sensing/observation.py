@@ -1,7 +1,7 @@
 """What everybody who acts is told in each control step: tools, points of the tissue, clips, forces.
 
 Planner, controller, safety filter and nurse get one `Observation` and nothing else. It comes from
-one of three senses (`sense.py`), and says of each point how uncertain it is.
+one of four senses (`sense.py`), and says of each point how uncertain it is.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Literal
@@ -184,14 +185,15 @@ def _goes_to_the_other_tube(episode: Episode) -> bool:
 def _forked(episode: Episode, said: Instruction) -> Iterator[Episode]:
     """Yield an episode in the same world under one instruction; then restore the world."""
     world, state = episode.world, episode.world.state()
+    sense = deepcopy(episode.sense, {id(world): world})  # it remembers what it has seen
     episode.controller.reset()
     fork = Episode(
         config=episode.config,
         world=world,
         planner=PlannerFixed(instruction=said),
         controller=episode.controller,
-        sense=episode.sense,
-        observation=episode.sense.observe(world, world.observe()),
+        sense=sense,
+        observation=sense.observe(world, world.observe()),
     )
     fork.guarded_driver.driver.follow(world.target)
     try:
