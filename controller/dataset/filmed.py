@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from controller.dataset import layout
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
-from controller.dataset.reader import read_episodes, require_dataset
+from controller.dataset.reader import read_episodes, read_rows, require_dataset
 from controller.dataset.schema import FPS, PICTURES
 from controller.dataset.videos import pictures
 
@@ -44,25 +43,31 @@ def read_filmed(
     if missing := [camera for camera in cameras if camera not in there]:
         filmed = ", ".join(there) or "none"
         raise ValueError(f"{root}: {', '.join(missing)} did not film; cameras are: {filmed}")
-    rows = pq.read_table(root / layout.EPISODES_PATH).to_pylist()
-    chosen = [row for row, taken in zip(rows, choice.of(rows), strict=True) if taken]
     shown = [_Films(root, camera, shrink) for camera in cameras]
+    rows = read_rows(root, [column for films in shown for column in films.columns])
+    chosen = [row for row, taken in zip(rows, choice.of(rows), strict=True) if taken]
     for row, episode in zip(chosen, read_episodes(root, columns, choice), strict=True):
         yield episode, np.stack([films.of(row) for films in shown], axis=1)
 
 
 class _Films:
-    """The pictures of one camera; the videos are read one after another, each once."""
+    """The pictures of one camera; the videos are read one after another, each once.
+
+    Attributes:
+        columns: of an episode's row, which say where its pictures are.
+    """
 
     def __init__(self, root: Path, camera: str, shrink: Shrink) -> None:
+        names = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
+        self.columns = [f"videos/{PICTURES}{camera}/{name}" for name in names]
         self._root, self._camera, self._shrink = root, camera, shrink
         self._file, self._next = -1, 0
 
     def of(self, row: Mapping[str, Any]) -> NDArray[np.uint8]:
         """Return the pictures (n, height, width, 3) of the episode with this row."""
-        place = f"videos/{PICTURES}{self._camera}/"
-        file = layout.FILES_A_CHUNK * row[place + "chunk_index"] + row[place + "file_index"]
-        first, end = (round(row[place + at] * FPS) for at in ("from_timestamp", "to_timestamp"))
+        chunk, within, *times_s = (row[column] for column in self.columns)
+        file = layout.FILES_A_CHUNK * chunk + within
+        first, end = (round(time_s * FPS) for time_s in times_s)
         path = self._root / layout.video_path(self._camera, file)
         if file != self._file:
             self._file, self._next, self._video = file, 0, pictures(path)

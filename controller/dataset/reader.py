@@ -51,34 +51,48 @@ def require_dataset(root: Path) -> tuple[str, ...]:
     path = root / layout.INFO_PATH
     try:
         found = json.loads(path.read_text())
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise ValueError(f"{root}: there is no dataset, for want of {layout.INFO_PATH}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: it is damaged: {one_line(error)}") from None
-    own = found.get("calot", {}) if isinstance(found, dict) else {}
+    except (OSError, ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: it cannot be read: {one_line(error)}") from None
+    own, described = _object_in(found, "calot"), _object_in(found, "features")
     try:
         require_versions(own.get("schema_version", 0), own.get("world_version", 0))
     except ValueError as error:
         raise ValueError(f"{root}: {error}") from None
-    cameras = tuple(own.get("cameras", ()))
+    cameras = own.get("cameras", [])
+    if not (isinstance(cameras, list) and all(isinstance(name, str) for name in cameras)):
+        raise ValueError(f"{path}: cameras must be a list of names, got {cameras}")
     expected = layout.info(found.get("total_episodes", 0), found.get("total_frames", 0), cameras)
     for name, feature in expected["features"].items():
-        if (have := found.get("features", {}).get(name)) != feature:
+        if (have := described.get(name)) != feature:
             raise ValueError(f"{root}: column {name} is described as {have}, not {feature}")
     if not found.get("total_episodes"):
         raise ValueError(f"{root}: the dataset is empty")
-    return cameras
+    return tuple(cameras)
 
 
-def _table_of_episodes(root: Path) -> list[dict[str, Any]]:
-    path = root / layout.EPISODES_PATH
+def _object_in(found: Any, name: str) -> Mapping[str, Any]:
+    """Return the object of this name, or an empty one if there is none."""
+    value = found.get(name) if isinstance(found, dict) else None
+    return value if isinstance(value, dict) else {}
+
+
+def read_rows(root: Path, more: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Return a row for each episode: its header, where its frames lie, and `more` columns.
+
+    Raises:
+        ValueError: the table is missing or damaged, or a column is missing; the message is one
+            line.
+    """
+    path, columns = root / layout.EPISODES_PATH, [*_ROW, *more]
     try:
         table = pq.read_table(path, page_checksum_verification=True)
-        if missing := [name for name in _ROW if name not in table.column_names]:
+        if missing := [name for name in columns if name not in table.column_names]:
             raise ValueError(f"columns are missing: {', '.join(missing)}")
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ValueError(f"{path}: {one_line(error)}") from error
-    return table.select(list(_ROW)).to_pylist()
+    return table.select(columns).to_pylist()
 
 
 def _episodes(
@@ -88,7 +102,7 @@ def _episodes(
     choice: Choice,
 ) -> Iterator[DatasetEpisode]:
     asked, path, group = {name: there[name] for name in columns}, None, 0
-    rows = _table_of_episodes(root)
+    rows = read_rows(root)
     for row, is_chosen in zip(rows, choice.of(rows), strict=True):
         place = dict(zip(("chunk_index", "file_index"), (row[key] for key in _PLACE), strict=True))
         before, path = path, root / layout.DATA_PATH.format(**place)

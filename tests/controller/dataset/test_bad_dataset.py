@@ -49,6 +49,44 @@ def test_a_missing_dataset_is_refused(tmp_path):
     assert "there is no dataset" in refusal(tmp_path)
 
 
+def test_a_file_is_no_dataset(tmp_path):
+    path = tmp_path / "README.md"
+    path.write_text("a file")
+    assert "there is no dataset" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"\xff", "cannot be read"),
+        (b"[" * 100_000, "cannot be read"),
+        (b"[]", "its schema is 0"),
+        (b'{"calot": []}', "its schema is 0"),
+    ],
+)
+def test_a_description_of_another_form_is_refused(root, content, said):
+    (root / layout.INFO_PATH).write_bytes(content)
+    assert said in refusal(root)
+
+
+@pytest.mark.parametrize("cameras", [5, [1], "endoscope_left"])
+def test_cameras_that_are_no_list_of_names_are_refused(root, cameras):
+    known = json.loads((root / layout.INFO_PATH).read_text())["calot"]
+    rewrite_info(root, calot=known | {"cameras": cameras})
+    assert "cameras must be a list of names" in refusal(root)
+
+
+def test_columns_that_are_not_described_are_refused(root):
+    rewrite_info(root, features=[])
+    assert "is described as None" in refusal(root)
+
+
+def test_a_folder_in_place_of_the_description_is_refused(root):
+    (root / layout.INFO_PATH).unlink()
+    (root / layout.INFO_PATH).mkdir()
+    assert "cannot be read" in refusal(root)
+
+
 def test_an_empty_dataset_is_refused(root):
     rewrite_info(root, total_episodes=0)
     assert "empty" in refusal(root)

@@ -73,6 +73,26 @@ def test_a_camera_that_did_not_film_is_refused(filmed):
         next(read_filmed(filmed[0], ("action",), ("wrist_left",), lambda p: p))
 
 
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda path: path.unlink(),
+        lambda path: path.write_bytes(path.read_bytes()[:-100]),
+        lambda path: pq.write_table(pq.read_table(path).drop_columns(["kind"]), path),
+        lambda path: pq.write_table(pq.read_table(path).drop_columns([_CHUNK]), path),
+    ],
+    ids=["missing", "cut short", "without kinds", "without videos"],
+)
+def test_a_spoilt_table_of_episodes_is_one_line(tmp_path, spoil):
+    merge(write_parts(tmp_path / "parts", (3,), cameras=CAMERAS), tmp_path)
+    path = tmp_path / layout.EPISODES_PATH
+    spoil(path)
+    with pytest.raises(ValueError, match=re.escape(str(path))) as refused:
+        next(read_filmed(tmp_path, ("action",), CAMERAS, lambda p: p))
+    assert "\n" not in str(refused.value)
+
+
+_CHUNK = f"videos/{PICTURES}{CAMERAS[0]}/chunk_index"
 _PLACE = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
 
 
