@@ -1,7 +1,7 @@
 """Merge parts into a dataset: it is built beside the old one, then replaces it.
 
 Of parts with videos each stretch that the expert led becomes an episode of its own, because stock
-trainers cannot leave out frames; the videos stay whole.
+trainers cannot leave out frames; the videos stay whole. A part without such a stretch is left out.
 """
 
 from __future__ import annotations
@@ -63,15 +63,20 @@ def _build(parts: Sequence[Path], root: Path, file_most_mb: float) -> int:
     cameras = read_part(parts[0]).header.cameras
     columns = features(cameras)
     with closing(_DataFiles(root, file_most_mb, columns)) as files:
-        for number, part in enumerate(parts):
-            episode = _read(part, cameras)
-            shown = _copied(part, len(episode), cameras, root, number)
-            for first, one in _episodes_of(episode):
+        number = 0
+        for part in parts:
+            whole = _read(part, cameras)
+            if not (episodes := list(_episodes_of(whole))):
+                continue
+            shown = _shown(part, whole, [stretch for stretch, _ in episodes])
+            _copy_videos(part, cameras, root, number)
+            for (stretch, one), pictures in zip(episodes, shown, strict=True):
                 numbered = _numbered(one, len(rows), files.frames)
-                statistics.append(statistics_of(numbered, columns) | shown)
+                statistics.append(statistics_of(numbered, columns) | pictures)
                 rows.append(_row(one, len(rows), files.frames, statistics[-1]))
                 rows[-1] |= files.add(table_of(numbered, columns))
-                rows[-1] |= _filmed(cameras, number, first, first + len(one))
+                rows[-1] |= _filmed(cameras, number, stretch)
+            number += 1
     if not rows:
         raise ValueError(f"{root.parent}: the expert led the arms in no part")
     _describe(root, rows, statistics, cameras)
@@ -103,31 +108,37 @@ def _read(part: Path, cameras: Sequence[str]) -> DatasetEpisode:
     return episode
 
 
-def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[int, DatasetEpisode]]:
-    """Yield the episodes of a part, each with its first frame there."""
+def _episodes_of(part: DatasetEpisode) -> Iterator[tuple[slice, DatasetEpisode]]:
+    """Yield the episodes of a part, each with its frames there."""
     if not part.header.cameras:
-        yield 0, part
+        yield slice(0, len(part)), part
         return
     for stretch in part.stretches():
         columns = {name: column[stretch] for name, column in part.columns.items()}
         numbers = np.arange(stretch.stop - stretch.start)
         columns |= {"frame_index": numbers, "timestamp": (numbers / FPS).astype(np.float32)}
-        yield stretch.start, DatasetEpisode(header=part.header, columns=columns)
+        yield stretch, DatasetEpisode(header=part.header, columns=columns)
 
 
-def _copied(
-    part: Path, frames: int, cameras: Sequence[str], root: Path, number: int
-) -> dict[str, Statistics]:
-    """Copy a part's videos into the dataset; return the statistics of their pictures."""
-    found = {PICTURES + c: picture_statistics(video_path(part, c), frames) for c in cameras}
+def _shown(
+    part: Path, whole: DatasetEpisode, stretches: Sequence[slice]
+) -> list[dict[str, Statistics]]:
+    """Return the statistics of each stretch's pictures."""
+    found = {
+        PICTURES + camera: picture_statistics(video_path(part, camera), len(whole), stretches)
+        for camera in whole.header.cameras
+    }
+    return [{name: each[k] for name, each in found.items()} for k in range(len(stretches))]
+
+
+def _copy_videos(part: Path, cameras: Sequence[str], root: Path, number: int) -> None:
     for camera in cameras:
         path = root / layout.video_path(camera, number)
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(video_path(part, camera), path)
-    return found
 
 
-def _filmed(cameras: Sequence[str], number: int, first: int, end: int) -> dict[str, float]:
+def _filmed(cameras: Sequence[str], number: int, stretch: slice) -> dict[str, float]:
     """Return where the videos show an episode."""
     chunk, within = divmod(number, layout.FILES_A_CHUNK)
     return {
@@ -136,8 +147,8 @@ def _filmed(cameras: Sequence[str], number: int, first: int, end: int) -> dict[s
         for name, value in {
             "chunk_index": chunk,
             "file_index": within,
-            "from_timestamp": first / FPS,
-            "to_timestamp": end / FPS,
+            "from_timestamp": stretch.start / FPS,
+            "to_timestamp": stretch.stop / FPS,
         }.items()
     }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import imageio.v3 as imageio
@@ -30,15 +30,21 @@ def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
         raise ValueError(f"{path}: {str(error).splitlines()[0]}") from error
 
 
-def picture_statistics(path: Path, frames: int) -> Statistics:
-    """Return the statistics of each channel, 0 to 1, over every `EVERY`-th picture.
+def picture_statistics(path: Path, frames: int, stretches: Sequence[slice]) -> list[Statistics]:
+    """Return of each stretch the statistics of the channels, 0 to 1.
+
+    They are over every `EVERY`-th picture of the stretch; the video is read once.
 
     Raises:
         ValueError: as in `pictures`, or there are more or fewer than `frames` pictures.
     """
-    taken, n = list[NDArray[np.uint8]](), 0
+    counted = {k for stretch in stretches for k in range(stretch.start, stretch.stop, EVERY)}
+    taken, n = dict[int, NDArray[np.uint8]](), 0
     for n, picture in enumerate(pictures(path), start=1):
-        taken += [picture] if n % EVERY == 1 else []
+        if n - 1 in counted:
+            taken[n - 1] = picture
     if n != frames:
         raise ValueError(f"{path}: it has {n} pictures of {frames} frames")
-    return statistics_of_rows(np.concatenate(taken).reshape(-1, PICTURE_SHAPE[2]) / 255.0)
+    shown = ([taken[k] for k in range(s.start, s.stop, EVERY)] for s in stretches)
+    channels = PICTURE_SHAPE[2]
+    return [statistics_of_rows(np.concatenate(s).reshape(-1, channels) / 255.0) for s in shown]

@@ -13,7 +13,7 @@ from controller.dataset.filmed import read_filmed
 from controller.dataset.merge import merge
 from controller.dataset.part import cameras_of, read_part, video_path
 from controller.dataset.reader import read_episodes
-from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURES, STATE, TISSUE
+from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURE_SHAPE, PICTURES, STATE, TISSUE
 from controller.dataset.videos import pictures
 from tests.controller.dataset.episodes import frame_of, grey, random_episode, write_parts
 from tissue_sim.saving.video import Video
@@ -109,12 +109,52 @@ def test_the_robots_state_is_what_encoders_tell_and_the_tissue_is_left_to_the_pi
     assert described["video_path"] == layout.VIDEO_PATH
 
 
-def test_statistics_of_pictures_are_of_each_channel_from_black_to_white(filmed):
-    root, _ = filmed
-    statistics = json.loads((root / layout.STATS_PATH).read_text())[PICTURES + CAMERAS[0]]
-    first, last = (grey(frame)[0, 0, 0] / 255.0 for frame in (0, 30))  # each thirtieth counts
-    for key, value in {"min": first, "max": last, "mean": (first + last) / 2}.items():
-        np.testing.assert_allclose(statistics[key], np.full((3, 1, 1), value), atol=0.01)
+LED = {3: [(0, 35), (40, 50)], 4: [], 5: [(10, 50)]}  # seed to stretches that the expert led
+COLOURS = {3: [(40, 90, 60), (160, 80, 130)], 5: [(100, 120, 200)]}  # of each stretch's pictures
+
+
+@pytest.fixture(scope="module")
+def coloured(tmp_path_factory):
+    """Return the root of a dataset whose stretches are each of a colour; other frames are white."""
+    root, parts = tmp_path_factory.mktemp("coloured"), []
+    for seed, stretches in LED.items():
+        expert, shown = np.zeros(50, bool), np.full((50, 3), 255, np.uint8)
+        for (first, end), colour in zip(stretches, COLOURS.get(seed, ()), strict=True):
+            expert[first:end], shown[first:end] = True, colour
+        options = {"cameras": CAMERAS, "expert": expert, "segment": np.zeros(50, int)}
+        parts += write_parts(root / "parts", (seed,), **options)
+        for k, camera in enumerate(CAMERAS):
+            with Video(video_path(parts[-1], camera), keyframes=2) as video:
+                for colour in np.roll(shown, k, axis=1):
+                    video.add(np.broadcast_to(colour, PICTURE_SHAPE))
+    merge(parts, root)
+    return root
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_statistics_of_pictures_are_of_the_episodes_own_frames(coloured, camera):
+    rows = pq.read_table(coloured / layout.EPISODES_PATH).to_pylist()
+    colours = [np.roll(c, CAMERAS.index(camera)) / 255.0 for c in (*COLOURS[3], *COLOURS[5])]
+    for row, colour in zip(rows, colours, strict=True):
+        for key in ("min", "max", "mean"):
+            found = row[f"stats/{PICTURES}{camera}/{key}"]
+            np.testing.assert_allclose(found, colour, atol=0.02)
+    whole = json.loads((coloured / layout.STATS_PATH).read_text())[PICTURES + camera]
+    mean = np.average(colours, axis=0, weights=[2, 1, 2])  # each thirtieth picture counts
+    expected = {"min": np.min(colours, axis=0), "max": np.max(colours, axis=0), "mean": mean}
+    for key, value in expected.items():
+        np.testing.assert_allclose(np.reshape(whole[key], 3), value, atol=0.02)
+        assert np.shape(whole[key]) == (3, 1, 1)
+
+
+def test_videos_are_those_of_the_parts_with_an_episode(coloured):
+    for k, camera in enumerate(CAMERAS):
+        there = sorted((coloured / "videos" / f"{PICTURES}{camera}").glob("*/*"))
+        assert there == [coloured / layout.video_path(camera, file) for file in range(2)]
+        read = read_filmed(coloured, ("action",), (camera,), lambda p: p[:2, :3])
+        means = [shown.mean(axis=(0, 1, 2, 3)) for _, shown in read]
+        colours = np.roll([*COLOURS[3], *COLOURS[5]], k, axis=1)
+        np.testing.assert_allclose(means, colours, atol=5.0)
 
 
 def test_the_card_says_what_is_in_it(filmed):
