@@ -9,6 +9,7 @@ import imageio.v3 as imageio
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.dataset.part import one_line
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.dataset.statistics import Statistics, statistics_of_rows
 
@@ -27,7 +28,7 @@ def pictures(path: Path) -> Iterator[NDArray[np.uint8]]:
                 raise ValueError(f"its pictures are {picture.shape}, not {PICTURE_SHAPE}")
             yield picture
     except (OSError, ValueError, RuntimeError) as error:
-        raise ValueError(f"{path}: {str(error).splitlines()[0]}") from error
+        raise ValueError(f"{path}: {one_line(error)}") from error
 
 
 def picture_statistics(path: Path, frames: int, stretches: Sequence[slice]) -> list[Statistics]:

@@ -201,6 +201,15 @@ def test_a_video_that_is_missing_or_damaged_is_one_line(tmp_path, spoil):
     assert "\n" not in str(refused.value)
 
 
+def test_a_reader_of_videos_that_gives_no_reason_is_named(tmp_path, monkeypatch):
+    def fails(*_, **__):
+        raise RuntimeError
+
+    monkeypatch.setattr("controller.dataset.videos.imageio.imiter", fails)
+    with pytest.raises(ValueError, match=r"\.mp4: RuntimeError$"):
+        next(pictures(tmp_path / "part.mp4"))
+
+
 def test_a_part_that_the_expert_never_led_makes_no_dataset(tmp_path):
     expert = np.zeros(50, bool)
     (part,) = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS, expert=expert)
