@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 import torch
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F
 
+from controller.dataset.part import one_line
 from tissue_sim.sensing.pictures.picture_faults import smoked, splashed
 
 TURN_RAD, GROW, SHIFT = 0.3, 0.15, 0.1  # largest; of the size: natural logarithm, share
@@ -21,6 +24,9 @@ MOST_SMOKE, MOST_BLOOD = 0.6, 0.25
 OPAQUE = 0.5  # cover through which nothing is seen
 NOWHERE_PX = -1e4
 LIGHT, TINT, OFFSET, NOISE = 0.3, 0.12, 0.04, 0.01  # standard deviations; assumed
+_UNREADABLE = (  # what numpy raises for a file that is damaged or of another kind
+    BadZipFile, EOFError, LookupError, OSError, RuntimeError, TypeError, ValueError, zlib.error,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,22 +62,35 @@ class Frames:
 
 
 def read_frames(files: Sequence[Path], view: str) -> Frames:
-    """Read a view's frames of many episodes."""
-    parts: list[dict[str, NDArray]] = []
-    for path in files:
+    """Read a view's frames of many episodes.
+
+    Raises:
+        ValueError: a file is damaged or has no labelled frames, or its arrays have other shapes
+            than those of the first; the message is one line.
+    """
+    parts = [_read(path, view) for path in files]
+    shapes = [{name: array.shape[1:] for name, array in part.items()} for part in parts]
+    for path, found in zip(files, shapes, strict=True):
+        if found != shapes[0]:
+            raise ValueError(f"{path}: a frame has the shapes {found}, not {shapes[0]}")
+    return Frames(**{n: torch.from_numpy(np.concatenate([p[n] for p in parts])) for n in parts[0]})
+
+
+def _read(path: Path, view: str) -> Mapping[str, NDArray]:
+    try:
         with np.load(path) as file:
             third = np.broadcast_to(file["third_tube"][:, None] > 0.5, (len(file["there"]), 1))
-            parts.append(
-                {
-                    "rgb": file[f"rgb.{view}"],
-                    "pixels": file[f"pixels.{view}"],
-                    "there": file["there"],
-                    "visible": file[f"visible.{view}"],
-                    "radius": file[f"radius.{view}"],
-                    "flags": np.concatenate([file["severed"], third], axis=1),
-                }
-            )
-    return Frames(**{n: torch.from_numpy(np.concatenate([p[n] for p in parts])) for n in parts[0]})
+            return {
+                "rgb": file[f"rgb.{view}"],
+                "pixels": file[f"pixels.{view}"],
+                "there": file["there"],
+                "visible": file[f"visible.{view}"],
+                "radius": file[f"radius.{view}"],
+                "flags": np.concatenate([file["severed"], third], axis=1),
+            }
+    except _UNREADABLE as error:
+        why = one_line(error)
+        raise ValueError(f"{path}: it is damaged, or has no labelled frames: {why}") from error
 
 
 def digest(files: Sequence[Path]) -> str:

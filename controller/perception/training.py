@@ -83,7 +83,7 @@ def train_view(
     A new training starts from the view's network of `base`, if given.
 
     Raises:
-        ValueError: `out` holds another training; nothing is changed.
+        ValueError: `out` holds another training; nothing is changed. Else as in `read_frames`.
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)

@@ -1,6 +1,7 @@
 """Tests of perception's training: it learns a picture, and fine-tuning keeps what it must keep."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -26,11 +27,11 @@ SIZE = (64, 96)  # height, width
 N_SHOWN = N_POINTS + 4  # with the ends of both cuts
 
 
-def pictures(path: Path, seed: int, frames: int = 6) -> Path:
+def pictures(path: Path, seed: int, frames: int = 6, size: tuple[int, int] = SIZE) -> Path:
     """Write made-up labelled frames, in which every point is a white dot at its place."""
     rng = np.random.default_rng(seed)
-    pixels = rng.uniform(8.0, 56.0, (frames, N_SHOWN, 2)).astype(np.float32)
-    rgb = np.zeros((frames, *SIZE, 3), np.uint8)
+    pixels = rng.uniform(8.0, min(size) - 8.0, (frames, N_SHOWN, 2)).astype(np.float32)
+    rgb = np.zeros((frames, *size, 3), np.uint8)
     for k, frame in enumerate(pixels.astype(int)):
         rgb[k, frame[:, 1], frame[:, 0]] = 255
     columns = {
@@ -74,6 +75,31 @@ def test_stopped_and_resumed_it_ends_at_the_same_weights(base: Path, tmp_path: P
         for folder in (base.parent, tmp_path)
     )
     assert all(torch.equal(weight, expected[name]) for name, weight in found.items())
+
+
+def no_zip(path: Path) -> None:
+    with path.open("wb") as file:
+        np.save(file, np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda path: path.write_bytes(b""),
+        lambda path: path.write_bytes(path.read_bytes()[:-100]),
+        lambda path: path.write_text("no pictures"),
+        lambda path: np.savez(path, header="a recording"),
+        lambda path: pictures(path, 2, size=(32, 96)),
+        no_zip,
+    ],
+    ids=["empty", "cut short", "text", "a recording", "smaller pictures", "one array"],
+)
+def test_a_file_without_labelled_frames_is_one_line(tmp_path: Path, spoil: Callable) -> None:
+    files = [pictures(tmp_path / f"{seed}.npz", seed) for seed in (1, 2)]
+    spoil(files[1])
+    with pytest.raises(ValueError, match=re.escape(f"{files[1]}: ")) as refused:
+        next(train_view(files, VIEWS[0], SMOKE, tmp_path))
+    assert "\n" not in str(refused.value)
 
 
 def test_the_loss_falls(tmp_path: Path) -> None:
