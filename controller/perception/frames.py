@@ -60,6 +60,14 @@ class Frames:
         """Return the frames on a device."""
         return Frames(**{name: part.to(device) for name, part in vars(self).items()})
 
+    @property
+    def digest(self) -> str:
+        """Return the digest of everything that training reads, in hex."""
+        digest = sha256()
+        for part in vars(self).values():
+            digest.update(np.ascontiguousarray(part.numpy(force=True)).data)
+        return digest.hexdigest()
+
 
 def read_frames(files: Sequence[Path], view: str) -> Frames:
     """Read a view's frames of many episodes.
@@ -91,12 +99,6 @@ def _read(path: Path, view: str) -> Mapping[str, NDArray]:
     except _UNREADABLE as error:
         why = one_line(error)
         raise ValueError(f"{path}: it is damaged, or has no labelled frames: {why}") from error
-
-
-def digest(files: Sequence[Path]) -> str:
-    """Return a digest of the files' names and sizes."""
-    said = "".join(f"{path.name} {path.stat().st_size}\n" for path in files)
-    return sha256(said.encode()).hexdigest()
 
 
 def changed(frames: Frames, chance: torch.Generator) -> tuple[Tensor, Frames]:

@@ -16,7 +16,7 @@ from controller.perception.checkpoint import (
     PerceptionConfig,
     PerceptionModel,
 )
-from controller.perception.frames import Frames, changed, digest, read_frames
+from controller.perception.frames import Frames, changed, read_frames
 from controller.perception.network import N_WIDE, STRIDE, Network, NetworkConfig, Seen
 from controller.perception.prior import fit_prior
 from planner.learning.optimise import Schedule, TrainingStep, fine_tuning_schedule, optimise
@@ -87,7 +87,8 @@ def train_view(
     """
     torch.manual_seed(config.seed)
     chance = torch.Generator(device).manual_seed(config.seed)
-    frames = read_frames(files, view).to(device)
+    frames = read_frames(files, view)
+    digest, frames = frames.digest, frames.to(device)
     network = Network(config.network)
     if base is not None:
         network.load_state_dict(base.networks[view].state_dict())
@@ -98,7 +99,7 @@ def train_view(
         chance,
         config,
         out,
-        f"{view} {digest(files)}",
+        digest,
         save=lambda model: torch.save(model.state_dict(), out / WEIGHTS_FILE),
     )
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F
 
@@ -104,19 +106,24 @@ def train(
         chance,
         config,
         out,
-        data.windows.digest,
+        data.digest,
         save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
     )
 
 
 class FilmData:
-    """All windows, the pictures of all frames, and the sentences' embeddings."""
+    """All windows, the pictures of all frames, and the sentences' embeddings.
+
+    Attributes:
+        digest: of all training data, in hex.
+    """
 
     def __init__(self, films: Sequence[Film], config: PolicyConfig, device: str) -> None:
         heard = [film.demonstration.heard_by(config) for film in films]
         self.windows = Windows(heard, config, device)
         self._pictures = [film.pictures for film in films]  # not joined: that would need them twice
         self._ends = np.cumsum([len(pictures) for pictures in self._pictures])
+        self.digest = _digest(self.windows, self._pictures)
         self.words = embed_all(self.windows.texts).to(device)
 
     def shown(self, newest: Tensor) -> Tensor:
@@ -125,6 +132,13 @@ class FilmData:
         which = np.searchsorted(self._ends, rows, side="right")
         shown = [self._pictures[k][row - self._ends[k]] for k, row in zip(which, rows, strict=True)]
         return torch.from_numpy(np.stack(shown)).to(newest.device)
+
+
+def _digest(windows: Windows, pictures: Sequence[NDArray[np.uint8]]) -> str:
+    digest = sha256(windows.digest.encode())
+    for shown in pictures:
+        digest.update(np.ascontiguousarray(shown).data)
+    return digest.hexdigest()
 
 
 def _normalise(policy: PixelPolicy, data: FilmData, which: Tensor) -> None:

@@ -109,6 +109,16 @@ def test_the_loss_falls(tmp_path: Path) -> None:
     )  # the dots are alike: where they lie is learnt
 
 
+def test_other_frames_in_a_file_of_the_same_size_do_not_go_on_from_there(tmp_path: Path) -> None:
+    path = pictures(tmp_path / "a.npz", 3)
+    size = path.stat().st_size
+    assert len(list(losses([path], tmp_path, 2))) == 2
+    assert not list(losses([path], tmp_path, 2))  # nothing is left to do
+    assert pictures(path, 4).stat().st_size == size
+    with pytest.raises(ValueError, match="of other demonstrations"):
+        list(losses([path], tmp_path, 2))
+
+
 def test_fine_tuning_moves_the_networks_and_keeps_the_prior(base: Path, tmp_path: Path) -> None:
     before, files = CHECKPOINTS.load(base), [pictures(tmp_path / "b.npz", 4)]
     config, model = fine_tuning(SMOKE, base)

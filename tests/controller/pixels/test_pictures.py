@@ -1,5 +1,7 @@
 """Tests of how pictures are made smaller, and shifted in training."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.pixels.config import CHUNKS, PixelConfig
-from controller.pixels.training import SHIFT_PX, FilmData, shifted
+from controller.pixels.training import PRESETS, SHIFT_PX, FilmData, shifted, train
 from tests.controller.pixels.filmed import film
 
 
@@ -51,6 +53,15 @@ def test_each_window_has_the_picture_of_its_own_moment():
     joined = torch.from_numpy(np.concatenate([f.pictures for f in films]))
     assert set(newest.tolist()) > {0, 40, 81}
     assert torch.equal(data.shown(newest), joined[newest])
+
+
+def test_training_does_not_go_on_with_other_pictures_of_the_same_motions(tmp_path):
+    config, films = replace(PRESETS["smoke"], steps=1), [film(seed) for seed in range(2)]
+    assert len(list(train(films, config, tmp_path))) == 1
+    assert not list(train(films, config, tmp_path))  # nothing is left to do
+    films[1].pictures[7, 0, 3, 4, 0] ^= 1
+    with pytest.raises(ValueError, match="of other demonstrations"):
+        list(train(films, config, tmp_path))
 
 
 def test_the_size_in_datasets_can_be_shrunk_by_the_default():
