@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from http.client import HTTPException
 from typing import Any
 from urllib.error import HTTPError
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 from urllib.request import HTTPRedirectHandler, Request, build_opener
 
 MAX_BYTES = 1_000_000
@@ -49,13 +49,10 @@ class Endpoint:
     timeout_s: float = 10.0
 
     def __post_init__(self) -> None:
-        try:
-            parts = urlsplit(self.url)
-            known = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
-        except ValueError:
-            known = False
-        if not known or not self.url.isprintable() or " " in self.url:
-            raise ValueError(f"{URL} must be an address like https://host/v1, got {self.url!r}")
+        if not _is_address(self.url):
+            raise ValueError(
+                f"{URL} must be an address like https://host/v1, in ASCII, got {self.url!r}"
+            )
         if not self.model:
             raise ValueError(f"{MODEL} must name a model")
         if not (self.key.isascii() and self.key.isprintable()):
@@ -131,6 +128,21 @@ def endpoint_from_environment() -> Endpoint:
     return Endpoint(
         url=os.environ[URL], model=os.environ[MODEL], key=os.environ.get(KEY, "").strip()
     )
+
+
+def _is_address(url: str) -> bool:
+    """Return whether a request can be sent there.
+
+    urllib decodes the host, takes a user before it for a part of it, and sends ASCII only.
+    """
+    try:
+        parts = urlsplit(url)
+        host = unquote(parts.hostname or "")
+        known = parts.scheme in ("http", "https") and host.encode("idna") and parts.port != 0
+    except ValueError:
+        return False
+    is_plain = (url + host).isascii() and url.isprintable() and " " not in url
+    return bool(known) and is_plain and "@" not in parts.netloc
 
 
 class _NoRedirect(HTTPRedirectHandler):

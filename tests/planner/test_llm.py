@@ -163,6 +163,13 @@ def test_the_key_is_sent_to_no_other_server(status):
         ({"CALOT_LLM_URL": "localhost:8000"}, "must be an address like https://host/v1"),
         ({"CALOT_LLM_URL": "file:///etc/passwd"}, "must be an address like https://host/v1"),
         ({"CALOT_LLM_URL": "http://host:port/v1"}, "must be an address like https://host/v1"),
+        ({"CALOT_LLM_URL": "http://host/v\u00fc"}, "must be an address .*, in ASCII"),
+        ({"CALOT_LLM_URL": "http://\u4e2d/v1"}, "must be an address .*, in ASCII"),
+        ({"CALOT_LLM_URL": "http://%E4%B8%AD/v1"}, "must be an address like https://host/v1"),
+        ({"CALOT_LLM_URL": "http://me.@host/v1"}, "must be an address like https://host/v1"),
+        ({"CALOT_LLM_URL": "http://a..b/"}, "must be an address like https://host/v1"),
+        ({"CALOT_LLM_URL": "http://a%2E.b/"}, "must be an address like https://host/v1"),
+        ({"CALOT_LLM_URL": f"http://{'a' * 64}/"}, "must be an address like https://host/v1"),
         ({"CALOT_LLM_KEY": "two\nlines"}, "CALOT_LLM_KEY must be printable ASCII"),
     ],
 )
