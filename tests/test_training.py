@@ -1,6 +1,7 @@
 """Tests of the policies' trainings: they learn, and resume exactly."""
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import islice
 from types import ModuleType
@@ -8,6 +9,7 @@ from typing import Any
 
 import pytest
 import torch
+from safetensors.torch import save_file
 
 from controller.diffusion.checkpoint import CHECKPOINTS as POLICIES
 from controller.diffusion.learning import training as controller_training
@@ -163,5 +165,27 @@ def test_a_checkpoint_for_something_else_is_refused_in_one_line(
         patch.setitem(learner.checkpoints.fits, what, 999)
         learner.checkpoints.save(path, model)
     with pytest.raises(CheckpointError, match=f"{what} 999, but here it is") as refusal:
+        learner.checkpoints.load(path)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "why"),
+    [
+        ({"config": {"newer": 1}}, "its configuration is of another version"),
+        ({"config": [1]}, "no checkpoint of a"),
+        ({"fits": [1]}, "no checkpoint of a"),
+    ],
+)
+def test_a_checkpoint_of_another_form_is_refused_in_one_line(
+    learner, trained, tmp_path, spoilt, why
+):
+    config = learner.checkpoints.config(trained[0] / learner.training.CHECKPOINT_FILE)
+    said = {"config": asdict(config), "fits": dict(learner.checkpoints.fits)}
+    for name, value in spoilt.items():
+        said[name] = said[name] | value if isinstance(value, dict) else value
+    path = tmp_path / "other.safetensors"
+    save_file({}, path, {name: json.dumps(value) for name, value in said.items()})
+    with pytest.raises(CheckpointError, match=why) as refusal:
         learner.checkpoints.load(path)
     assert "\n" not in str(refusal.value)

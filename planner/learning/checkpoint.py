@@ -87,15 +87,19 @@ class Checkpoints(Generic[Config, Model]):
         try:
             with safe_open(path, "pt") as file:
                 said = file.metadata() or {}
-            found, config = json.loads(said["fits"]), json.loads(said["config"])
+            found, config = (dict(json.loads(said[name])) for name in ("fits", "config"))
         except OSError as error:
             raise CheckpointError(f"{path} cannot be read: {_one_line(error)}") from None
-        except (SafetensorError, KeyError, ValueError):
+        except (SafetensorError, KeyError, TypeError, ValueError):
             raise CheckpointError(f"{path} is no checkpoint of a {self.holds}") from None
         for name, wanted in self.fits.items():
             if found.get(name) != wanted:
                 raise CheckpointError(f"{path}: {name} {found.get(name)}, but here it is {wanted}")
-        return self.config_from(config)
+        try:
+            return self.config_from(config)
+        except (KeyError, TypeError, ValueError) as error:
+            why = f"its configuration is of another version: {_one_line(error)}"
+            raise CheckpointError(f"{path}: {why}") from None
 
 
 def _kept(model: nn.Module) -> dict[str, Tensor]:
