@@ -47,7 +47,7 @@ def inverse_kinematics(
         Unreachable: both branches leave the limits, the yaw axis points at the remote centre, the
             wrist is at the remote centre, or the pose is not finite.
     """
-    require_pose(T_rcm_tool)
+    _require_pose(T_rcm_tool)
     near = [float(value) for value in near]
     limits = _limits(instrument)
     branches = sorted(_branches(T_rcm_tool, instrument, near), key=lambda q: _distance(q, near))
@@ -58,7 +58,7 @@ def inverse_kinematics(
     raise Unreachable(violations[0])
 
 
-def require_pose(T_rcm_tool: Array) -> None:
+def _require_pose(T_rcm_tool: Array) -> None:
     """Raise Unreachable unless all (4, 4) entries are finite and the position is near the arm."""
     if T_rcm_tool.shape != (4, 4) or not np.abs(T_rcm_tool).max() < _FAR_M:  # NaN is not less
         raise Unreachable(f"the pose is not a finite (4, 4) matrix, or over {_FAR_M:g} m away")
