@@ -1,8 +1,4 @@
-"""Where the links of an arm are, and how points on them move with the joints.
-
-Joints are (7,) as in `controller.symbolic`; functions of the tool frame take no jaw. Values are in
-the RCM frame unless marked as world; NaN in gives NaN out.
-"""
+"""How the tool of an arm, and points on its links, move with the joints; NaN in gives NaN out."""
 
 from __future__ import annotations
 
@@ -18,17 +14,11 @@ from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 
 
 def tool_jacobian(joints: Array, instrument: Instrument) -> Array:
-    """Return (6, 6): rates of joints (6,) to the tip's velocity (rows 0-2) and angular velocity."""
-    return symbolic.tool_jacobian(instrument)(joints).reshape(6, 6).T
+    """Return (6, 6): rates of joints (6,), without the jaw, to the tip's velocity, RCM frame.
 
-
-def link_poses(joints: Array, instrument: Instrument) -> Array:
-    """Return poses (8, 4, 4) of `symbolic.MOVING_LINKS`.
-
-    Origin and z axis are those of the link's joint; a finger's joint has the x axis instead.
+    Rows 0-2 are its velocity, rows 3-5 its angular velocity.
     """
-    columns = symbolic.link_poses(instrument)(joints).reshape(-1, 4, 4)
-    return columns.transpose(0, 2, 1)
+    return symbolic.tool_jacobian(instrument)(joints).reshape(6, 6).T
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,31 +19,19 @@ from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES, DhRow, T_yaw_tool, dh_table
 from tissue_sim.tools.urdf import FINGER_SIDES, LINK_OF_JOINT
 
-MOVING_LINKS = (*LINK_OF_JOINT.values(), *FINGER_SIDES)
 INPUTS = "joints", "T_world_rcm", "motion"
 X, Y, Z = range(3)
 EYE = ca.SX.eye(4)
 
 
 @cache
-def tool_pose(instrument: Instrument) -> Function:
-    """Return the function of joints (6,), without the jaw, to `T_rcm_tool` (4, 4)."""
-    joints = ca.SX.sym("joints", 6)
-    return function("tool_pose", [joints], _T_rcm_tool(joints, instrument))
-
-
-@cache
 def tool_jacobian(instrument: Instrument) -> Function:
-    """Return the function of joints (6,) to the geometric Jacobian (6, 6), velocity first."""
+    """Return the function of joints (6,), without the jaw, to the geometric Jacobian (6, 6).
+
+    Velocity comes first; in the RCM frame.
+    """
     joints = ca.SX.sym("joints", 6)
     return function("tool_jacobian", [joints], _tool_jacobian(joints, instrument))
-
-
-@cache
-def link_poses(instrument: Instrument) -> Function:
-    """Return the function of joints (7,) to the poses of `MOVING_LINKS`, RCM frame (4, 4 * 8)."""
-    joints = ca.SX.sym("joints", 7)
-    return function("link_poses", [joints], ca.horzcat(*_links(joints, instrument).values()))
 
 
 @cache
@@ -129,7 +117,7 @@ def _tool_jacobian(joints: ca.SX, instrument: Instrument) -> ca.SX:
     return ca.vertcat(ca.jacobian(T[:3, 3], joints), ca.horzcat(*turning))
 
 
-def _links(joints: ca.SX, instrument: Instrument, T_rcm: ca.SX = EYE) -> dict[str, ca.SX]:
+def _links(joints: ca.SX, instrument: Instrument, T_rcm: ca.SX) -> dict[str, ca.SX]:
     """Return poses of all moving links, in the frame in which `T_rcm` is the remote centre's pose.
 
     A DH link moves about or along its z, a finger about its x.

@@ -1,4 +1,4 @@
-"""Tests of the kinematics: CasADi's, from the DH table, equals the simulator's, from the URDF.
+"""Tests of the kinematics: ours, from the DH table, equals the simulator's, from the URDF.
 
 The simulator stores joint origins, joint values and link poses in float32. A product of eight
 unit quaternions is then up to 1e-6 rad off. The tests read positions and quaternions as the
@@ -10,15 +10,15 @@ import pytest
 import sapien
 from scipy.spatial.transform import Rotation
 
-from controller.links import link_poses
-from controller.symbolic import MOVING_LINKS, tool_pose
+from tests.controller.link_poses import link_poses
 from tests.joints import within_limits
 from tissue_sim.frames import pose
-from tissue_sim.tools.instruments import INSTRUMENTS
-from tissue_sim.tools.psm import T_yaw_tool
-from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
+from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.tools.psm import T_yaw_tool, forward_kinematics
+from tissue_sim.tools.urdf import FINGER_SIDES, JOINT_ORDER, LINK_OF_JOINT, urdf_path
 
-PALM = MOVING_LINKS.index("palm")
+LINKS = ("base", *LINK_OF_JOINT.values(), *FINGER_SIDES)
+PALM, PATCHES = LINKS.index("palm"), [LINKS.index(name) for name in PATCH_LINKS]
 
 
 class Engine:
@@ -51,7 +51,7 @@ def arm(request):
     loader.fix_root_link = True
     articulation = loader.load(str(urdf_path(request.param, visuals=False)))
     assert tuple(joint.name for joint in articulation.active_joints) == JOINT_ORDER
-    assert tuple(link.name for link in articulation.links) == ("base", *MOVING_LINKS)
+    assert tuple(link.name for link in articulation.links) == LINKS
     yield request.param, articulation
     scene.clear()
 
@@ -83,10 +83,9 @@ def test_a_thousand_poses_agree_to_a_micrometre_and_a_microradian(arm, reading):
     links, tools = [], []
     for qpos in drawn_qpos(instrument, 1000):
         joints = np.array([*qpos[:6], qpos[6] + qpos[7]], float)
-        T = np.array([rigid(link) for link in simulator.link_poses(qpos)])[1:]  # without the base
-        links.append((T, link_poses(joints, instrument)))
-        tool = tool_pose(instrument)(joints[:6]).reshape(4, 4).T
-        tools.append((T[PALM] @ T_palm_tool, tool))
+        T = np.array([rigid(link) for link in simulator.link_poses(qpos)])
+        links.append((T[PATCHES], list(link_poses(joints, instrument).values())))
+        tools.append((T[PALM] @ T_palm_tool, forward_kinematics(joints[:6], instrument)))
     for pairs in (links, tools):
         distance, angle = off(*np.array(pairs).swapaxes(0, 1))
         assert distance <= 1e-6

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controller import symbolic
-from controller.links import Rates, link_poses, tool_jacobian
+from controller.links import Rates, tool_jacobian
+from tests.controller.link_poses import link_poses
 from tests.joints import (
     INSERTION,
     inside_the_body,
@@ -20,13 +21,13 @@ from tests.joints import (
 )
 from tissue_sim.frames import rotation_vector, transform
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM, port_pose
-from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS
+from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics, joint_frames
+from tissue_sim.tools.urdf import LINK_OF_JOINT
 
 JAW_FRACTION = 0.7
 H = 1e-5  # central differences: h^2 / 6 times a third derivative of at most 1, and rounding / h
 DIFFERENCE = 1e-9
-PATCH_ROWS = [symbolic.MOVING_LINKS.index(name) for name in PATCH_LINKS]
 points_link_m = st.lists(st.tuples(*[st.floats(-0.1, 0.1)] * 3), min_size=4, max_size=4)
 
 
@@ -35,21 +36,20 @@ def drawn(fraction, instrument):
 
 
 @given(unit_interval, instruments)
-def test_tool_and_link_poses_are_those_of_the_dh_table(fraction, instrument):
+def test_shaft_and_wrist_are_where_the_dh_table_has_them(fraction, instrument):
     joints = drawn(fraction, instrument)
-    T = symbolic.tool_pose(instrument)(joints[:6]).reshape(4, 4).T
-    np.testing.assert_allclose(T, forward_kinematics(joints[:6], instrument), atol=1e-15)
-    frames = joint_frames(joints[:6], instrument)
-    np.testing.assert_allclose(link_poses(joints, instrument)[:6], frames, atol=1e-15)
+    poses, frames = link_poses(joints, instrument), joint_frames(joints[:6], instrument)
+    for frame, link in zip(frames, LINK_OF_JOINT.values(), strict=True):
+        if link in poses:
+            np.testing.assert_allclose(poses[link], frame, atol=1e-15)
 
 
 @given(unit_interval, instruments)
 def test_fingers_open_to_either_side_about_the_yaw_axis(fraction, instrument):
     joints = drawn(fraction, instrument)
-    poses = dict(zip(symbolic.MOVING_LINKS, link_poses(joints, instrument), strict=True))
-    tool, yaw = forward_kinematics(joints[:6], instrument), poses["palm"]
+    tool, yaw = forward_kinematics(joints[:6], instrument), joint_frames(joints[:6], instrument)[-1]
     for name, side in (("finger_plus", 1), ("finger_minus", -1)):
-        finger = poses[name]
+        finger = link_poses(joints, instrument)[name]
         np.testing.assert_allclose(finger[:3, 3], yaw[:3, 3], atol=1e-15)
         np.testing.assert_allclose(finger[:3, 0], yaw[:3, 2], atol=1e-15)
         half = joints[6] / 2
@@ -97,7 +97,7 @@ def point_jacobians(joints, instrument, links, points):
 
 def placed(joints, instrument, points):
     """Return one point (3,) on each link of the patches, in the RCM frame (4, 3)."""
-    T = link_poses(joints, instrument)[PATCH_ROWS]
+    T = np.stack(list(link_poses(joints, instrument).values()))
     return np.einsum("nij,nj->ni", T[:, :3, :3], points) + T[:, :3, 3]
 
 
@@ -153,35 +153,34 @@ def test_nan_goes_through_and_stays_visible(value):
     joints = np.array([0.2, value, 0.12, 0.4, -0.3, 0.5, 0.6])
     instrument = INSTRUMENTS["grasper"]
     assert np.isnan(tool_jacobian(joints[:6], instrument)).any()
-    assert np.isnan(link_poses(joints, instrument)[-1]).any()
+    assert np.isnan(link_poses(joints, instrument)["finger_minus"]).any()
     J = point_jacobians(joints, instrument, np.array([3]), np.zeros((1, 3)))
     assert np.isnan(J).any()
 
 
-@pytest.mark.parametrize("joints", [np.zeros(6), np.zeros(8), np.zeros((1, 7)), 0.0])
+@pytest.mark.parametrize("joints", [np.zeros(5), np.zeros(7), np.zeros((1, 6)), 0.0])
 def test_joints_of_another_shape_are_refused(joints):
-    with pytest.raises(ValueError, match=r"link_poses takes 7 joints, not shape"):
-        link_poses(joints, INSTRUMENTS["grasper"])
+    with pytest.raises(ValueError, match=r"tool_jacobian takes 6 joints, not shape"):
+        tool_jacobian(joints, INSTRUMENTS["grasper"])
 
 
 def test_joints_of_any_number_type_and_layout_are_read_as_they_are():
-    instrument, joints = INSTRUMENTS["grasper"], np.array([1, 0, 2, -1, 0, 1, 1])
-    expected = link_poses(joints.astype(float), instrument)
+    instrument, joints = INSTRUMENTS["grasper"], np.array([1, 0, 2, -1, 0, 1])
+    expected = tool_jacobian(joints.astype(float), instrument)
     every_other = np.repeat(joints.astype(np.float32), 2)[::2]
-    np.testing.assert_array_equal(link_poses(joints, instrument), expected)
-    np.testing.assert_array_equal(link_poses(every_other, instrument), expected)
+    np.testing.assert_array_equal(tool_jacobian(joints, instrument), expected)
+    np.testing.assert_array_equal(tool_jacobian(every_other, instrument), expected)
 
 
 def test_threads_may_share_a_function():
     instrument = INSTRUMENTS["grasper"]
-    fractions = np.random.default_rng(0).uniform(size=(5000, 7))
-    asked = with_jaw(fractions[:, :6], fractions[:, 6], instrument)
-    alone = [link_poses(joints, instrument) for joints in asked]
+    asked = within_limits(np.random.default_rng(0).uniform(size=(5000, 6)), instrument)
+    alone = [tool_jacobian(joints, instrument) for joints in asked]
     switch_s = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:
         with ThreadPoolExecutor(2) as threads:
-            together = list(threads.map(lambda joints: link_poses(joints, instrument), asked))
+            together = list(threads.map(lambda joints: tool_jacobian(joints, instrument), asked))
     finally:
         sys.setswitchinterval(switch_s)
     np.testing.assert_array_equal(together, alone)

@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from controller.links import link_poses, tool_jacobian
+from controller.links import tool_jacobian
 from controller.safety.arm_motion import JOINT_SHARE, TIP_M, TURN_RAD, UNIT, arm_motion
-from controller.symbolic import MOVING_LINKS
 from scenarios.bench.trials.attack import random_start
+from tests.controller.link_poses import link_poses
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
 from tissue_sim.tools.instruments import SHAFT_RADIUS_M
 from tissue_sim.tools.urdf import SHAFT_LENGTH_M
@@ -23,7 +23,7 @@ def at(joints, motion=None):
 
 def outer_shaft(arm, joints):
     """Return a shaft's port (3,) and its outer end (3,), in the world frame."""
-    T = T_WORLD_RCM[arm] @ link_poses(joints[arm], TOOLS[arm])[MOVING_LINKS.index("shaft")]
+    T = T_WORLD_RCM[arm] @ link_poses(joints[arm], TOOLS[arm])["shaft"]
     return T_WORLD_RCM[arm, :3, 3], T[:3, 3] - SHAFT_LENGTH_M * T[:3, 2]
 
 
