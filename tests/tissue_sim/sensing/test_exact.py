@@ -153,6 +153,19 @@ def test_of_more_clips_than_there_is_room_for_the_last_are_seen(world: World) ->
     np.testing.assert_allclose(in_world(world, seen.clips_m)[-1], middle[:3], atol=FLOAT32_M)
 
 
+# --- shafts ---
+
+
+def test_a_shaft_is_off_its_remote_centre_by_what_is_square_to_it(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    np.testing.assert_allclose(world.observe().shaft_offset_m, 0.0, atol=FLOAT32_M)
+    left, shifted = world.tissue.T_world_links()[0], world.arms.T_world_rcm.copy()
+    shifted[LEFT_ARM, :3, 3] += 0.003 * left[:3, 0] + 0.004 * left[:3, 1] + 0.05 * left[:3, 2]
+    monkeypatch.setattr(world.arms, "T_world_rcm", shifted)
+    np.testing.assert_allclose(world.observe().shaft_offset_m, [0.005, 0.0], atol=FLOAT32_M)
+
+
 # --- forces ---
 
 
