@@ -20,16 +20,10 @@ from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings
 from tissue_sim.frames import Array
 from tissue_sim.tools.instruments import Instrument
 
-MAX_LOOKS = 60
 FAR_M = 1.0  # a room that no motion uses up
 LITTLE = 1e-3  # of the remaining motion: too little for another look
 
 Floor = Callable[[NearPairs], Array]  # (n,) how near each pair may come, m
-
-
-def anywhere_outside(near: NearPairs) -> Array:
-    """Let all pairs come so near that they touch."""
-    return np.zeros(len(near.distance_m))
 
 
 def free_share(
@@ -39,10 +33,10 @@ def free_share(
     instruments: Sequence[Instrument],
     surroundings: Surroundings,
     *,
-    floor_m: Floor = anywhere_outside,
-    highest_m: float = 0.0,
+    floor_m: Floor,
+    highest_m: float,
     near: NearPairs | None = None,
-    most_looks: int = MAX_LOOKS,
+    most_looks: int,
 ) -> float:
     """Return the share, 0 to 1, of a straight joint motion that surely keeps all pairs apart.
 

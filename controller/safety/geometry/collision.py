@@ -70,11 +70,6 @@ class NearPairs:
     others_m: Array
     links: LinkCores
 
-    @property
-    def obstacle(self) -> NDArray[np.str_]:
-        """Return (n,) the obstacles' names."""
-        return np.array(self.names)[self.what]
-
     def of(self, *names: str) -> NDArray[np.bool_]:
         """Return (n,) whether the obstacle is one of these."""
         return _among(self.names, names)[self.what]

@@ -75,7 +75,7 @@ class Field:
     def distance_m(self, joints, obstacle):
         """Return the right arm's distance (m) to an obstacle, at most 0.05."""
         near = self.model.near(joints, self.world.arms.mounted, self.around, within_m=0.05)
-        chosen = (near.obstacle == obstacle) & (near.arm == RIGHT_ARM)
+        chosen = near.of(obstacle) & (near.arm == RIGHT_ARM)
         return near.distance_m[chosen].min(initial=0.05)
 
     def on_the_way_m(self, start, end, obstacle):

@@ -14,6 +14,7 @@ from tissue_sim.tools.psm import forward_kinematics
 
 MODEL = model()
 ARTERY_RADIUS_M = 0.00075
+MOST_LOOKS = 60
 small = st.floats(-0.5, 0.5)
 
 
@@ -34,6 +35,21 @@ def sideways(by_m):
     return *ends, middle, axes
 
 
+def free_part(start, end, around, *, floor_m=0.0, near=None, most_looks=MOST_LOOKS):
+    """Return the free share of a motion; no pair may come nearer than the floor."""
+    return free_share(
+        MODEL,
+        start,
+        end,
+        TOOLS,
+        around,
+        floor_m=lambda near: np.full(len(near.distance_m), floor_m),
+        highest_m=floor_m,
+        near=near,
+        most_looks=most_looks,
+    )
+
+
 def distances_m(joints, around):
     """Return the smallest distance (m) of each pair that touches."""
     near = MODEL.near(joints, TOOLS, around, within_m=0.0)
@@ -50,7 +66,7 @@ def test_a_finger_that_jumps_through_an_artery_in_one_step_is_caught(by_m):
     for joints in (start, end):  # neither end touches
         near = MODEL.near(joints, TOOLS, around, within_m=0.0)
         assert len(near.distance_m) == 0
-    found = free_share(MODEL, start, end, TOOLS, around)
+    found = free_part(start, end, around)
     # the jaws, two fingers thick, meet the artery's wall before the middle
     half_width = 2 * TOOLS[RIGHT_ARM].finger_half_thickness_m + ARTERY_RADIUS_M
     expected = 0.5 - half_width / by_m
@@ -64,7 +80,7 @@ def test_an_artery_out_of_the_way_leaves_the_motion_free():
     start, end, tip, axes = sideways(0.03)
     ahead = tip + 0.004 * axes[:, 2]
     artery = chain([ahead - 0.02 * axes[:, 0], ahead + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
-    found = free_share(MODEL, start, end, TOOLS, surroundings(artery=artery))
+    found = free_part(start, end, surroundings(artery=artery))
     assert found == 1.0
 
 
@@ -76,7 +92,7 @@ def test_on_the_free_share_of_any_motion_nothing_touches_or_goes_deeper(change, 
     artery = chain(0.01 * rng.normal(size=(6, 3)), ARTERY_RADIUS_M)
     around, start = surroundings(artery=artery), HOME.copy()
     end = start + np.array(change).reshape(2, 6) @ np.eye(6, 7) * [1, 1, 0.1, 1, 1, 1, 1]
-    found = free_share(MODEL, start, end, TOOLS, around)
+    found = free_part(start, end, around)
     at_start_m = distances_m(start, around)
     for share in np.linspace(0.0, found, 12):
         for pair, distance_m in distances_m(start + share * (end - start), around).items():
@@ -88,15 +104,7 @@ def test_a_pair_stops_at_its_floor(floor_m):
     start, end, tip, axes = sideways(0.03)
     artery = chain([tip - 0.02 * axes[:, 0], tip + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
     around = surroundings(artery=artery)
-    share = free_share(
-        MODEL,
-        start,
-        end,
-        TOOLS,
-        around,
-        floor_m=lambda near: np.full(len(near.distance_m), floor_m),
-        highest_m=floor_m,
-    )
+    share = free_part(start, end, around, floor_m=floor_m)
     near = MODEL.near(start + share * (end - start), TOOLS, around, within_m=0.01)
     assert floor_m <= near.distance_m.min() < floor_m + 1e-4
 
@@ -108,7 +116,7 @@ def test_a_pair_that_touches_at_the_start_may_move_apart_or_rest():
     around = surroundings(artery=artery)
     assert MODEL.near(start, TOOLS, around).distance_m.min() < 0.0
     back = start - (end - start)
-    shares = [free_share(MODEL, start, goal, TOOLS, around) for goal in (end, start, back)]
+    shares = [free_part(start, goal, around) for goal in (end, start, back)]
     assert shares == [1.0, 1.0, 0.0]
 
 
@@ -119,7 +127,7 @@ def test_a_small_free_motion_is_proven_from_the_known_near_pairs(monkeypatch):
     near = MODEL.near(start, TOOLS, around, within_m=0.05)
     end = start + 1e-3
     monkeypatch.delattr(CollisionModel, "near")  # no second query is possible
-    assert free_share(MODEL, start, end, TOOLS, around, near=near) == 1.0
+    assert free_part(start, end, around, near=near) == 1.0
 
 
 @pytest.mark.parametrize("within_m", [0.0, 0.002, 0.1])
@@ -128,8 +136,8 @@ def test_the_known_near_pairs_do_not_change_the_share(within_m):
     artery = chain([tip - 0.02 * axes[:, 0], tip + 0.02 * axes[:, 0]], ARTERY_RADIUS_M)
     around = surroundings(artery=artery)
     near = MODEL.near(start, TOOLS, around, within_m=within_m)
-    given_near = free_share(MODEL, start, end, TOOLS, around, near=near)
-    alone = free_share(MODEL, start, end, TOOLS, around)
+    given_near = free_part(start, end, around, near=near)
+    alone = free_part(start, end, around)
     assert 0.0 < alone < 1.0
     assert given_near == pytest.approx(alone, abs=1e-3)
 
@@ -143,4 +151,4 @@ def test_a_finger_slides_along_what_it_almost_touches(by_m, apart_m):
     artery = chain([ahead - 0.02 * axes[:, 1], ahead + 0.02 * axes[:, 1]], ARTERY_RADIUS_M)
     around = surroundings(artery=artery)
     assert 0.0 < MODEL.near(start, TOOLS, around).distance_m.min() < 1.01 * apart_m
-    assert free_share(MODEL, start, end, TOOLS, around, most_looks=9) == 1.0
+    assert free_part(start, end, around, most_looks=9) == 1.0

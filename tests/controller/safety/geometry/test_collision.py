@@ -11,6 +11,7 @@ from controller.safety.geometry.gap import MM, Core, gap
 from controller.safety.geometry.link_cores import N_LINK, link_cores
 from controller.safety.geometry.rigid_surface import SurfaceModel
 from controller.safety.geometry.slabs import half_a_sphere
+from controller.safety.obstacles import LIVER, PORT_WALL
 from tests.controller.safety.field import (
     EYE,
     HOME,
@@ -41,7 +42,7 @@ def tip_m(arm, joints=HOME):
 
 def rows(near, arm, link, obstacle):
     of_link = (near.arm == arm) & (near.link == PATCH_LINKS.index(link))
-    return np.flatnonzero(of_link & (near.obstacle == obstacle))
+    return np.flatnonzero(of_link & near.of(obstacle))
 
 
 def bent_tube(seed):
@@ -86,7 +87,7 @@ def test_nothing_near_gives_no_rows():
     near = MODEL.near(HOME, TOOLS, surroundings(), within_m=0.001)
     assert near.distance_m.shape == (0,)
     assert near.normal.shape == near.on_instrument_m.shape == near.on_obstacle_m.shape == (0, 3)
-    assert near.obstacle.shape == near.arm.shape == near.link.shape == near.other_link.shape == (0,)
+    assert near.what.shape == near.arm.shape == near.link.shape == near.other_link.shape == (0,)
 
 
 def test_no_surface_is_built_after_the_start(monkeypatch):
@@ -94,7 +95,7 @@ def test_no_surface_is_built_after_the_start(monkeypatch):
     one = model(liver)
     monkeypatch.setattr(collision, "SurfaceModel", None)
     near = one.near(HOME, TOOLS, surroundings(moved_m=(0.0, 0.0, -0.003)))
-    assert "liver" in near.obstacle
+    assert near.of(LIVER).any()
 
 
 def test_a_moved_liver_is_nearer_by_the_same_distance():
@@ -102,7 +103,7 @@ def test_a_moved_liver_is_nearer_by_the_same_distance():
     far = one.near(HOME, TOOLS, surroundings(), within_m=0.02)
     close = one.near(HOME, TOOLS, surroundings(moved_m=(0.0, 0.0, 0.002)), within_m=0.02)
     for link in ("finger_plus", "finger_minus"):
-        k, j = (rows(near, RIGHT_ARM, link, "liver")[0] for near in (far, close))
+        k, j = (rows(near, RIGHT_ARM, link, LIVER)[0] for near in (far, close))
         assert far.distance_m[k] - close.distance_m[j] == pytest.approx(0.002, abs=1e-9)
 
 
@@ -112,7 +113,7 @@ def test_a_keep_out_that_holds_the_tool_at_reset_is_left_by_the_shortest_way():
     one = model(plane(tip_m(RIGHT_ARM) + depth * normal, normal))
     near = one.near(CLOSED, TOOLS, surroundings())
     for link in ("finger_plus", "finger_minus"):
-        (k,) = rows(near, RIGHT_ARM, link, "liver")
+        (k,) = rows(near, RIGHT_ARM, link, LIVER)
         assert near.distance_m[k] < -depth
         np.testing.assert_allclose(near.normal[k], normal, atol=1e-6)
         deepest = near.on_instrument_m[k] - tip_m(RIGHT_ARM)
@@ -137,7 +138,7 @@ def test_arms_that_cross_are_one_pair_of_links_each():
     joints = HOME.copy()
     joints[:, 2] = 0.16  # both shafts point at the field's centre and reach beyond it
     near = MODEL.near(joints, TOOLS, surroundings())
-    crossing = near.obstacle == "right arm"
+    crossing = near.of(collision.OTHER_ARM)
     assert (near.arm[crossing] == LEFT_ARM).all()
     assert (near.other_link[~crossing] == -1).all()
     shafts = crossing & (near.link == 0) & (near.other_link == 0)
@@ -153,8 +154,8 @@ def test_a_straight_tool_that_is_inside_the_wall_has_its_shaft_inside(yaw, pitch
     joints = CLOSED.copy()
     joints[RIGHT_ARM, :3] = yaw, pitch, insertion
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.3)
-    assert len(rows(near, RIGHT_ARM, "shaft", "port wall")) == 0
-    (wrist,) = near.distance_m[rows(near, RIGHT_ARM, "wrist", "port wall")]
+    assert len(rows(near, RIGHT_ARM, "shaft", PORT_WALL)) == 0
+    (wrist,) = near.distance_m[rows(near, RIGHT_ARM, "wrist", PORT_WALL)]
     shaft = link_cores(joints, TOOLS, T_WORLD_RCM).core(N_LINK).corners_mm / MM
     ports = T_WORLD_RCM[:, :3, 3]
     outward = unit(ports.mean(axis=0))  # normal of the wall through both ports
@@ -167,7 +168,7 @@ def test_a_tool_in_its_own_port_is_clear_of_the_wall(insertion):
     joints = CLOSED.copy()
     joints[RIGHT_ARM, 2] = insertion
     near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.02)
-    assert (near.distance_m[near.obstacle == "port wall"] > 0.0).all()
+    assert (near.distance_m[near.of(PORT_WALL)] > 0.0).all()
 
 
 def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
@@ -177,7 +178,7 @@ def test_a_tool_that_lies_against_the_wall_beside_its_port_is_in_it():
         joints = CLOSED.copy()
         joints[RIGHT_ARM, :3] = yaw, 0.0, 0.12
         near = MODEL.near(joints, TOOLS, surroundings(), within_m=0.05)
-        least[yaw] = near.distance_m[near.obstacle == "port wall"].min(initial=np.inf)
+        least[yaw] = near.distance_m[near.of(PORT_WALL)].min(initial=np.inf)
     assert least[0.0] > 0.03
     assert min(least.values()) < -0.005
 
@@ -193,7 +194,7 @@ def test_every_near_pair_of_links_of_the_two_arms_is_there(joints):
         distance = apart - links.radius_m[k] - links.radius_m[N_LINK + other]
         if distance < 0.03:
             expected[k, other] = distance
-    at = near.obstacle == "right arm"
+    at = near.of(collision.OTHER_ARM)
     pairs = zip(near.link[at].tolist(), near.other_link[at].tolist(), strict=True)
     assert dict(zip(pairs, near.distance_m[at], strict=True)) == pytest.approx(expected)
 
