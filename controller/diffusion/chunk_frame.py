@@ -50,13 +50,6 @@ def relative(start: Tensor, poses: Tensor, jaw_rad: Tensor) -> Tensor:
     return rows.flatten(-2)
 
 
-def chunk_of(actions: Array) -> Array:
-    """Return the chunk (n, 20) of motions (n, 20)."""
-    motions = torch.as_tensor(actions, dtype=torch.float64)
-    poses = trajectory(motions)
-    return relative(poses[0], poses[1:], motions.reshape(-1, 2, 10)[..., JAW]).numpy()
-
-
 def past_of(actions: Array, jaw_rad: Array) -> Array:
     """Return the past (n, 20) of motions (n, 20) that begin with jaws (2,)."""
     motions = torch.as_tensor(actions, dtype=torch.float64)

@@ -1,10 +1,12 @@
 """Made-up motions for tests: tools wander, turn and open; some frames must not be imitated."""
 
 import numpy as np
+import torch
 
 from controller.action import ToolAction
+from controller.diffusion.chunk_frame import JAW, relative, trajectory
 from controller.diffusion.learning.windows import DemonstrationArrays
-from tissue_sim.frames import exponential, rotation_to_6d
+from tissue_sim.frames import Array, exponential, rotation_to_6d
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields
 
 
@@ -23,6 +25,13 @@ def motions(n: int, seed: int = 0) -> np.ndarray:
             for _ in range(n)
         ]
     )
+
+
+def chunk_of(actions: Array) -> Array:
+    """Return the chunk (n, 20) of motions (n, 20), as a policy predicts it."""
+    rows = torch.as_tensor(actions, dtype=torch.float64)
+    poses = trajectory(rows)
+    return relative(poses[0], poses[1:], rows.reshape(-1, 2, 10)[..., JAW]).numpy()
 
 
 def demonstration(n: int = 120, seed: int = 0) -> DemonstrationArrays:

@@ -6,14 +6,13 @@ import torch
 from controller.diffusion.chunk_frame import (
     JAWS,
     actions_of,
-    chunk_of,
     motion_of,
     past_of,
     relative,
     rotations,
     trajectory,
 )
-from tests.controller.diffusion.demonstrated import motions
+from tests.controller.diffusion.demonstrated import chunk_of, motions
 from tissue_sim.frames import rotation_from_6d
 
 N = 16

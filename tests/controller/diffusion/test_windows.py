@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from controller.diffusion.chunk_frame import JAWS, chunk_of, past_of
+from controller.diffusion.chunk_frame import JAWS, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.learning.windows import Batch, DemonstrationArrays, Windows
-from tests.controller.diffusion.demonstrated import demonstration
+from tests.controller.diffusion.demonstrated import chunk_of, demonstration
 
 CONFIG = PolicyConfig(horizon=16, history=(0, 3, 9))
 N = 120
