@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.language.alarm_head import features, fit, save
-from planner.language.scoring import holds
+from planner.language.sentence_sets import holds
 from tissue_sim.frames import Array
 
 

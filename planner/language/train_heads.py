@@ -22,8 +22,8 @@ from planner.command import COMMANDS
 from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.lexicon import LEXICON
 from planner.language.phrases import normalised
-from planner.language.scoring import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
 from planner.language.sentence_encoder import embed
+from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
 from planner.language.slot_heads import CLASSES, SHIPPED, SlotHeads, labels, save
 from planner.language.templates import other_sentences, wordings
 

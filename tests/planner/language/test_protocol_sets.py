@@ -8,7 +8,8 @@ import pytest
 
 from planner.command import COMMANDS
 from planner.language.interpreter import Interpreter
-from planner.language.scoring import as_written, holds, is_right
+from planner.language.sentence_sets import holds
+from tests.planner.language.scoring import as_written, is_right
 
 SETS = Path(__file__).with_name("sets")
 FROZEN = SETS / "outsiders.tsv"

@@ -6,16 +6,10 @@ import pytest
 
 from planner.command import COMMANDS
 from planner.language.interpreter import Interpreter
-from planner.language.scoring import (
-    ASK_BACK,
-    OUT_OF_SCOPE,
-    Row,
-    is_understood,
-    read_rows,
-    score,
-)
+from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
 from planner.language.slot_heads import SHIPPED, load
 from tests.planner.language.sayings import DEVELOPMENT, HELD_OUT
+from tests.planner.language.scoring import is_understood, score
 
 SETS = [path for path in (DEVELOPMENT, HELD_OUT) if path.exists()]
 MAX_BYTES = 200_000

@@ -1,26 +1,18 @@
-"""The score of an interpreter on sentences with known meanings."""
+"""The score of an interpreter on sentences with known meanings, and how a reading is written."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import NamedTuple
 
 from planner.command import COMMANDS, Command
 from planner.language.reading import Reading, Said
 from planner.language.rules.sizes import LARGE_M, SMALL_M
+from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row
 
-OUT_OF_SCOPE, ASK_BACK = "-", "?"
-_EXPECTED = {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
-
-
-class Row(NamedTuple):
-    """A sentence and its expected meaning: a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
-
-    sentence: str
-    expected: str
+_VAGUE = {"small": f"{1e3 * SMALL_M:g} mm", "large": f"{1e3 * LARGE_M:g} mm"}
+_USUAL = {"duct": "left", "artery": "right"}
+_OF_TUBES = {"left tube": "duct", "right tube": "artery"}  # as in most patients
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,21 +32,6 @@ class Score:
     misread: tuple[tuple[Row, str], ...]
     out_of_scope: int
     moving: tuple[tuple[Row, str], ...]
-
-
-def read_rows(path: Path) -> list[Row]:
-    """Return the rows of a tab-separated file with the columns of `Row`.
-
-    Raises:
-        ValueError: An expected meaning is not a command.
-    """
-    with path.open(encoding="utf-8", newline="") as file:
-        lines = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
-        rows = [Row(line["sentence"], line["expected"]) for line in lines]
-    for row in rows:
-        if row.expected not in _EXPECTED:
-            raise ValueError(f"{row.sentence!r}: no command is {row.expected!r}")
-    return rows
 
 
 def score(rows: Iterable[Row], read: Callable[[str], Command | None]) -> Score:
@@ -83,11 +60,6 @@ def _meant(row: Row) -> Command | None:
 def _seen(command: Command | None) -> Command | None:
     """Return the command with its tube; the duct is the left one, as in most patients."""
     return command and command.seen(duct="left")
-
-
-VAGUE = {"small": f"{1e3 * SMALL_M:g} mm", "large": f"{1e3 * LARGE_M:g} mm"}
-_USUAL = {"duct": "left", "artery": "right"}
-_OF_TUBES = {"left tube": "duct", "right tube": "artery"}  # as in most patients
 
 
 def as_written(reading: Reading) -> str:
@@ -120,11 +92,6 @@ def is_right(expected: str, written: str) -> bool:
     return _plain(expected) == _plain(written)
 
 
-def holds(written: str) -> bool:
-    """Return whether the arms stay under a reading."""
-    return _plain(written).startswith("hold")
-
-
 def _held(reading: Reading) -> str:
     return f"hold: {reading.forbids.text}" if reading.forbids else "hold"
 
@@ -145,7 +112,7 @@ def _plain(written: str) -> str:
     for part in written.split(" ; "):
         command, at, size = part.partition(" @ ")
         known = COMMANDS[command].seen(duct="left").text if command in COMMANDS else command
-        size = VAGUE.get(size, size)
+        size = _VAGUE.get(size, size)
         half_mm = f"{round(2.0 * float(size.removesuffix(' mm'))) / 2:g}" if size else ""
         parts.append(f"{known}{at}{half_mm}")
     joined = " ; ".join(parts)
