@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from controller.diffusion.rules.unhooking import unhooked
 from controller.diffusion.seen.body_frame import BodyFrame
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
+from planner.learning.kept import kept
 from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields
@@ -142,16 +142,12 @@ def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> Cont
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    path = CHECKPOINTS.chosen(checkpoint)
-    written_ns = path.stat().st_mtime_ns if path.exists() else 0
-    config, sampler = _loaded(path, written_ns)
+    config, sampler = _loaded(CHECKPOINTS.chosen(checkpoint))
     return ControllerDiffusion(config, sampler, seed)
 
 
-@lru_cache(maxsize=1)
-def _loaded(path: Path, written_ns: int) -> tuple[PolicyConfig, Sampler]:
-    """Return what a file holds; episodes of one process share the sampler, which has no state."""
-    del written_ns  # another one is another policy
+@kept
+def _loaded(path: Path) -> tuple[PolicyConfig, Sampler]:
     policy = CHECKPOINTS.load(path)
     return policy.config, Sampler(policy)
 

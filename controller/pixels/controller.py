@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from pathlib import Path
-
 import numpy as np
 import torch
 
@@ -14,10 +11,13 @@ from controller.pixels.checkpoint import CHECKPOINTS
 from controller.pixels.policy import PixelPolicy
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
+from planner.learning.kept import kept
 from planner.policy_setup import PolicySetup
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
+
+_loaded = kept(CHECKPOINTS.load)
 
 
 class ControllerPixels:
@@ -65,13 +65,6 @@ class ControllerPixels:
         return np.stack([pixels.shrunk(observation.images[name]) for name in pixels.cameras])
 
 
-@lru_cache(maxsize=1)
-def _loaded(path: Path, written_ns: int) -> PixelPolicy:
-    """Return the policy of a file; episodes of one process share it, as it has no state."""
-    del written_ns  # another one is another policy
-    return CHECKPOINTS.load(path)
-
-
 def make(setup: PolicySetup) -> ControllerPixels:
     """Return the controller of the checkpoint in its setup.
 
@@ -79,7 +72,6 @@ def make(setup: PolicySetup) -> ControllerPixels:
         CheckpointError: there is none, or it does not fit.
         ValueError: a camera is missing.
     """
-    path = CHECKPOINTS.chosen(setup.checkpoint)
-    policy = _loaded(path, path.stat().st_mtime_ns if path.exists() else 0)
+    policy = _loaded(CHECKPOINTS.chosen(setup.checkpoint))
     setup.require_cameras("pixels", policy.pixels.cameras)
     return ControllerPixels(policy, setup.seed)
