@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.safety.seen.seen_obstacles import SIDES
+from planner.command import TUBES
 from planner.seen.duct_side import structure_seen
 from planner.seen.next_task import ON_TUBE_M, clips_needed_on, clips_on
 from planner.task import Tube
@@ -32,9 +32,9 @@ def lacking_clips(seen: Observation) -> frozenset[str]:
     A third clip is demanded only where a tube surely has room for it.
     """
     bare = {
-        structure_seen(side, seen)
-        for side in SIDES
-        if clips_on(side, seen) < clips_needed_on(side, seen, stds=-SURE)
+        structure_seen(tube, seen)
+        for tube in TUBES
+        if clips_on(tube, seen) < clips_needed_on(tube, seen, stds=-SURE)
     }
     return frozenset({*bare, *AT_RISK})
 
@@ -50,15 +50,15 @@ def crowded_by_clips(seen: Observation, between: frozenset[str]) -> frozenset[st
     least_m = 0.5 * CLIP_WIDTH_M + CUFF_MIN_M if cuts else CLIP_WIDTH_M + CLIP_MIN_GAP_M
     return frozenset(
         name
-        for side in SIDES
-        if (name := structure_seen(side, seen)) in between and _to_clip_m(side, seen) < least_m
+        for tube in TUBES
+        if (name := structure_seen(tube, seen)) in between and _to_clip_m(tube, seen) < least_m
     )
 
 
-def _to_clip_m(side: Tube, seen: Observation) -> float:
+def _to_clip_m(tube: Tube, seen: Observation) -> float:
     """Return how far the right jaws' plane may be from the next clip on a tube at rest, m."""
-    tube = SIDES.index(side)
-    line = (seen.left_tube_m, seen.right_tube_m)[tube]
+    row = TUBES.index(tube)
+    line = (seen.left_tube_m, seen.right_tube_m)[row]
     reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]
     k, share, _ = between_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
     clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
@@ -68,6 +68,6 @@ def _to_clip_m(side: Tube, seen: Observation) -> float:
         if away_m <= ON_TUBE_M:
             apart = abs(at + beyond - k - share) / (TUBE_POINTS - 1)
             unsure_m = UNSURE * float(seen.std_m[N_POINTS - MAX_CLIPS + number])
-            apart_m = apart * float(seen.rest_length_m[tube])
+            apart_m = apart * float(seen.rest_length_m[row])
             nearest_m = min(nearest_m, apart_m + unsure_m)
     return nearest_m

@@ -8,13 +8,12 @@ import numpy as np
 
 from controller.body_place import BodyPlace
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
+from planner.command import TUBES
 from planner.seen.duct_side import structure_seen
-from planner.task import Tube
 from tissue_sim.frames import Array, transform, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.observation import POINTS, TRUNK_POINTS, Observation
 
-SIDES: tuple[Tube, Tube] = ("left", "right")
 TRUNKS = {COMMON_DUCT: "common_bile_duct_m", HEPATIC_ARTERY: "hepatic_artery_m"}
 FINE = 12  # capsules along a structure at risk
 BESIDE_M = 0.003  # a point this near to the branch tells nothing more of the line
@@ -75,9 +74,9 @@ class LineSeen:
 def lines_seen(seen: Observation) -> dict[str, LineSeen]:
     """Return the lines of both tubes and of the structures at risk, by name."""
     lines = {}
-    for k, side in enumerate(SIDES):
-        name = f"{side}_tube_m"
-        lines[structure_seen(side, seen)] = LineSeen(
+    for k, tube in enumerate(TUBES):
+        name = f"{tube}_tube_m"
+        lines[structure_seen(tube, seen)] = LineSeen(
             points_m=getattr(seen, name),
             radius_m=float(seen.tube_radius_m[k]),
             std_m=_std_m(seen, name),
