@@ -67,9 +67,7 @@ def conformal_quantile(scores: NDArray, share: float) -> float:
 
 def _tasks_done_in_time(data: Rollouts, at: Tensor) -> Iterator[NDArray[np.int64]]:
     """Yield the rows of `at` for each task, of each episode, that was done in time."""
-    labels, begin = data.labels(at), data.steps.begin[at]
-    runs = torch.stack([begin, labels.task])
-    starts = (runs[:, 1:] != runs[:, :-1]).any(dim=0).nonzero()[:, 0] + 1
-    for rows in torch.tensor_split(torch.arange(len(at)), starts):
-        if (labels.fails[rows] == 0).all():
+    fails = data.labels(at).fails
+    for rows in data.tasks(at):
+        if (fails[rows] == 0).all():
             yield rows.numpy()

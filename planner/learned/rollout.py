@@ -149,6 +149,12 @@ class Rollouts:
         """Return the targets at steps (B,)."""
         return Labels(*(part[at] for part in self.steps.labels))
 
+    def tasks(self, at: Tensor) -> Sequence[Tensor]:
+        """Return the rows of steps `at` (B,) of each task of each rollout, one after the other."""
+        runs = torch.stack([self.steps.begin[at], self.steps.labels.task[at]])
+        starts = (runs[:, 1:] != runs[:, :-1]).any(dim=0).nonzero()[:, 0] + 1
+        return torch.tensor_split(torch.arange(len(at)), starts)
+
 
 def _labels(rollout: Rollout) -> Labels:
     n, (starts, ends) = len(rollout.task), _runs(rollout.task)

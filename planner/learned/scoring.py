@@ -112,11 +112,9 @@ class _Task:
 
 def _tasks(data: Rollouts, at: torch.Tensor, alarms: NDArray[np.bool_]) -> Iterator[_Task]:
     """Yield each task of each rollout whose result is known."""
-    labels, begin = data.labels(at), data.steps.begin[at]
-    runs = torch.stack([begin, labels.task])
-    starts = (runs[:, 1:] != runs[:, :-1]).any(dim=0).nonzero()[:, 0] + 1
-    for rows in torch.tensor_split(torch.arange(len(at)), starts):
-        fails = labels.fails[rows]
+    known = data.labels(at).fails
+    for rows in data.tasks(at):
+        fails = known[rows]
         if fails.isnan().any():
             continue
         late, alarmed = bool(fails.any()), alarms[rows.numpy()]
