@@ -18,7 +18,6 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 SPEED_M_S = 0.01  # assumed: a surgeon's fine motion
 JAW_RAD_S = 0.3  # assumed
 APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or three steps
-ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
 def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) -> ToolAction:
@@ -32,7 +31,7 @@ def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) ->
     correction = instruction.correction
     if correction is None or instruction.source != "human":
         return action
-    rows = np.isin(np.arange(2), ROWS[correction.arm])
+    rows = np.isin(np.arange(2), correction.rows)
     own = hold(jaw_rad + CONTROL_PERIOD_S * JAW_RAD_S * _opening(correction))
     step_m = _step_m(correction, instruction.left_m or 0.0)
     return ToolAction(

@@ -50,6 +50,11 @@ class Correction:
     direction: Direction | None = None
     jaw: JawMotion | None = None
 
+    @property
+    def rows(self) -> list[int]:
+        """Return the rows of the arms that move; the left arm has row 0, the right one row 1."""
+        return {"left": [0], "right": [1], "both": [0, 1]}[self.arm]
+
 
 CORRECTIONS: tuple[Correction, ...] = (
     *(

@@ -18,13 +18,12 @@ from tissue_sim.world import World
 SLOWEST_M_S, FASTEST_M_S = 0.003, 0.012  # assumed: a cautious surgeon's
 SPEED_PER_DISTANCE_1_S = 0.6
 AHEAD_M = 0.05  # a goal too far to be reached during a correction
-ARMS = {"left": (LEFT_ARM,), "right": (RIGHT_ARM,), "both": (LEFT_ARM, RIGHT_ARM)}
 
 
 def correcting(correction: Correction, world: World) -> tuple[Goal, Goal]:
     """Return the goals of the left and right arm during this correction."""
     goals = [Goal(), Goal()]
-    for arm in ARMS[correction.arm]:
+    for arm in correction.rows:
         if correction.jaw is not None:
             goals[arm] = _jaw_goal(arm, correction.jaw, world)
         elif correction.direction is not None:

@@ -13,7 +13,6 @@ from planner.task import TASKS, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
-from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
 REACHED_M = 1e-4  # this close, a distance is gone
@@ -21,7 +20,6 @@ JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
 SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
 LEAST_S = 5.0  # before a correction is given up
 GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
-ARM_ROWS = {"left": LEFT_ARM, "right": RIGHT_ARM}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +61,7 @@ class Order:
         """Return how far a correction has still to go; None if it is none of an arm."""
         if self.correction is None or self.correction.direction is None:
             return None
-        arm = ARM_ROWS[self.correction.arm]
+        (arm,) = self.correction.rows
         moved_m = seen.tips_endoscope[arm, :3, 3] - self.start_m[arm]
         return self.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[self.correction.direction])
 

@@ -36,7 +36,6 @@ FIRST_S, LAST_S = 1.0, 36.0  # range of their times; an episode lasts about 40 s
 MIN_M = 3e-3  # motion in the named direction that counts as obeyed
 WITHIN_STEPS = 60  # 2 s
 WRONG_TUBE_STEPS = 600  # 20 s: a clip takes 3
-ROWS = {"left": [0], "right": [1], "both": [0, 1]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +120,7 @@ def lost_trial(seed: int, error: Exception) -> ObedienceTrial:
 
 def is_obeyed(correction: Correction, moved_m: Array, opened_rad: Array) -> bool:
     """Return whether tips (2, 3), endoscope frame, and jaws (2,) moved as the correction says."""
-    rows = ROWS[correction.arm]
+    rows = correction.rows
     if correction.direction is None:
         sign = 1.0 if correction.jaw == "open" else -1.0
         return bool((sign * opened_rad[rows] >= THRESHOLD_RAD).all())
@@ -144,7 +143,7 @@ def _has_room(correction: Correction, world: World) -> bool:
     """Return whether the jaws can still move as the correction says."""
     jaw, (closed, opened) = world.arms.joints[:, 6], world.arms.limits[:, 6].T
     room = {"open": opened - jaw, "close": jaw - np.maximum(closed, 0.0), None: np.ones(2)}
-    return bool((room[correction.jaw][ROWS[correction.arm]] > THRESHOLD_RAD).all())
+    return bool((room[correction.jaw][correction.rows] > THRESHOLD_RAD).all())
 
 
 def _response(

@@ -12,7 +12,7 @@ from planner.command import COMMANDS
 from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, opposite
 from planner.instruction import HOLD, TASKS, Instruction
 from planner.language.interpreter import Interpreter
-from planner.person.orders import ARM_ROWS, DEFAULT_M, JAWS_S
+from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import STOP_WINS_S, PlannerOverridden
 from tests.planner.seen import clipped
 
@@ -70,9 +70,7 @@ def hear(planner, text, time_s=0.0, **seen):
 def moved(seen, correction, by_m):
     """Return the observation after the corrected arm's tip has moved."""
     tips = seen.tips_endoscope.copy()
-    tips[ARM_ROWS[correction.arm], :3, 3] += by_m * np.array(
-        DIRECTION_ENDOSCOPE[correction.direction]
-    )
+    tips[correction.rows, :3, 3] += by_m * np.array(DIRECTION_ENDOSCOPE[correction.direction])
     return replace(seen, tips_endoscope=tips)
 
 
