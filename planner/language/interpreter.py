@@ -17,6 +17,7 @@ from planner.language.rules.asides import without_asides
 from planner.language.rules.dangers import danger_in, tells
 from planner.language.rules.forbidding import allowed_in, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
+from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import Question, question_in
 from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.rewriting.corrected import as_corrected
@@ -28,7 +29,7 @@ from planner.language.rules.sides import without_side
 from planner.language.rules.sizes import without_size
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
-from planner.language.rules.warning import in_plain_letters, warns, without_warning
+from planner.language.rules.warning import warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.task import TASKS

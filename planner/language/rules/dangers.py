@@ -6,7 +6,7 @@ import re
 from functools import cache
 
 from planner.language.rules.phrase_lists import phrase_lists
-from planner.language.rules.warning import in_plain_letters
+from planner.language.rules.plain_letters import in_plain_letters
 
 _TELLS = re.compile(
     r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has)\b"

@@ -6,7 +6,7 @@ import re
 from typing import Literal, get_args
 
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.warning import in_plain_letters
+from planner.language.rules.plain_letters import in_plain_letters
 
 Question = Literal["distance", "clips", "wrong", "sure", "next", "why", "on", "doing"]
 QUESTIONS: tuple[Question, ...] = get_args(Question)

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
+from planner.language.rules.plain_letters import not_drawn_out
 
 SMALL_M, LARGE_M = 0.0015, 0.008  # "a bit", "much"; assumed
 LONGEST_M = 0.05  # nobody means more in Calot's triangle
@@ -36,7 +37,6 @@ _NUMBER = (
     r"\d+(?:[.,]\d+)?(?: ?/ ?\d+)?"
     rf"|(?:(?:{_DIGITS}|zero|nought|oh) )?point (?:\d+|{_DIGITS})|\.\d+|{_WORDS}"
 )
-_DRAWN_OUT = re.compile(r"([a-z])\1{2,}")  # "waaay"
 _HALVES = {"half": 0.5, "quarter": 0.25}
 _AND_HALF = r"(?: and (?:a )?(half|quarter))?"
 _ABOUT = (
@@ -67,7 +67,7 @@ class Sized:
 
 def without_size(text: str) -> Sized:
     """Return a text with its size taken out; of two lengths the first counts."""
-    plain = _DRAWN_OUT.sub(r"\1", " ".join(text.lower().replace("-", " ").split()))
+    plain = not_drawn_out(" ".join(text.lower().replace("-", " ").split()))
     for pattern, unit_m in _LENGTH.items():
         if found := pattern.search(plain):
             count = _number(found[1]) + _HALVES.get(found[2] or found[3] or "", 0.0)

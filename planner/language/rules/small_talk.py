@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.warning import in_plain_letters
+from planner.language.rules.plain_letters import in_plain_letters
 
 
 def is_small_talk(text: str) -> bool:

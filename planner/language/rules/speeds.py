@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
-from planner.language.rules.warning import in_plain_letters
+from planner.language.rules.plain_letters import in_plain_letters
 
 _LINK = re.compile(r"[ ,]*\b(at|with|in|and|but|a bit|a little|much)? *$")
 

@@ -7,12 +7,10 @@ second. The words are in warnings.toml, in six languages.
 from __future__ import annotations
 
 import re
-import unicodedata
 from functools import cache
 
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
-
-_DRAWN_OUT = re.compile(r"([a-z])\1{2,}")  # "nooo", "waaait"
+from planner.language.rules.plain_letters import in_plain_letters
 
 
 def warns(text: str) -> bool:
@@ -26,13 +24,6 @@ def warns(text: str) -> bool:
 def without_warning(text: str) -> str:
     """Return what is left of a sentence without its warning words."""
     return " ".join(_alarms().sub(" ", _harmless().sub(" ", in_plain_letters(text))).split())
-
-
-def in_plain_letters(text: str) -> str:
-    """Return a text in lower case, without accents or punctuation, with single spaces."""
-    plain = unicodedata.normalize("NFKD", text.lower().replace("’", "'"))
-    plain = "".join(one for one in plain if not unicodedata.combining(one)).replace("ß", "ss")
-    return " ".join(re.findall(r"[\w']+", _DRAWN_OUT.sub(r"\1", plain)))
 
 
 @cache

@@ -13,7 +13,7 @@ from functools import cache
 
 from planner.language.lexicon import LEXICON
 from planner.language.rules.phrase_lists import WORDS
-from planner.language.rules.warning import in_plain_letters
+from planner.language.rules.plain_letters import in_plain_letters
 
 NOT_ENGLISH = "it is not in English"  # the lexicon's own list of foreign words
 SHARED = "shared"  # words that English has, too
