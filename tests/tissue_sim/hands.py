@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from controller.kinematics import inverse_kinematics
-from tissue_sim.frames import Array, inverse_pose
-from tissue_sim.tools.arms import JointCommand
+from tissue_sim.frames import Array, inverse_pose, pose, unit
+from tissue_sim.patient.axes import AWAY
+from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 
@@ -45,6 +46,24 @@ def wait(world: World, steps: int) -> None:
     """Hold still."""
     for _ in range(steps):
         world.step(JointCommand(joints=world.target))
+
+
+def poke(world: World, tool: str, ring: int, depth_m: float) -> None:
+    """Drive a closed tool straight at the gallbladder, so far beyond its surface."""
+    world.equip(tool)
+    T = before_sac(world, ring, -0.008)
+    put(world, RIGHT_ARM, T, 0.0)
+    move(world, RIGHT_ARM, (0.008 + depth_m) * T[:3, 2], speed_m_s=0.1)
+
+
+def before_sac(world: World, ring: int, beyond_m: float) -> Array:
+    """Return `T_world_tool` of a tool that points at the gallbladder's front, this far beyond."""
+    rings, x = world.organ.sac_rings, world.tissue.positions().astype(float)
+    outer = x[rings[ring - 1 : ring + 1, 11:]].reshape(-1, 3)
+    front = outer[np.argmin(outer @ AWAY)]
+    along = unit(x[rings[ring + 1, 0]] - x[rings[ring - 1, 0]])
+    z = unit(AWAY - (AWAY @ along) * along)
+    return pose(np.stack([along, np.cross(z, along), z], axis=1), front + beyond_m * z)
 
 
 def _joints_at(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> Array:

@@ -22,12 +22,6 @@ TWO_SECONDS = 60  # control steps
 SAVED_AT = 9
 
 
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
-
-
 def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> None:
     once, record = run(world, 0, TWO_SECONDS), world.record
     touched = max(np.abs(step[-1]).max() for step in once)

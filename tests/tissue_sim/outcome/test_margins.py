@@ -5,20 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tissue_sim.outcome.test_predicates import clip, cut, settle, three_clips
+from tests.tissue_sim.outcome.clipping import clip, cut, settle, three_clips
 from tissue_sim.outcome.margins import margins
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
 from tissue_sim.world import World
 
 SEED = 0
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
 
 
 def measured(world: World) -> dict[str, float]:

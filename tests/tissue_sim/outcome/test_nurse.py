@@ -5,17 +5,11 @@ import pytest
 
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.nurse import EXCHANGE_S, JAW, OUT_INSERTION_M
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
 INSERTION = 2
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(5))
-    return one_world
+SEED = 5
 
 
 def joints_at(insertion_m: float) -> np.ndarray:

@@ -8,6 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tissue_sim.outcome.clipping import (
+    HALF_SECOND,
+    clip,
+    cut,
+    settle,
+    three_clips,
+    three_stations,
+)
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.outcome.predicates import (
     clip_placed,
@@ -19,56 +27,14 @@ from tissue_sim.outcome.predicates import (
     tube_cut,
 )
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
-from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
-from tissue_sim.surgery.leak import leaks
-from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M, GRASP_MAX_JAW_RAD
+from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD
 from tissue_sim.tools.arms import LEFT_ARM
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 0
-HALF_SECOND = 30  # tissue steps
-LOW_M = 0.0030  # first clip, from the fixed end
-NEXT_M = CLIP_WIDTH_M + CLIP_MIN_GAP_M + 0.0002
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
-
-
-def clip(world: World, tube: str, station_m: float, **how: float) -> None:
-    T = astride(world.tubes, tube, station_m, **({"beyond_m": CLIP_LENGTH_M / 2} | how))
-    made = latch(world.tubes, T, number=len(world.record.clips) + 1, time_s=world.record.time_s)
-    world.record = replace(world.record, clips=(*world.record.clips, made))
-    settle(world)
-
-
-def cut(world: World, tube: str, station_m: float, **how: float) -> None:
-    T = astride(world.tubes, tube, station_m, **({"beyond_m": BLADE_LENGTH_M / 2} | how))
-    made = sever(world.tubes, T, time_s=world.record.time_s)
-    world.record = replace(world.record, cuts=(*world.record.cuts, *made))
-    settle(world, 5)
-
-
-def settle(world: World, steps: int = HALF_SECOND) -> None:
-    for _ in range(steps):
-        world.tissue.step()
-    r = world.record
-    world.record = replace(r, leaks=leaks(world.tubes, r.clips, r.cuts))
-
-
-def three_stations(world: World, tube: str) -> tuple[float, float, float]:
-    return LOW_M, LOW_M + NEXT_M, world.tubes.length_m[tube] - 0.0045
-
-
-def three_clips(world: World, tube: str) -> None:
-    for station in three_stations(world, tube):
-        clip(world, tube, station)
 
 
 def placed(world: World, tube: str) -> list[bool]:

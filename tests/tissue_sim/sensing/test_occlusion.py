@@ -3,11 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import trimesh
 
 from tissue_sim.frames import inverse_pose, pose, transform
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.sensing.occlusion import Occlusion
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
@@ -16,6 +14,7 @@ from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
 ASIDE = np.array([0.1, 0.0, 0.0])
+SEED = 5
 EYE = np.array([[0.0, 0.0, 0.0]])
 BEHIND, BESIDE, BEFORE = [0.0, 0.0, 0.1], [0.05, 0.0, 0.1], [0.0, 0.0, 0.02]
 
@@ -55,12 +54,6 @@ def test_a_mesh_that_has_moved_hides_where_it_is_now():
     mesh.move(ball(0.05).vertices + ASIDE)
     hidden = blocked(EYE, np.array([BEHIND]), np.zeros(1), mesh, [], np.zeros((0, 4, 4)))
     assert not hidden.item()
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(5))
-    return one_world
 
 
 def test_with_the_arms_at_home_both_tubes_are_seen(world: World):

@@ -1,7 +1,6 @@
 """Tests of the body: it moves as commanded, at the right speed, and with all its parts."""
 
 import numpy as np
-import pytest
 
 from tissue_sim.patient.axes import UP
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -11,12 +10,6 @@ from tissue_sim.world import World
 
 SEED = 7
 FLOAT32_M = 2e-8  # rounding of a position of 0.1 m, twice
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
 
 
 def hold(world: World) -> None:

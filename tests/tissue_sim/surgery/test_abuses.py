@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from controller.expert.targets import grasp_pose
-from tests.tissue_sim.hands import close, move, put, wait
+from tests.tissue_sim.hands import before_sac, close, move, poke, put, wait
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.outcome.predicates import procedure_flags
 from tissue_sim.patient.at_risk import AT_RISK, COMMON_DUCT, HEPATIC_ARTERY
@@ -60,16 +60,6 @@ def grip(world: World, tube: str, jaw_rad: float) -> None:
     put(world, LEFT_ARM, at_risk(world, tube, 0.0), 1.0)
     close(world, LEFT_ARM, jaw_rad, steps=15)
     wait(world, 5)
-
-
-def before_sac(world: World, ring: int, beyond_m: float) -> Array:
-    """Return `T_world_tool` of a tool that points at the gallbladder's front, this far beyond."""
-    rings, x = world.organ.sac_rings, world.tissue.positions().astype(float)
-    outer = x[rings[ring - 1 : ring + 1, 11:]].reshape(-1, 3)
-    front = outer[np.argmin(outer @ AWAY)]
-    along = unit(x[rings[ring + 1, 0]] - x[rings[ring - 1, 0]])
-    z = unit(AWAY - (AWAY @ along) * along)
-    return pose(np.stack([along, np.cross(z, along), z], axis=1), front + beyond_m * z)
 
 
 def beside_sac(world: World) -> Array:
@@ -121,14 +111,6 @@ def squeeze(world: World, arm: int, tube: str, jaw_rad: float) -> None:
     put(world, arm, across(world, tube), OPEN_RAD)
     close(world, arm, jaw_rad, steps=15)
     wait(world, 5)
-
-
-def poke(world: World, tool: str, ring: int, depth_m: float) -> None:
-    """Drive a closed tool straight at the gallbladder, so far beyond its surface."""
-    world.equip(tool)
-    T = before_sac(world, ring, -0.008)
-    put(world, RIGHT_ARM, T, 0.0)
-    move(world, RIGHT_ARM, (0.008 + depth_m) * T[:3, 2], speed_m_s=0.1)
 
 
 def lose_clips(world: World, count: int) -> None:

@@ -23,12 +23,6 @@ SEED = 10_003
 AWAY_FROM_TUBE_M = 0.02
 
 
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
-
-
 def clip_duct(world: World) -> Array:
     """Close the applier around the duct; return its pose."""
     T = astride(

@@ -11,7 +11,6 @@ from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.collagen import FAILURE_STRETCH, stiffness_pa
 from tissue_sim.patient.material import DENSITY_KG_M3, MATERIALS, WALL_THICKNESS_M
 from tissue_sim.patient.organ import REGIONS, TUBES
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import SAC, n_patches, patch_stiffness, wall_pieces
 from tissue_sim.rendering.skin import CUT_LUMEN, build_skin, surface_faces
 from tissue_sim.structures.tubes import Tubes
@@ -29,12 +28,6 @@ from tissue_sim.world import World
 SEED = 10_005
 HOLD = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
 RADIUS_M = 0.0015
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
 
 
 def bar(**config: float) -> Tubes:

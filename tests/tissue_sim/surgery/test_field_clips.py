@@ -27,12 +27,6 @@ SEED = 10_003
 HOME = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
 
 
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
-
-
 def put_right_tool(
     world: World, T_world_tool: Array, jaw_rad: float, intended: str | None = None
 ) -> Array:

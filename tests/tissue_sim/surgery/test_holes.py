@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.tissue_sim.surgery.test_abuses import poke
+from tests.tissue_sim.hands import poke
 from tissue_sim.frames import Array, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT
 from tissue_sim.patient.material import WALL_THICKNESS_M
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.walls import n_sectors, patch_corners
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
@@ -21,12 +20,6 @@ from tissue_sim.world import World
 
 SEED = 10_003
 HOLD = JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
 
 
 def tear_off(world: World, trunk: str, share: float = 1.0) -> None:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tests.tissue_sim.hands import close, move, put, wait
 from tissue_sim.frames import Array
 from tissue_sim.outcome.predicates import stumps_hold
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, holding_forces_n
 from tissue_sim.surgery.clips.clip_bar import pushes_n
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -18,12 +16,6 @@ from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
 SEED = 10_003
-
-
-@pytest.fixture
-def world(one_world: World) -> World:
-    one_world.reset(textbook_from_seed(SEED))
-    return one_world
 
 
 def clipped(world: World, *, complete: bool) -> Array:
