@@ -4,9 +4,8 @@ import numpy as np
 
 from controller.expert.controller import ControllerExpert
 from planner.instruction import TASKS, Instruction
-from tissue_sim.patient.textbook import textbook_from_seed
+from tests.worlds import textbook_world
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
-from tissue_sim.world import World
 
 CLIP = TASKS[1]
 
@@ -20,8 +19,7 @@ def advance_m(expert, world):
 
 
 def test_it_goes_forward_with_a_clip_and_back_once_the_clip_is_lost():
-    world = World()
-    world.reset(textbook_from_seed(10_001))
+    world = textbook_world(10_001)
     expert = ControllerExpert(world)
     assert advance_m(expert, world) > 0
     world.drop_clip()

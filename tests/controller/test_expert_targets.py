@@ -36,6 +36,7 @@ from controller.safety.geometry.link_cores import FINGERS
 from controller.safety.obstacles import registered, surroundings_of
 from planner.task import task_from_text
 from tests.tissue_sim.hands import put
+from tests.worlds import textbook_world
 from tissue_sim.frames import Array, exponential, inverse_pose
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, FEWEST_CLIPS, SPACING_M, needed_m
 from tissue_sim.outcome.predicates import gap_m
@@ -57,9 +58,7 @@ SLANT_RAD = -0.5
 
 @pytest.fixture
 def world() -> World:
-    world = World()
-    world.reset(textbook_from_seed(10_004))
-    return world
+    return textbook_world(10_004)
 
 
 def lay_across(world: World, tube: str, over: str, station_m: float) -> None:

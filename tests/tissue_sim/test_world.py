@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import TUBE, assert_same, clip_and_cut, run
+from tests.worlds import textbook_world
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import TissueConfig
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -29,8 +30,7 @@ def test_the_same_seed_and_commands_give_the_same_two_seconds(world: World) -> N
     world.reset(textbook_from_seed(SEED))
     assert_same(run(world, 0, TWO_SECONDS), once)
     assert_same(world.record, record)
-    another = World()
-    another.reset(textbook_from_seed(SEED))
+    another = textbook_world(SEED)
     assert_same(run(another, 0, TWO_SECONDS), once)
     another.reset(textbook_from_seed(SEED + 1))
     assert another.tissue.positions().shape != world.tissue.positions().shape or not np.array_equal(
@@ -64,8 +64,7 @@ def test_a_restored_world_continues_identically(
     assert_same(world.state(), saved)
     assert_same(run(world, SAVED_AT, SAVED_AT + TWO_SECONDS), once)
     assert_same(world.record, record)
-    another = World()
-    another.reset(textbook_from_seed(SEED))
+    another = textbook_world(SEED)
     another.restore(saved)
     assert_same(run(another, SAVED_AT, SAVED_AT + TWO_SECONDS), once)
     assert_same(another.record, record)

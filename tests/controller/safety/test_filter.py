@@ -25,11 +25,10 @@ from controller.safety.proof import DEEPER_M
 from controller.safety.seen.seen_obstacles import ObstaclesSeen
 from planner.criteria import structure_of
 from planner.instruction import TASKS, Instruction
+from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, unit
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM
 from tissue_sim.tools.psm import forward_kinematics
-from tissue_sim.world import World
 
 SEED = 10_000
 HOME = np.tile(HOME_JOINTS, (2, 1))
@@ -40,15 +39,9 @@ TIPS_APART = np.outer([1.0, -1.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
-def untouched():
-    world = World()
-    world.reset(textbook_from_seed(SEED))
-    return world
-
-
 @pytest.fixture(scope="module")
 def shared():
-    world = untouched()
+    world = textbook_world(SEED)
     return world, world.state()
 
 
@@ -354,7 +347,7 @@ def test_nobody_else_sets_interlocks_aside():
 
 
 def test_filters_in_threads_do_not_disturb_each_other():
-    worlds = [untouched(), untouched()]
+    worlds = [textbook_world(SEED), textbook_world(SEED)]
     alone = [wander(world) for world in worlds]
     with ThreadPoolExecutor(2) as threads:
         np.testing.assert_array_equal(list(threads.map(wander, worlds)), alone)

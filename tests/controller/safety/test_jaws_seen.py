@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from controller.safety.seen.jaws_seen import between_jaws_seen
+from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose
 from tissue_sim.outcome.jaws import GALLBLADDER, between_jaws
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -21,9 +21,7 @@ PLACES = 300
 
 @pytest.fixture(scope="module")
 def world() -> World:
-    world = World()
-    world.reset(textbook_from_seed(10_000))
-    return world
+    return textbook_world(10_000)
 
 
 def seen_with_tool_at(world: World, T_world_tool: np.ndarray) -> Observation:

@@ -4,20 +4,17 @@ import numpy as np
 import pytest
 
 from controller.safety.obstacles import registered, surroundings_of
+from tests.worlds import textbook_world
 from tissue_sim.frames import unit
 from tissue_sim.patient.at_risk import AT_RISK, BRANCHES, RADIUS_M
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.rendering.drawn.drawn_surroundings import surroundings as drawn_surroundings
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
-from tissue_sim.world import World
 
 
 @pytest.fixture(scope="module")
 def world():
-    world = World()
-    world.reset(textbook_from_seed(10000))
-    return world
+    return textbook_world(10_000)
 
 
 def test_the_liver_is_the_one_that_is_drawn(world):

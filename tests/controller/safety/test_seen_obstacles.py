@@ -7,22 +7,19 @@ import pytest
 
 from controller.safety.obstacles import Capsules, surroundings_of
 from controller.safety.seen.seen_obstacles import MOST_M, UNSURE, ObstaclesSeen, lines_seen
+from tests.worlds import textbook_world
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
-from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.surgery.parting import part_ring
 from tissue_sim.tools.arms import JointCommand
-from tissue_sim.world import World
 
 WITHIN_M = 0.5e-3  # of centrelines; the margin beside structures at risk is as large
 
 
 @pytest.fixture(params=[10_000, 10_001, 10_002], scope="module")
 def world(request):
-    world = World()
-    world.reset(textbook_from_seed(request.param))
-    return world
+    return textbook_world(request.param)
 
 
 def ends(capsules: Capsules, name: str) -> tuple[np.ndarray, np.ndarray]:

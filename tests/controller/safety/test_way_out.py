@@ -11,10 +11,9 @@ from controller.safety.limits import LIMITS
 from controller.safety.way_out import BACK_M_S, BACK_S, BACKS_OFF_AFTER_S, CALL_AFTER_S
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.situations import situation
-from tissue_sim.patient.textbook import textbook_from_seed
+from tests.worlds import textbook_world
 from tissue_sim.sensing.exact import exact_observation
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM
-from tissue_sim.world import World
 
 INSERTION = 2
 HOME = np.tile(HOME_JOINTS, (2, 1))
@@ -43,8 +42,7 @@ class Never:
 
 @pytest.fixture(scope="module")
 def seen():
-    world = World()
-    world.reset(textbook_from_seed(10_000))
+    world = textbook_world(10_000)
     return registration_of(world), exact_observation(world)
 
 

@@ -13,8 +13,7 @@ from scenarios.loop.results import read_results
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import run_episode
-from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.world import World
+from tests.worlds import textbook_world
 
 SEED = 10_002
 HERE = "tests.scenarios.loop.test_policies"
@@ -53,9 +52,7 @@ def still_that_knows(setup, world):
 
 @pytest.fixture(scope="module")
 def world():
-    world = World()
-    world.reset(textbook_from_seed(SEED))
-    return world
+    return textbook_world(SEED)
 
 
 def test_an_outside_factory_gets_the_setup_alone(world):
