@@ -1,14 +1,25 @@
-"""What a rule makes of one arm's motions, and that it changes nothing else."""
+"""Chunks for rules, what a rule makes of one arm's motions, and that it changes nothing else."""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.action import ACTION_SIZE
+from controller.diffusion.chunk_frame import TURN
+from controller.diffusion.rules.holding import UNTURNED
 from planner.task import Task
 from tissue_sim.frames import Array
 
+STEPS = 16  # of a chunk
 Rule = Callable[[Array, NDArray[np.float32], Task], Array]
+
+
+def still() -> Array:
+    """Return a chunk (16, 2, 10) in which both arms stay where they are, jaws at 0."""
+    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms[..., TURN] = UNTURNED
+    return arms
 
 
 def arm_after(rule: Rule, arm: int, asked: Array, vector: NDArray[np.float32], task: Task) -> Array:

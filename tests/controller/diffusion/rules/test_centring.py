@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.action import ACTION_SIZE
-from controller.diffusion.chunk_frame import MOVE, TURN
+from controller.diffusion.chunk_frame import MOVE
 from controller.diffusion.rules.centring import (
     ABOVE_LOWEST_M,
     BESIDE_M,
@@ -13,23 +13,21 @@ from controller.diffusion.rules.centring import (
     WITHIN_M,
     centred,
 )
-from controller.diffusion.rules.holding import UNTURNED
 from planner.task import task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
-STEPS = 16
 FIRST, THIRD = "clipping first clip left tube", "clipping third clip left tube"
 CUT = "go to the cutting position left tube"
 
 
 def chunk(up_m: float = 0.0, closes: int = STEPS) -> Array:
     """Return a chunk in which the right arm moves up steadily, and closes its jaws at a row."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, RIGHT_ARM, MOVE.start + 1] = np.linspace(0.0, up_m, STEPS)
     arms[..., -1] = np.where(np.arange(STEPS) < closes, 0.3, 0.0)[:, None]
     return arms.reshape(STEPS, ACTION_SIZE)

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
-from controller.diffusion.chunk_frame import JAW, TURN
+from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.rules.centring import BESIDE_M
 from controller.diffusion.rules.closing import (
     BEGUN_RAD,
@@ -15,14 +15,14 @@ from controller.diffusion.rules.closing import (
     STEP_RAD,
     closed_in_place,
 )
-from controller.diffusion.rules.holding import UNTURNED
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
-STEPS, NOW_RAD, WIDE_RAD = 16, 0.12, 0.35
+NOW_RAD, WIDE_RAD = 0.12, 0.35
 CLIP = task_from_text("clipping first clip left tube")
 CUT = task_from_text("go to the cutting position left tube")
 
@@ -58,8 +58,7 @@ def jaws_of(
     end_rad: float = WIDE_RAD,
 ) -> Array:
     """Return the right jaws (16,) of a chunk that goes to `end_rad`; nothing else is changed."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, RIGHT_ARM, JAW] = np.linspace(NOW_RAD, end_rad, STEPS)
     asked = arms.reshape(STEPS, ACTION_SIZE)
     before = asked.copy()

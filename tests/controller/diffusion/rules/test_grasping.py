@@ -17,16 +17,16 @@ from controller.diffusion.rules.grasping import (
     WIDE_RAD,
     grasped_on,
 )
-from controller.diffusion.rules.holding import UNTURNED
 from planner.seen.done import FINGER_M, FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import observation_of
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
-STEPS, LENGTH_M = 16, 0.028
+LENGTH_M = 0.028
 
 
 def seen(
@@ -43,8 +43,7 @@ def seen(
 
 def added(vector: Array, task: Task = GRAB, own_m: float = 0.0) -> Array:
     """Return what the end of a chunk gets in which the left arm moves down by its own (10,)."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, LEFT_ARM, MOVE.start + 1] = np.linspace(0.0, -own_m, STEPS)
     asked = arms.reshape(STEPS, ACTION_SIZE)
     changed = (grasped_on(asked, vector, task) - asked).reshape(STEPS, 2, -1)
@@ -114,9 +113,8 @@ def test_jaws_that_hold_too_wide_close_little_by_little_and_press_never_hard() -
 def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
     now = observation_of(seen(1.0, 1.0, jaw_rad=jaw_rad), 0.0)
     now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + [0.0, 0.0, FINGER_M]
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
+    arms = still()
     arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, 0.01, STEPS)
-    arms[..., TURN] = UNTURNED
     end = grasped_on(arms.reshape(STEPS, -1), now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
     assert np.allclose(end[MOVE], 0.0)
     assert end[JAW] > jaw_rad
@@ -133,8 +131,7 @@ def test_open_jaws_that_rest_where_a_grasp_holds_close(
     now = observation_of(seen(0.9, 0.9, pinch_n=0.0, jaw_rad=1.0), 0.0)
     up = (now.sac_m[-1] - now.sac_m[0]) / np.linalg.norm(now.sac_m[-1] - now.sac_m[0])
     now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + up_m * up + [0.0, 0.0, FINGER_M]
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, own_m, STEPS)
     arms[:, LEFT_ARM, JAW] = 1.0
     asked = arms.reshape(STEPS, -1)

@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 
 from controller.action import ACTION_SIZE
-from controller.diffusion.chunk_frame import JAW, MOVE, TURN
-from controller.diffusion.rules.holding import HELD_M, HELD_RAD, UNTURNED, held
+from controller.diffusion.chunk_frame import JAW, MOVE
+from controller.diffusion.rules.holding import HELD_M, HELD_RAD, held
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-STEPS = 16
 JAWS_RAD = np.array([0.1, 0.4])
 
 
 def chunk(move_m: float, jaw_rad: float) -> Array:
     """Return a chunk in which both arms move and open steadily by so much."""
-    arms, share = np.zeros((STEPS, 2, ACTION_SIZE // 2)), np.linspace(0.0, 1.0, STEPS)
-    arms[..., TURN] = UNTURNED
+    arms, share = still(), np.linspace(0.0, 1.0, STEPS)
     arms[..., MOVE.start] = move_m * share[:, None]
     arms[..., JAW] = JAWS_RAD + jaw_rad * share[:, None]
     return arms.reshape(STEPS, ACTION_SIZE)

@@ -5,15 +5,15 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
-from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.last_word import last_word
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-STEPS, WIDE_RAD, NARROW_RAD = 16, 0.35, 0.12
+WIDE_RAD, NARROW_RAD = 0.35, 0.12
 CLIP, BACK = (
     task_from_text(f"{words} first clip left tube") for words in ("clipping", "going back")
 )
@@ -21,8 +21,7 @@ CLIP, BACK = (
 
 def chunk(left_rad: float = 0.7, right_rad: float = WIDE_RAD, ahead_m: float = 0.0) -> Array:
     """Return a chunk (16, 2, 10) whose jaws stay as they are, and whose right arm goes ahead."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, LEFT_ARM, JAW], arms[:, RIGHT_ARM, JAW] = left_rad, right_rad
     arms[:, RIGHT_ARM, MOVE.stop - 1] = np.linspace(0.0, ahead_m, STEPS)
     return arms

@@ -19,12 +19,12 @@ from controller.diffusion.rules.reaching import (
 )
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
-from tests.controller.diffusion.rules.ruled import arm_after
+from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
 
-STEPS, OPEN_RAD = 16, 0.35
+OPEN_RAD = 0.35
 TURNED = np.array([0.0, 1.0, 0.0, -1.0, 0.0, 0.0])
 CLIP = task_from_text("clipping first clip left tube")
 BACK = task_from_text("going back first clip left tube")
@@ -43,8 +43,7 @@ def before_place(
 
 def chunk(ahead_m: float = -0.002, jaw_rad: float = OPEN_RAD) -> Array:
     """Return a chunk (16, 20) that goes ahead (+z), by default back, as it turns and closes."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, RIGHT_ARM, TURN] = TURNED
     arms[:, RIGHT_ARM, MOVE.stop - 1] = np.linspace(0.0, ahead_m, STEPS)
     arms[:, RIGHT_ARM, JAW] = np.linspace(OPEN_RAD, jaw_rad, STEPS)

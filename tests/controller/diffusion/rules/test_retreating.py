@@ -11,14 +11,14 @@ from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import LINGERS_M, STEP_M, drawn_back
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
-from tests.controller.diffusion.rules.ruled import arm_after
+from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.thresholds import RETRACTED_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
-STEPS, OPEN_RAD = 16, 0.35
+OPEN_RAD = 0.35
 TURNED = np.array([0.0, 1.0, 0.0, -1.0, 0.0, 0.0])
 BACK = task_from_text("going back first clip left tube")
 FROM_CUT = task_from_text("go back from the cut left tube")
@@ -36,8 +36,7 @@ def upon_tube(jaw_rad: float = OPEN_RAD, back_m: float = 0.0) -> NDArray[np.floa
 
 def chunk(back_m: float = 0.0, jaw_rad: float = OPEN_RAD) -> Array:
     """Return a chunk (16, 20) that goes back (-z) so far, turns aside, and ends with these jaws."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, RIGHT_ARM, TURN] = TURNED
     arms[:, RIGHT_ARM, MOVE] = np.linspace(0.0, [0.001, 0.0, -back_m], STEPS)
     arms[:, RIGHT_ARM, JAW] = np.linspace(OPEN_RAD, jaw_rad, STEPS)

@@ -7,16 +7,15 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
-from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, squared
 from planner.task import GRAB, TASKS, Task
-from tests.controller.diffusion.rules.ruled import arm_after
+from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array, axis_angle
 from tissue_sim.sensing.observation import SAC_POINTS, VECTOR_SIZE, fields
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
-STEPS, OPEN_RAD, OFF_RAD = 16, 1.1, 0.3
+OPEN_RAD, OFF_RAD = 1.1, 0.3
 MIDDLE_M = np.array([0.0, 0.01, 0.09])  # of what is between the jaws, on the axis
 
 
@@ -39,8 +38,7 @@ def before(
 
 def chunk(jaw_rad: float = OPEN_RAD) -> Array:
     """Return a chunk (16, 20) whose left arm stays where it is."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN] = UNTURNED
+    arms = still()
     arms[:, LEFT_ARM, JAW] = jaw_rad
     return arms.reshape(STEPS, ACTION_SIZE)
 

@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 
 from controller.action import ACTION_SIZE
-from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.rules.grasping import JAW_STEP_RAD
-from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhooked
 from planner.task import GRAB, TASKS, Task
+from tests.controller.diffusion.rules.ruled import STEPS, still
 from tests.planner.seen import clipped
 from tissue_sim.frames import Array
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-STEPS = 16
 WIDE_RAD = 0.9
 
 
@@ -33,8 +32,8 @@ def seen(
 
 def asked(back_m: float = 0.008, jaw_rad: float = WIDE_RAD) -> Array:
     """Return a chunk that draws the grasper back by so much, and moves the other arm."""
-    arms = np.zeros((STEPS, 2, ACTION_SIZE // 2))
-    arms[..., TURN], arms[:, RIGHT_ARM, MOVE] = UNTURNED, 0.001
+    arms = still()
+    arms[:, RIGHT_ARM, MOVE] = 0.001
     ahead = clipped().tips_endoscope[LEFT_ARM, :3, 2]
     arms[:, LEFT_ARM, MOVE] = -back_m * np.linspace(0.0, 1.0, STEPS)[:, None] * ahead
     arms[:, LEFT_ARM, JAW] = jaw_rad
