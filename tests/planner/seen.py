@@ -13,7 +13,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
-from tissue_sim.thresholds import HELD_PINCH_N
+from tissue_sim.thresholds import HELD_PINCH_N, RETRACTED_M
 
 
 def clipped(
@@ -62,6 +62,21 @@ def clipped(
         tube_radius_m=np.array([0.0015, 0.0015]),
         rest_length_m=np.array([0.028, 0.028]),
     )
+
+
+def at_work(
+    left: int = 0,
+    right: int = 0,
+    *,
+    time_s: float = 0.0,
+    back: bool = False,
+    held: bool = True,
+) -> Observation:
+    """Return an observation with clips, the right tip at the tubes or back, the grasp held."""
+    made = clipped(left, right, time_s)
+    made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
+    made.tips_endoscope[1, 2, 3] -= 1.1 * RETRACTED_M if back else 0.0
+    return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
 
 
 def trunk_m(branch_m: np.ndarray) -> np.ndarray:

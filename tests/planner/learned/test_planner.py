@@ -17,16 +17,14 @@ from planner.seen.due import GRAB_S, due
 from planner.seen.task_clock import TaskClock
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
-from tests.planner.seen import clipped
+from tests.planner.seen import at_work, clipped
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import (
     POINTS,
     VECTOR_SIZE,
-    Observation,
     fields,
     observation_of,
 )
-from tissue_sim.thresholds import RETRACTED_M
 
 CONFIG = PlannerConfig(history=4, width=32, layers=1)
 GRAB, FIRST, CUT, BACK_FROM_CUT, CLIP = (TASKS[k] for k in (0, 1, 7, 8, 9))
@@ -137,7 +135,7 @@ def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
 
 
 def test_after_a_cut_it_never_asks_to_grasp_again(network):
-    planner, ready = PlannerLearned(torn(network, CUT, CLIP, 0.99)), back(clipped(left=3))
+    planner, ready = PlannerLearned(torn(network, CUT, CLIP, 0.99)), at_work(left=3, back=True)
     assert planner.plan(ready).task == CUT
     made = replace(ready, severed=np.array([True, False]))
     assert planner.plan(replace(made, time_s=1.0)).task == BACK_FROM_CUT
@@ -149,21 +147,15 @@ def test_after_a_cut_it_never_asks_to_grasp_again(network):
 
 def test_after_a_persons_cut_it_does_not_ask_to_grasp_either(network):
     planner = PlannerLearned(torn(network, GRAB, CLIP, 0.9))
-    made = replace(back(clipped(right=3)), severed=np.array([False, True]))
+    made = replace(at_work(right=3, back=True), severed=np.array([False, True]))
     assert planner.plan(made).task == TASKS[1]
-
-
-def back(seen: Observation) -> Observation:
-    """Return the observation with the right tip far from both tubes."""
-    seen.tips_endoscope[1, :3, 3] = seen.left_tube_m[0] - [0.0, 0.0, 2.0 * RETRACTED_M]
-    return seen
 
 
 def test_a_clip_that_has_been_tried_three_times_is_left_to_a_person(network):
     planner, times = PlannerLearned(torn(network, TASKS[1], GRAB, 0.99)), 0
     before = TASKS[0]
     for second in range(round((MOST_TRIES + 1) * (PATIENCE_S + 4.0))):
-        at_home = replace(back(clipped()), time_s=float(second), joints=JOINTS[second % 2])
+        at_home = replace(at_work(back=True), time_s=float(second), joints=JOINTS[second % 2])
         said = planner.plan(at_home)
         times += said.task == TASKS[1] != before
         before = said.task
