@@ -7,7 +7,7 @@ import pytest
 
 from controller.perception.network import N_WIDE
 from controller.perception.radii import Radii
-from tests.controller.perception.test_fusion import EYES, prior, shown
+from tests.controller.perception.ideal_views import EYES, prior, shown
 from tissue_sim.sensing.observation import N_LINE
 
 LOOKS = 40

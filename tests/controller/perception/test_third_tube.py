@@ -9,7 +9,7 @@ import pytest
 from controller.perception.graph import Shown
 from controller.perception.network import FLAGS
 from controller.perception.third_tube import SHARE, SHARE_TRAINED, VIEW, ThirdTube
-from tests.controller.perception.test_fusion import EYES, prior, shown
+from tests.controller.perception.ideal_views import EYES, prior, shown
 from tissue_sim.sensing.observation import N_LINE
 
 USUAL = math.log(SHARE_TRAINED / (1.0 - SHARE_TRAINED))  # logit of one who has learned nothing

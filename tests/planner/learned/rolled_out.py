@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
@@ -39,3 +41,10 @@ def rollout(seed: int = 0, tasks: int = N_TASKS) -> Rollout:
         correction=np.where(wanted, task % N_CORRECTIONS, NOT_SAID),
         success=True,
     )
+
+
+def with_tasks(task: list[int], *, success: bool = True) -> Rollout:
+    """Return a rollout in which each of these tasks lasts four seconds."""
+    column = np.repeat(task, 4 * CONTROL_HZ)
+    made = replace(rollout(tasks=len(column) // TASK_STEPS), success=success)
+    return replace(made, task=column, said=column)

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.learned.features import N_CORRECTIONS, N_TASKS
-from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout, Rollouts
-from tests.planner.learned.rolled_out import TASK_STEPS, rollout
+from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollouts
+from tests.planner.learned.rolled_out import TASK_STEPS, rollout, with_tasks
 from tissue_sim.periods import CONTROL_HZ
 
 HISTORY = 5
@@ -45,13 +45,6 @@ def test_a_task_has_been_under_way_since_it_was_said():
     lag, at = 10, 3 * TASK_STEPS + 25
     moments = TWO.moments(of(at), of(30), of(lag))
     assert moments.since_s[0, -1].item() == pytest.approx(25 / CONTROL_HZ)
-
-
-def with_tasks(task: list[int], *, success: bool = True) -> Rollout:
-    """Return a rollout in which each of these tasks lasts four seconds."""
-    column = np.repeat(task, 4 * CONTROL_HZ)
-    made = replace(rollout(tasks=len(column) // TASK_STEPS), success=success)
-    return replace(made, task=column, said=column)
 
 
 def test_progress_rises_from_none_to_all_within_a_task():

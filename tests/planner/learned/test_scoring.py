@@ -11,8 +11,7 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, Prediction
 from planner.learned.rollout import IN_TIME_S, NOT_SAID, Rollout
 from planner.learned.scoring import calibration_error, score
-from tests.planner.learned.rolled_out import rollout
-from tests.planner.learned.test_rollout import with_tasks
+from tests.planner.learned.rolled_out import rollout, with_tasks
 from tissue_sim.sensing.observation import fields
 
 

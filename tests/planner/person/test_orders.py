@@ -12,7 +12,7 @@ from planner.command import COMMANDS
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import TASKS
 from planner.person.override import PlannerOverridden
-from tests.planner.person.test_override import fixed
+from tests.planner.person.fixed import fixed
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
 

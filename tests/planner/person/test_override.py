@@ -1,6 +1,6 @@
 """Tests of a person's word: it comes before the planner's, and the replies are true."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from planner.instruction import HOLD, TASKS, Instruction
 from planner.language.interpreter import Interpreter
 from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import STOP_WINS_S, PlannerOverridden
+from tests.planner.person.fixed import PlannerFixed, fixed
 from tests.planner.seen import clipped
 
 INTERPRETER = Interpreter()
@@ -40,18 +41,6 @@ class PlannerCounting:
         return Instruction(task=task, time_s=observation.time_s)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlannerFixed:
-    instruction: Instruction
-    hears_of_success: bool = False
-
-    def reset(self):
-        pass
-
-    def plan(self, observation):
-        return self.instruction
-
-
 @pytest.fixture
 def planner():
     planner = PlannerOverridden(PlannerCounting())
@@ -72,12 +61,6 @@ def moved(seen, correction, by_m):
     tips = seen.tips_endoscope.copy()
     tips[correction.rows, :3, 3] += by_m * np.array(DIRECTION_ENDOSCOPE[correction.direction])
     return replace(seen, tips_endoscope=tips)
-
-
-def fixed(task=TASKS[0]):
-    planner = PlannerOverridden(PlannerFixed(instruction=Instruction(task=task)))
-    planner.plan(clipped())
-    return planner
 
 
 @pytest.mark.parametrize("size_mm", [None, 1.0, 2.0, 5.0, 10.0, 20.0])
@@ -438,8 +421,7 @@ SENTENCES = st.one_of(
 @settings(max_examples=300, deadline=None)
 @given(st.lists(SENTENCES, min_size=1, max_size=6), st.integers(0, 3), st.sampled_from(TASKS))
 def test_the_reply_says_what_the_arms_do_next(sentences, n_clips, task):
-    planner = PlannerOverridden(PlannerFixed(instruction=Instruction(task=task)))
-    planner.plan(clipped())
+    planner = fixed(task)
     for k, text in enumerate(sentences):
         seen = {"time_s": 2.0 * k, "left": n_clips}
         reply = hear(planner, text, **seen).reply

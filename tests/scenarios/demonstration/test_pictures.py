@@ -16,7 +16,7 @@ from scenarios.demonstration.pictures import (
     pictured,
     stratum_of,
 )
-from tests.scenarios.from_the_shell.test_cli import complaint
+from tests.scenarios.from_the_shell.complaint import complaint
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available

@@ -15,6 +15,8 @@ from scenarios.recording.recorder import Recorder
 from scenarios.suites import SUITES
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
+NOWHERE = Path("nowhere")
+MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
 
 
 def plan(*suites: str, arms=(FIRST, SECOND), seeds=range(10)) -> Plan:

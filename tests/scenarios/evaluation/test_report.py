@@ -4,7 +4,6 @@ import json
 import re
 from dataclasses import replace
 from io import StringIO
-from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -19,10 +18,15 @@ from scenarios.files.strict_json import dumps
 from scenarios.loop.results import CallResult, episode_from, summarise
 from scenarios.recording.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
 from scenarios.suites import SUITES
-from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, results_of
-
-NOWHERE = Path("nowhere")
-MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
+from tests.scenarios.evaluation.made_up import (
+    FIRST,
+    MADE_WITH,
+    NOWHERE,
+    SECOND,
+    episode,
+    plan,
+    results_of,
+)
 
 
 def judge(case: Case):

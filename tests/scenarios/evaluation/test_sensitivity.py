@@ -10,8 +10,7 @@ from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
 from scenarios.evaluation.statistics.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import InjuryResult, PeakResult
-from tests.scenarios.evaluation.made_up import episode, plan, results_of
-from tests.scenarios.evaluation.test_report import MADE_WITH, NOWHERE
+from tests.scenarios.evaluation.made_up import MADE_WITH, NOWHERE, episode, plan, results_of
 
 COMPLETE = replace(episode(plan("nominal").due({})[0]), peaks=())
 LIMITS = {"crush of duct": 2.5, "crush of artery": 2.5, "blunt force": 1.5, "traction": 5.0}

@@ -10,8 +10,7 @@ from scenarios.evaluation.statistics.strata import DIVISIONS, NAMED, NAMES, VARI
 from scenarios.evaluation.terminal_tables import tables
 from scenarios.evaluation.words import interval
 from scenarios.loop.results import summarise
-from tests.scenarios.evaluation.made_up import FIRST, episode, plan, results_of
-from tests.scenarios.evaluation.test_report import MADE_WITH, NOWHERE
+from tests.scenarios.evaluation.made_up import FIRST, MADE_WITH, NOWHERE, episode, plan, results_of
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.textbook import textbook_from_seed
 

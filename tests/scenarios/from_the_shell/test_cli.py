@@ -12,6 +12,7 @@ from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
+from tests.scenarios.from_the_shell.complaint import complaint
 
 HEAVY = (
     "torch",
@@ -26,16 +27,6 @@ HEAVY = (
     "fcl",
     "ray",
 )
-
-
-def complaint(capfd, *words):
-    assert main(words) == 2
-    out, err = capfd.readouterr()
-    assert out == ""
-    lines = err.splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("calot: ")
-    return lines[0]
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import Recorder
 from scenarios.run_episode import begin
-from tests.scenarios.from_the_shell.test_cli import complaint
+from tests.scenarios.from_the_shell.complaint import complaint
 
 
 @pytest.fixture(scope="module")
