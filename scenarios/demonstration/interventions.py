@@ -5,6 +5,7 @@ As in YAY Robot (Shi et al., arXiv 2403.12910), what a person says trains the pl
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 
 from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
@@ -40,6 +41,7 @@ class Interventions:
     def on_reset(self, world: World) -> None:
         """Begin an episode, without intervention so far."""
         self._anatomy, self.intervened = world.anatomy, False
+        self._path: Path | None = None  # once the episode has been saved
         self._recorder = DemonstrationRecorder(lambda: self._expert)
         self._recorder.on_reset(world)
 
@@ -56,6 +58,8 @@ class Interventions:
 
     def save(self, success: bool, failures: list[str]) -> Path | None:
         """Save the episode so far to a file and the dataset; return None without intervention.
+
+        A later save of the same episode replaces the earlier one.
 
         Raises:
             OSError: the file cannot be written.
@@ -74,11 +78,11 @@ class Interventions:
             versions=versions(),
         )
         episode = Demonstrated(header=header, columns=self._recorder.columns(seed, KIND))
-        path = self._free_path(seed)
-        write_atomic(path, part_bytes(episode))
+        self._path = self._path or self._free_path(seed)
+        write_atomic(self._path, part_bytes(episode))
         merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)
-        return path
+        return self._path
 
     def _free_path(self, seed: int) -> Path:
-        n = len(list((self._out / PARTS).glob(f"{seed:05d}-{KIND}-*.parquet")))
-        return self._out / PARTS / f"{seed:05d}-{KIND}-{n:03d}.parquet"
+        paths = (self._out / PARTS / f"{seed:05d}-{KIND}-{n:03d}.parquet" for n in count())
+        return next(path for path in paths if not path.exists())

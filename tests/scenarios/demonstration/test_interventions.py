@@ -100,6 +100,16 @@ def test_a_dataset_grows_by_each_and_a_learned_controller_is_not_imitated(tmp_pa
     assert runs[1][1] >= 30 * DEFAULT_M / SPEED_M_S
 
 
+def test_a_save_takes_a_name_that_is_free_though_an_earlier_part_was_deleted(tmp_path):
+    first, second = (watched(tmp_path, (0.2, HIGHER), n=10) for _ in range(2))
+    kept = second.read_bytes()
+    first.unlink()
+    third = watched(tmp_path, (0.2, HIGHER), n=20)
+    assert third != second
+    assert second.read_bytes() == kept
+    assert sorted(map(len, read_episodes(tmp_path))) == [10, 20]
+
+
 @pytest.mark.parametrize(
     ("words", "why"),
     [

@@ -116,18 +116,37 @@ def test_an_episode_in_which_a_person_is_called_ends_and_says_why(session):
     assert (end.kind, end.text) == ("end", f"called rightly: {MUST_DEAL}")
 
 
-def test_each_save_adds_an_episode_of_training_data(session):
+def test_an_episode_is_one_of_training_data_however_often_it_is_saved(session):
     with pytest.raises(ValueError, match="nobody has corrected"):
         session.interventions.save_so_far()
     session.pace.go_on()
+    run_to(session, 0.1)
     session.press("move left arm lower")
-    run_to(session, 1.0)
-    session.pace.pause()
-    paths = [session.interventions.save_so_far() for _ in range(2)]
-    assert len(set(paths)) == 2
-    episode = read_part(paths[0])
+    wait_until(lambda: session.interventions.intervened)
+    session.interventions.save_so_far()
+    run_to(session, session.watcher.status().time_s + 0.5)
+    path = session.interventions.save_so_far()
+    episode = read_part(path)
     assert set(episode.columns["correction"]) == {"move left arm lower", ""}
     assert np.all(episode.columns["expert"])
-    assert len(list(read_episodes(session.out / "interventions"))) == 2
+    (saved,) = read_episodes(session.out / "interventions")
+    assert len(saved) == len(episode)
+
+
+def test_another_episode_is_saved_to_another_file(session):
+    paths = []
+    for _ in range(2):
+        session.pace.go_on()
+        session.press("move left arm lower")
+        wait_until(lambda: session.interventions.intervened)
+        session.pace.pause()
+        paths.append(session.interventions.save_so_far())
+        before = session.watcher.patient
+        session.pace.restart(session.config)
+        wait_until(lambda before=before: session.watcher.patient is not before)
+    assert len(set(paths)) == len(list(read_episodes(session.out / "interventions"))) == 2
+
+
+def test_a_command_that_does_not_exist_is_refused(session):
     with pytest.raises(KeyError):
         session.press("do a somersault")
