@@ -13,7 +13,7 @@ from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
 from scenarios.demonstration.demonstrate import PARTS, failures_of
-from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder
+from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
@@ -27,7 +27,8 @@ KIND = "intervention"
 class Interventions:
     """Observes episodes of a scenario, and saves completed ones with an intervention.
 
-    Guiding an arm is an intervention; commands such as stop and resume alone are not.
+    Guiding an arm is an intervention; commands such as stop and resume alone are not, and nothing
+    is during a hold, of which no frame is kept.
 
     Attributes:
         intervened: whether a person has intervened in the current episode.
@@ -47,9 +48,8 @@ class Interventions:
 
     def on_step(self, step: Step) -> None:
         """Add one step."""
-        said = step.instruction
-        obeyed = said.source == "human" and not said.hold
-        self.intervened |= (obeyed or step.guided is not None) and not step.exchange
+        by_person = step.instruction.source == "human" or step.guided is not None
+        self.intervened |= by_person and is_frame(step)
         self._recorder.on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:

@@ -38,5 +38,5 @@ class InterventionsOnRequest(Interventions):
         with self._lock:
             path = self.save(success=False, failures=[])
         if path is None:
-            raise ValueError("nobody has corrected anything or led an arm yet")
+            raise ValueError("nobody has corrected anything yet, or led an arm outside a hold")
         return path

@@ -16,6 +16,24 @@ from scenarios.viewer.interventions_on_request import InterventionsOnRequest
 from tissue_sim.tools.arms import RIGHT_ARM
 
 
+def test_who_leads_an_arm_in_a_hold_only_has_not_intervened_yet(tmp_path):
+    inbox = Inbox()
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002), inbox=inbox)
+    seen = InterventionsOnRequest(tmp_path, "textbook", expert=True)
+    seen.on_reset(episode.world)
+    inbox.press(COMMANDS["pause"])
+    T = episode.world.arms.T_world_tool()[RIGHT_ARM]
+    inbox.guided = GuidedArm(arm=RIGHT_ARM, T_world_goal=T, jaw_rad=0.3)
+    for k, step in enumerate(islice(episode.steps(), 20), start=1):
+        assert step.guided is not None
+        seen.on_step(step)
+        if k == 10:
+            with pytest.raises(ValueError, match="outside a hold"):
+                seen.save_so_far()
+            inbox.press(COMMANDS["resume"])
+    assert len(read_part(seen.save_so_far())) == 10
+
+
 @pytest.mark.parametrize("expert", [True, False])
 def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, expert):
     """Check 60 steps: the arms hold from step 20 to 30, a person guides one from step 40 on."""
