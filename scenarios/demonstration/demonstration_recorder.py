@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,9 +68,13 @@ class DemonstrationRecorder:
         self.result = result
 
     def columns(self, seed: int, kind: str) -> dict[str, np.ndarray]:
-        """Return all frames so far as columns, by the names of `schema.demonstrated`."""
-        frames, n = self._frames, len(self._frames)
-        corrections, flags = self._labels()
+        """Return all frames so far as columns, by the names of `schema.demonstrated`.
+
+        Another thread may add steps meanwhile; their frames are left out.
+        """
+        frames = list(self._frames)
+        n = len(frames)
+        corrections, flags = self._labels(frames)
         numbers = np.arange(n)
         heard = [f["instruction"] for f in frames]
         state, tissue = encoded_and_tissue(np.stack([f["seen"].vector() for f in frames]))
@@ -111,24 +115,26 @@ class DemonstrationRecorder:
             "segment": self._segment,
         }
 
-    def _labels(self) -> tuple[list[str], list[bool]]:
+    def _labels(self, frames: Sequence[dict[str, Any]]) -> tuple[list[str], list[bool]]:
         """Return the correction of each frame, and whether it is needed."""
         corrections, flags = [], []
-        for k, frame in enumerate(self._frames):
-            wanted = self._motion_in_words(k) if frame["failed"] else ""
+        for k, frame in enumerate(frames):
+            wanted = _motion_in_words(frames, k) if frame["failed"] else ""
             corrections.append(frame["heard"] or wanted)
             flags.append(bool(wanted) or frame["corrected"])
         return corrections, flags
 
-    def _motion_in_words(self, k: int) -> str:
-        """Return the correction that describes the next second, or a second after a pause."""
-        starts = range(k, min(k + PAUSE_STEPS, len(self._frames)))
-        return first_correction_of(map(self._motion_from, starts))
 
-    def _motion_from(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        here = self._frames[k]["exact"]
-        there = self._frames[min(k + WINDOW_STEPS, len(self._frames) - 1)]["exact"]
-        return _tips_m(there) - _tips_m(here), there.joints[:, 6] - here.joints[:, 6]
+def _motion_in_words(frames: Sequence[dict[str, Any]], k: int) -> str:
+    """Return the correction that describes the next second, or a second after a pause."""
+    starts = range(k, min(k + PAUSE_STEPS, len(frames)))
+    return first_correction_of(_motion_from(frames, start) for start in starts)
+
+
+def _motion_from(frames: Sequence[dict[str, Any]], k: int) -> tuple[np.ndarray, np.ndarray]:
+    here = frames[k]["exact"]
+    there = frames[min(k + WINDOW_STEPS, len(frames) - 1)]["exact"]
+    return _tips_m(there) - _tips_m(here), there.joints[:, 6] - here.joints[:, 6]
 
 
 def _tips_m(observation: Observation) -> np.ndarray:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from itertools import count
 from pathlib import Path
+from threading import Lock
 
 from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
@@ -22,6 +23,7 @@ from scenarios.loop.step import Step
 from tissue_sim.world import World
 
 KIND = "intervention"
+_WRITING = Lock()  # a data set is written by one thread at a time
 
 
 class Interventions:
@@ -48,9 +50,9 @@ class Interventions:
 
     def on_step(self, step: Step) -> None:
         """Add one step."""
+        self._recorder.on_step(step)
         by_person = step.instruction.source == "human" or step.guided is not None
         self.intervened |= by_person and is_frame(step)
-        self._recorder.on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Save the episode with its result."""
@@ -59,7 +61,8 @@ class Interventions:
     def save(self, success: bool, failures: list[str]) -> Path | None:
         """Save the episode so far to a file and the dataset; return None without intervention.
 
-        A later save of the same episode replaces the earlier one.
+        A later save of the same episode replaces the earlier one. Any thread may save while another
+        one adds steps, which does not wait.
 
         Raises:
             OSError: the file cannot be written.
@@ -67,6 +70,10 @@ class Interventions:
         """
         if not self.intervened:
             return None
+        with _WRITING:
+            return self._write(success, failures)
+
+    def _write(self, success: bool, failures: list[str]) -> Path:
         seed = self._anatomy.seed
         header = Header(
             seed=seed,

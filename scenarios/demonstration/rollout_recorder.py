@@ -6,7 +6,7 @@ both give labels for training a planner: DAgger (Ross et al., arXiv 1011.0686).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -50,8 +50,8 @@ class RolloutRecorder(DemonstrationRecorder):
         said = Instruction(task=self._wanted.task)
         return first_correction_of(_coming_seconds(self._world, self._exact, said))
 
-    def _labels(self) -> tuple[list[str], list[bool]]:
-        advised = [frame["advice"] for frame in self._frames]
+    def _labels(self, frames: Sequence[dict[str, Any]]) -> tuple[list[str], list[bool]]:
+        advised = [frame["advice"] for frame in frames]
         return advised, [bool(advice) for advice in advised]
 
 

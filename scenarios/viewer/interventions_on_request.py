@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from threading import Lock
-from typing import TYPE_CHECKING
 
 from scenarios.demonstration.interventions import Interventions
 from scenarios.loop.results import EpisodeResult
 
-if TYPE_CHECKING:
-    from scenarios.loop.step import Step
-
 
 class InterventionsOnRequest(Interventions):
     """Can be saved from any thread, during an episode."""
-
-    def __init__(self, out: Path, scenario: str, *, expert: bool) -> None:
-        super().__init__(out, scenario, expert=expert)
-        self._lock = Lock()
-
-    def on_step(self, step: Step) -> None:
-        """Add one step."""
-        with self._lock:
-            super().on_step(step)
 
     def on_end(self, result: EpisodeResult) -> None:
         """Save nothing: a person decides."""
@@ -35,8 +21,7 @@ class InterventionsOnRequest(Interventions):
             OSError: the file cannot be written.
             ValueError: nobody has intervened, or the folder holds parts that do not fit.
         """
-        with self._lock:
-            path = self.save(success=False, failures=[])
+        path = self.save(success=False, failures=[])
         if path is None:
             raise ValueError("nobody has corrected anything yet, or led an arm outside a hold")
         return path

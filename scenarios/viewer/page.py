@@ -40,8 +40,9 @@ LEFT_PX, RIGHT_PX = 290, 320
 class Page:
     """Serves while its `with` block lasts. Draws nothing while no tab is open."""
 
-    def __init__(self, ask: Asks, gate: Gate, *, host: str, port: int) -> None:
-        self._ask = ask
+    def __init__(self, ask: Asks, ask_slowly: Asks, gate: Gate, *, host: str, port: int) -> None:
+        """Make the page; `ask_slowly` is for what takes long, and must not hold `ask` up."""
+        self._ask, self._ask_slowly = ask, ask_slowly
         with guarded(gate), redirect_stdout(StringIO()):  # hides viser's banner
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         theme(self.server.gui, dark=True)
@@ -79,7 +80,7 @@ class Page:
             TransportPanel(gui, ask),
             CorrectionPanel(gui, ask),
             TalkPanel(gui, ask),
-            TrainingDataPanel(gui, ask),
+            TrainingDataPanel(gui, self._ask_slowly),
             TakeOverPanel(gui, self.server.scene, ask),
             DisturbPanel(gui, ask),
             LookPanel(gui, self._scene, ask),

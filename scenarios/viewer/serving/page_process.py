@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -30,14 +30,16 @@ class PageProcess:
         self.gate = gate_for(host)
         spawn = get_context("spawn")
         self._life, life = spawn.Pipe()
-        self._asked, line = spawn.Pipe()
+        pipes = [spawn.Pipe() for _ in range(2)]
+        self._asked, lines = [here for here, _ in pipes], [there for _, there in pipes]
         self._process = spawn.Process(
-            target=_serve, args=(life, line, self.gate, host, port, say_port), daemon=True
+            target=_serve, args=(life, lines, self.gate, host, port, say_port), daemon=True
         )
-        self._answering = Thread(
-            target=answer, args=(self._asked, session), name="calot-session", daemon=True
-        )
-        self._ends = life, line
+        self._answering = [
+            Thread(target=answer, args=(asked, session), name="calot-session", daemon=True)
+            for asked in self._asked
+        ]
+        self._ends = life, *lines
 
     def __enter__(self) -> Self:
         """Raise BadInputError if the page cannot be served."""
@@ -46,7 +48,8 @@ class PageProcess:
         signal.signal(signal.SIGINT, on_ctrl_c)
         for end in self._ends:  # the process holds its own copies
             end.close()
-        self._answering.start()
+        for thread in self._answering:
+            thread.start()
         try:
             self.port: int = self._life.recv()
         except GONE:
@@ -62,7 +65,8 @@ class PageProcess:
         self._process.kill()  # it holds no data that could be lost
         self._process.join()
         self._life.close()
-        self._asked.close()
+        for asked in self._asked:
+            asked.close()
 
 
 class SessionLink:
@@ -102,15 +106,23 @@ def answer(connection: Connection, session: SessionState) -> None:
 
 
 def _serve(
-    life: Connection, line: Connection, gate: Gate, host: str, port: int, say_port: int | None
+    life: Connection,
+    lines: Sequence[Connection],
+    gate: Gate,
+    host: str,
+    port: int,
+    say_port: int | None,
 ) -> None:
-    """Run the page in its process: send its port, and serve until the connection closes."""
+    """Run the page in its process: send its port, and serve until the connection closes.
+
+    What takes long is asked over the second line, so that no order waits for it.
+    """
     from scenarios.viewer.page import Page
     from scenarios.viewer.serving.say_server import say_server
 
-    ask = SessionLink(line)
+    ask, ask_slowly = map(SessionLink, lines)
     with ExitStack() as served, suppress(*GONE):
-        page = served.enter_context(Page(ask, gate, host=host, port=port))
+        page = served.enter_context(Page(ask, ask_slowly, gate, host=host, port=port))
         if say_port is not None:
             served.enter_context(say_server(ask, gate, host=host, port=say_port))
         life.send(page.port)

@@ -4,6 +4,7 @@ import math
 import time
 import urllib.request
 from contextlib import contextmanager
+from threading import Event
 
 import msgspec
 import pytest
@@ -12,6 +13,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from scenarios.demonstration import interventions
 from scenarios.viewer.panels.keys import KEYS
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
@@ -201,6 +203,39 @@ def test_invalid_data_from_a_tab_ends_only_that_tab(served):
         session.pace.go_on()
         assert first_geometry(good)
     run_for(session, 0.5)
+
+
+def buttons(messages):
+    """Return the identifiers of the page's buttons by their labels."""
+    sent = [m for one in messages for m in msgspec.msgpack.decode(text_of(one))["messages"]]
+    return {m["props"]["label"]: m["uuid"] for m in sent if m["type"] == "GuiButtonMessage"}
+
+
+def click(socket, uuid):
+    message = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
+    socket.send(msgspec.msgpack.encode(message))
+
+
+def test_neither_the_loop_nor_an_order_waits_for_a_save(tmp_path, monkeypatch):
+    is_saving, may_end = Event(), Event()
+
+    def merge(*_):
+        is_saving.set()
+        may_end.wait(60.0)
+
+    monkeypatch.setattr(interventions, "merge", merge)
+    with serving(tmp_path) as (session, port), tab(port) as socket:
+        uuids = buttons(until_quiet(socket, 3.0, begins_within_s=30.0))
+        session.pace.go_on()
+        session.press("move right arm higher")
+        wait_until(lambda: session.interventions.intervened)
+        click(socket, uuids["Save this intervention as training data"])
+        assert is_saving.wait(30.0)
+        click(socket, uuids["Hold still"])
+        try:
+            wait_until(lambda: session.watcher.status().instruction.hold, within_s=30.0)
+        finally:
+            may_end.set()
 
 
 def test_no_two_keys_are_the_same():
