@@ -51,7 +51,8 @@ class View:
     seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
     """Seed of the first episode."""
     out: Path = Path("runs/view")
-    """Folder for the recorded episodes, and for interventions that are kept as training data."""
+    """Folder for the recorded episodes, which replace no older ones, and for interventions that are
+    kept as training data."""
     host: Annotated[str, arg(metavar="ADDRESS")] = LOCAL
     """Address to listen on; beyond this machine a token in the printed address is asked for."""
     port: Annotated[int | None, at_least(1)] = None

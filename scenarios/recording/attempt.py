@@ -25,22 +25,24 @@ def attempt_episode(
     out: Path,
     observers: Sequence[Observer] = (),
     inbox: Inbox | None = None,
+    name: str | None = None,
 ) -> EpisodeResult:
     """Run one episode; an exception in it becomes the result's error, not a failure.
 
-    `inbox` holds what people say to it.
+    `inbox` holds what people say to it; `name` is that of its files, by default its seed.
 
-    Leaves `out`/episodes/SEED.npz and, after an exception, its traceback in `out`/errors/SEED.txt.
+    Leaves `out`/episodes/NAME.npz and, after an exception, its traceback in `out`/errors/NAME.txt.
     """
+    name = name or str(config.seed)
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from scenarios.run_episode import run_episode
 
     start_s = time.perf_counter()
     try:
-        with Recorder(config=config, path=out / "episodes" / f"{config.seed}.npz") as recorder:
+        with Recorder(config=config, path=out / "episodes" / f"{name}.npz") as recorder:
             return run_episode(config, [recorder, *observers], inbox)
     except Exception as error:
-        write_atomic(out / "errors" / f"{config.seed}.txt", traceback.format_exc().encode())
+        write_atomic(out / "errors" / f"{name}.txt", traceback.format_exc().encode())
         return broken_off(config, error, wall_s=time.perf_counter() - start_s)
 
 

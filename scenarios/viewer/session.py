@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import count
+from pathlib import Path
+
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.attempt import attempt_episode
 from scenarios.viewer.pace import Restart
@@ -21,11 +24,21 @@ def watch_episodes(session: SessionState) -> None:
 
 
 def watch_episode(session: SessionState) -> EpisodeResult:
-    """Run and record one episode.
+    """Run and record one episode, under a name that no earlier recording has.
 
     Raises:
         Restart: a person has started another episode.
     """
     return attempt_episode(
-        session.config, session.out, [session.interventions, session.watcher], session.inbox
+        session.config,
+        session.out,
+        [session.interventions, session.watcher],
+        session.inbox,
+        name=_free_name(session.out, session.config.seed),
     )
+
+
+def _free_name(out: Path, seed: int) -> str:
+    """Return SEED, or SEED-2 and so on if there are recordings of this seed."""
+    names = (f"{seed}-{n}" if n > 1 else f"{seed}" for n in count(1))
+    return next(name for name in names if not (out / "episodes" / f"{name}.npz").exists())

@@ -97,6 +97,20 @@ def test_another_patient_hears_nothing_that_was_said_to_the_previous_one(session
     assert recorded(session).heard == ()
 
 
+def test_each_episode_of_a_seed_is_recorded_in_a_file_of_its_own(session):
+    texts = ("move right arm higher", "move left arm lower")
+    for text in texts:
+        session.press(text)
+        session.pace.go_on()
+        run_to(session, 0.2)
+        session.pace.pause()
+        before = session.watcher.patient
+        session.pace.restart(replace(session.config, scenario="fat"))
+        wait_until(lambda before=before: session.watcher.patient is not before)
+    files = [session.out / "episodes" / f"{SEED}{end}.npz" for end in ("", "-2")]
+    assert [[heard["text"] for heard in load(file).heard] for file in files] == [[t] for t in texts]
+
+
 def test_an_episode_that_breaks_off_is_logged_and_the_next_one_begins(session):
     session.pace.restart(replace(session.config, controller="diffusion", checkpoint="nowhere"))
     wait_until(lambda: session.watcher.status().result is not None)
