@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from scenarios.catalogue import SCENARIOS
+from scenarios.catalogue import SCENARIOS, SENSE_OF
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 
@@ -17,7 +17,7 @@ class NewPatientPanel:
             self._seed = gui.add_number("seed", state.config.seed, min=0, step=1)
             self._scenario = gui.add_dropdown(
                 "scenario",
-                tuple(SCENARIOS),
+                _scenarios_with(state.config.sense),
                 initial_value=state.config.scenario,
                 hint="what differs from a normal procedure",
             )
@@ -33,3 +33,8 @@ class NewPatientPanel:
 
     def update(self, state: State) -> None:
         """Do nothing: the panel never changes."""
+
+
+def _scenarios_with(sense: str) -> tuple[str, ...]:
+    """Return the scenarios that mean something with this sense, which a session keeps."""
+    return tuple(name for name in SCENARIOS if SENSE_OF.get(name, sense) == sense)
