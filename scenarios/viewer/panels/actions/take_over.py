@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 import viser
 from viser.transforms import SO3
@@ -25,6 +27,7 @@ class TakeOverPanel:
         self._scene, self._ask = scene, ask
         self._gizmo: viser.TransformControlsHandle | None = None
         self._arm = LEFT_ARM
+        self._changing = Lock()  # clicks come from another thread than `update`
         with gui.add_folder("Take over an arm", expand_by_default=False):
             pad(gui, "two")
             left = gui.add_button("Take the left", color=LEFT_RGB)
@@ -34,24 +37,31 @@ class TakeOverPanel:
 
         @left.on_click
         async def _(_: object) -> None:
-            self._take(LEFT_ARM)
+            with self._changing:
+                self._take(LEFT_ARM)
 
         @right.on_click
         async def _(_: object) -> None:
-            self._take(RIGHT_ARM)
+            with self._changing:
+                self._take(RIGHT_ARM)
 
         @self._jaw.on_update
         async def _(_: object) -> None:
-            self._guide()
+            with self._changing:
+                self._guide()
 
         @self._back.on_click
         async def _(_: object) -> None:
-            self._give_back()
+            with self._changing:
+                self._give_back()
 
     def update(self, state: State) -> None:
         """Give the arm back if the session has ended the guidance, as a new episode does."""
-        if self._gizmo is not None and not state.guided:
-            self._give_back()
+        if state.guided:
+            return
+        with self._changing:  # the arm may have been taken since `state`
+            if self._gizmo is not None and not self._ask(SessionState.state).guided:
+                self._give_back()
 
     def _take(self, arm: int) -> None:
         frame = self._ask(SessionState.frame)
@@ -73,7 +83,8 @@ class TakeOverPanel:
 
         @self._gizmo.on_update
         async def _(_: object) -> None:
-            self._guide()
+            with self._changing:
+                self._guide()
 
         self._jaw.visible = self._back.visible = True
         self._guide()
