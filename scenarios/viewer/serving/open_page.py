@@ -36,7 +36,7 @@ def serve(
     Raises:
         BadInputError: the page cannot be served on this port.
     """
-    with make(choose_port(host, port)) as page:
+    with make(choose_port(host, port, say_port=say_port)) as page:
         if port is None and page.port != FIRST_PORT:
             console.print(f"port {FIRST_PORT} is taken; using {page.port}", highlight=False)
         token = page.gate.token

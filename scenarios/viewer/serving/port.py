@@ -12,17 +12,23 @@ PORTS = 100  # number of ports to try
 OTHERWISE = {"--port": "leave out --port to use a free one", "--say-port": "name a free one"}
 
 
-def choose_port(host: str, asked: int | None = None, option: str = "--port") -> int:
+def choose_port(
+    host: str, asked: int | None = None, option: str = "--port", say_port: int | None = None
+) -> int:
     """Return the port that `option` requests, or the first free one from `FIRST_PORT` on.
+
+    `say_port` is not free: the page with the microphone is served there.
 
     Raises:
         BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
     """
     if asked is not None:
+        if asked == say_port:
+            raise BadInputError(f"{option} {asked}: --say-port is the same; {OTHERWISE[option]}")
         if error := _why_not(host, asked):
             raise BadInputError(f"{option} {asked}: {error}; {OTHERWISE[option]}")
         return asked
-    ports = range(FIRST_PORT, FIRST_PORT + PORTS)
+    ports = [port for port in range(FIRST_PORT, FIRST_PORT + PORTS) if port != say_port]
     for port in ports:
         if not (error := _why_not(host, port)):
             return port

@@ -52,6 +52,7 @@ HEAVY = (
         (["run", "--scenario", "latency", "--magnitude", "0.5"], ["--magnitude", "whole number"]),
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
+        (["view", "--port", "58080", "--say-port", "58080"], ["--port", "--say-port is the same"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
         (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
         (["evaluate", "--suite", "zoo"], ["--suite", "'zoo'", "nominal", "grasp-slip"]),

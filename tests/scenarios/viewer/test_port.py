@@ -34,6 +34,13 @@ def test_a_busy_port_that_was_not_requested_is_skipped():
     assert free < following < FIRST_PORT + PORTS
 
 
+def test_the_microphones_port_is_refused_if_it_was_requested_and_else_skipped():
+    free = choose_port(HOST)
+    assert choose_port(HOST, say_port=free) > free
+    with pytest.raises(BadInputError, match=f"--port {free}: --say-port is the same"):
+        choose_port(HOST, free, say_port=free)
+
+
 @pytest.mark.parametrize("port", [65_536, 1_000_000])
 def test_a_number_that_is_no_port_is_refused(port):
     with pytest.raises(BadInputError, match=f"--port {port}"):
