@@ -13,6 +13,7 @@ import secrets
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from email.message import Message
 from http import HTTPStatus
 from http.cookies import SimpleCookie
 from time import monotonic
@@ -24,6 +25,7 @@ from websockets.asyncio.server import ServerConnection
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 COOKIE = "calot"
 MOST_PER_S, BURST = 200, 600  # messages from a tab; viser's page sends 20 to 60 a second; assumed
+Headers = Mapping[str, str] | Message  # servers' own, which know a name in any case
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +39,7 @@ class Gate:
 
     token: str = ""
 
-    def refusal(self, headers: Mapping[str, str], path: str) -> str | None:
+    def refusal(self, headers: Headers, path: str) -> str | None:
         """Return why a request is refused; None if it may pass."""
         host, origin = headers.get("Host", ""), headers.get("Origin")
         if not self.token and _name(f"//{host}") not in LOOPBACK:
@@ -48,7 +50,7 @@ class Gate:
             return "the token of the printed address is missing"
         return None
 
-    def _is_known(self, headers: Mapping[str, str], path: str) -> bool:
+    def _is_known(self, headers: Headers, path: str) -> bool:
         cookie = SimpleCookie(headers.get("Cookie", "")).get(COOKIE)
         said = [*parse_qs(urlsplit(path).query).get("token", []), cookie.value if cookie else ""]
         return any(secrets.compare_digest(one.encode(), self.token.encode()) for one in said)

@@ -59,7 +59,7 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
 
         def do_GET(self) -> None:
             """Send the page with the microphone."""
-            if (why := gate.refusal(dict(self.headers), self.path)) is not None:
+            if (why := gate.refusal(self.headers, self.path)) is not None:
                 return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
             if self.path.partition("?")[0] != "/":
                 return self._answer(HTTPStatus.NOT_FOUND, {"error": "only / and /say are served"})
@@ -67,7 +67,7 @@ def _handler(ask: Asks, gate: Gate) -> type[BaseHTTPRequestHandler]:
 
         def do_POST(self) -> None:
             """Read the text, and submit it; of an unfinished one, only what holds the arms."""
-            if (why := gate.refusal(dict(self.headers), self.path)) is not None:
+            if (why := gate.refusal(self.headers, self.path)) is not None:
                 return self._answer(HTTPStatus.FORBIDDEN, {"error": why})
             if self.path.partition("?")[0] != "/say":
                 return self._answer(HTTPStatus.NOT_FOUND, {"error": "only POST /say is served"})

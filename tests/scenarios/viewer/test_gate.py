@@ -4,7 +4,9 @@ import asyncio
 import json
 import urllib.error
 import urllib.request
+from contextlib import closing
 from functools import partial
+from http.client import HTTPConnection
 from time import monotonic
 
 import pytest
@@ -178,6 +180,24 @@ def test_a_foreign_or_bad_request_is_refused_with_the_reason(served, body, kind,
     found, answer = said(port, body, kind, **headers)
     assert found == status
     assert answer["error"]
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"host": HOST}, 200),
+        ({"host": "evil.example"}, 403),
+        ({"Host": HOST, "origin": "https://evil.example"}, 403),
+    ],
+)
+def test_headers_in_lower_case_are_read_too_as_proxies_write_them(served, headers, status):
+    _, _, port = served
+    with closing(HTTPConnection(HOST, port)) as connection:
+        connection.putrequest("GET", "/", skip_host=True)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        assert connection.getresponse().status == status
 
 
 @pytest.mark.parametrize(
