@@ -172,7 +172,7 @@ def _of_suite(
         figures=figures(list(here.values())),
         conditions={c.name: _summary(here, c) for c in suite.conditions},
         strata=strata(r for case, r in here.items() if case.condition in suite.conditions),
-        climbs=tuple(_climb(plan, arm, suite, ladder, mine) for ladder in suite.ladders),
+        climbs=tuple(_climb(plan, arm, suite, ladder, here) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),
         sensed=sensed_figures(here.values()),
@@ -187,11 +187,11 @@ def _summary(here: Mapping[Case, EpisodeResult], condition: Condition) -> Summar
 
 
 def _climb(
-    plan: Plan, arm: StudyArm, suite: Suite, ladder: Ladder, mine: Mapping[Case, EpisodeResult]
+    plan: Plan, arm: StudyArm, suite: Suite, ladder: Ladder, here: Mapping[Case, EpisodeResult]
 ) -> Climb:
     rungs = [
-        Rung(magnitude=rung.magnitude or 0.0, summary=_summary(mine, rung))
-        for rung in plan.climbed(arm, suite, ladder, mine)
+        Rung(magnitude=rung.magnitude or 0.0, summary=_summary(here, rung))
+        for rung in plan.climbed(arm, suite, ladder, here)
     ]
     declined = [r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0]
     known = [

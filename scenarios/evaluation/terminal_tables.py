@@ -32,7 +32,7 @@ def tables(report: Report) -> Iterator[Table]:
         _table("pass rates", ("arm", "suite"), _RATES, _rates(report)),
         _table("against the reference", ("arm", "reference", "suite"), _PAIRED, _paired(report)),
         _table("what was sensed (mm)", ("arm", "suite"), SENSED, _sensed(report)),
-        _table("how far each can go", ("axis", "arm"), ("holds", "ends", ""), _climbs(report)),
+        _table("how far each can go", ("axis", "suite", "arm"), _CLIMBED, _climbs(report)),
         _table("which patients pass", ("by", "stratum", "suite", "arm"), _STRATA, _strata(report)),
         _table(
             "language audit",
@@ -61,6 +61,7 @@ _RATES = (
     "injured",
     "clearance (mm)",
 )
+_CLIMBED = ("holds", "ends", "")
 _STRATA = ("episodes", "passed", "rate", "95 % Wilson", "errors")
 _PAIRED = ("pairs", "only it", "only ref.", "difference", "95 % Tango", "McNemar p")
 
@@ -114,9 +115,9 @@ def _sensed(report: Report) -> Iterator[Row]:
 
 def _climbs(report: Report) -> Iterator[Row]:
     for arm, found in report.arms.items():
-        for suite in found.suites.values():
+        for name, suite in found.suites.items():
             for climb in suite.climbs:
-                yield climb.axis, arm, *_climb(climb)
+                yield climb.axis, name, arm, *_climb(climb)
 
 
 def _climb(climb: Climb) -> Row:

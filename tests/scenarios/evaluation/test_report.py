@@ -157,6 +157,30 @@ def test_a_ladder_tells_between_which_magnitudes_an_arm_breaks():
     assert (climbs["latency"].held, climbs["latency"].breaking) == (None, 8.0)
 
 
+def test_two_suites_with_the_same_ladder_tell_each_its_own_climb():
+    def dyed_in_one_suite(case: Case):
+        return episode(
+            case, passed=case.suite == "perturbation" or case.condition.scenario != "dye"
+        )
+
+    both = plan("perturbation", "pictures", arms=(FIRST,))
+    found = report_of(both, results_of(both, dyed_in_one_suite), NOWHERE)
+    climbs = {
+        name: next(climb for climb in suite.climbs if climb.axis == "dye")
+        for name, suite in found.arms["first"].suites.items()
+    }
+    assert (climbs["perturbation"].held, climbs["perturbation"].breaking) == (1.0, None)
+    assert (climbs["pictures"].held, climbs["pictures"].breaking) == (None, 0.125)
+    assert [rung.summary.episodes for rung in climbs["pictures"].rungs] == [10]
+    assert re.search(
+        "<h3>perturbation: dye</h3>(?:(?!<h3>).)*</span>holds<", page(found, MADE_WITH)
+    )
+    assert re.search("<h3>pictures: dye</h3>(?:(?!<h3>).)*breaks at 0.125", page(found, MADE_WITH))
+    told = [set(line.replace("│", " ").split()) for line in in_text(found).splitlines()]
+    assert any(line >= {"dye", "perturbation", "holds"} for line in told)
+    assert any(line >= {"dye", "pictures", "breaks"} for line in told)
+
+
 def test_the_reason_is_the_first_thing_that_went_wrong():
     case = plan("nominal").due({})[0]
     passed, failed = episode(case), episode(case, passed=False)

@@ -13,16 +13,15 @@ from scenarios.evaluation.words import end_of
 
 
 def ladders(report: Report) -> str:
-    axes = [ladder for suite in report.suites for ladder in suite.ladders]
-    climbs = {
-        (arm, climb.axis): climb
-        for arm, found in report.arms.items()
-        for suite in found.suites.values()
-        for climb in suite.climbs
-    }
+    climbing = [suite for suite in report.suites if suite.ladders]
     figures = "".join(
-        _ladder([climbs[arm, axis.axis] for arm in report.arms], axis.rungs[-1].magnitude or 1.0)
-        for axis in axes
+        _ladder(
+            f"{suite.name}: {ladder.axis}" if len(climbing) > 1 else ladder.axis,
+            [found.suites[suite.name].climbs[k] for found in report.arms.values()],
+            ladder.rungs[-1].magnitude or 1.0,
+        )
+        for suite in climbing
+        for k, ladder in enumerate(suite.ladders)
     )
     return section(
         "How much it takes to break",
@@ -32,7 +31,7 @@ def ladders(report: Report) -> str:
     )
 
 
-def _ladder(climbs: Sequence[Climb], most: float) -> str:
+def _ladder(name: str, climbs: Sequence[Climb], most: float) -> str:
     lines = [
         PlotLine(
             colour=k % N_COLOURS,
@@ -49,6 +48,6 @@ def _ladder(climbs: Sequence[Climb], most: float) -> str:
         for k, climb in enumerate(climbs)
     )
     return (
-        f"<figure><h3>{escape(climbs[0].axis)}</h3>{ladder(lines, most)}"
+        f"<figure><h3>{escape(name)}</h3>{ladder(lines, most)}"
         f"<figcaption>{escape(climbs[0].unit)}<br>{breaks}</figcaption></figure>"
     )
