@@ -17,6 +17,7 @@ from scenarios.commands.browser import LOCAL
 from scenarios.commands.options.arguments import at_least
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.output import output
+from scenarios.commands.run import INTERRUPTED
 from scenarios.files.errors import BadInputError
 from scenarios.recording.verify import (
     EXIT_CODES,
@@ -31,6 +32,7 @@ from scenarios.workers.pool import run_side_by_side
 if TYPE_CHECKING:
     from scenarios.viewer.recording_frames import RecordingFrames
 
+DIFFERENT = 1
 VIEW_EVERY = 3  # steps a frame: 10 a second
 
 
@@ -39,7 +41,8 @@ class Replay:
     """Run a recorded episode again, and say whether it is identical.
 
     The recorded commands go through the world; with --verify, planner, controller and filter decide
-    again. Exit code: 0 identical to the bit; 1 different; 2 bad input; 3 a worker died.
+    again. Exit code: 0 identical to the bit; 1 different; 2 bad input; 3 a worker died; 130
+    interrupted before all was replayed, identical so far.
     """
 
     files: Annotated[Positional[tuple[Path, ...]], arg(metavar="FILE")]
@@ -154,7 +157,9 @@ class Replay:
                 for _ in recording.run():
                     pass
             Event().wait()
-        return max(map(_verdict, recordings))
+        heads = [f"{file}: " if self.beside else "" for file in files]
+        codes = [_verdict(*pair) for pair in zip(recordings, heads, strict=True)]
+        return DIFFERENT if DIFFERENT in codes else max(codes)
 
 
 def _frames_of(file: Path, *, every: int) -> RecordingFrames:
@@ -184,10 +189,13 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-def _verdict(recording: RecordingFrames) -> int:
-    """Print whether the replay is identical; return the exit code."""
-    if recording.differs_s is None:
-        Console().print(f"identical to the bit, for {recording.end_s:.1f} s", highlight=False)
-        return 0
-    Console().print(f"different from {recording.differs_s:.1f} s on", highlight=False)
-    return 1
+def _verdict(recording: RecordingFrames, head: str = "") -> int:
+    """Print whether the replay is identical, after `head`; return the exit code."""
+    line, code = f"identical to the bit, for {recording.end_s:.1f} s", 0
+    if recording.differs_s is not None:
+        line, code = f"different from {recording.differs_s:.1f} s on", DIFFERENT
+    elif not recording.is_replayed:
+        done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
+        line = f"interrupted at {done}, identical so far"
+    Console().print(head + line, highlight=False, markup=False, soft_wrap=True)
+    return code

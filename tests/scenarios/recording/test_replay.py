@@ -9,9 +9,11 @@ import pytest
 
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
+from scenarios.commands.replay import VIEW_EVERY
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.recorder import Recorder
 from scenarios.run_episode import begin
+from scenarios.viewer.recording_frames import RecordingFrames
 from tests.scenarios.from_the_shell.complaint import complaint
 
 
@@ -42,6 +44,47 @@ def test_a_recording_that_repeats_is_reported_as_identical(recording, capfd):
 def test_a_recording_that_does_not_repeat_is_reported(recording, tmp_path, capfd):
     changed(recording, tmp_path / "changed.npz")
     assert main(["replay", str(tmp_path / "changed.npz")]) == 1
+    assert "different from 1.0 s on" in capfd.readouterr().out
+
+
+@pytest.fixture
+def ctrl_c_after(monkeypatch):
+    """Return a function that has Ctrl-C come after some frames of each replay."""
+    whole = RecordingFrames.run
+
+    def interrupt(n_frames):
+        def run(self):
+            yield from islice(whole(self), n_frames)
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(RecordingFrames, "run", run)
+
+    return interrupt
+
+
+def test_a_view_that_is_left_early_says_how_far_the_replay_is_identical(
+    recording, ctrl_c_after, capfd
+):
+    ctrl_c_after(1 + 30 // VIEW_EVERY)
+    assert main(["replay", str(recording), "--view", "--beside", str(recording)]) == 130
+    first, second = capfd.readouterr().out.splitlines()
+    assert first == f"{recording}: interrupted at 1.0 s of 2.0 s, identical so far"
+    assert second == f"{recording}: interrupted at 0.0 s of 2.0 s, identical so far"
+
+
+def test_a_view_that_is_left_when_all_was_replayed_is_identical(recording, ctrl_c_after, capfd):
+    ctrl_c_after(1 + 60 // VIEW_EVERY)
+    assert main(["replay", str(recording), "--view"]) == 0
+    assert capfd.readouterr().out == "identical to the bit, for 2.0 s\n"
+
+
+def test_a_view_that_is_left_after_a_difference_is_different(
+    recording, tmp_path, ctrl_c_after, capfd
+):
+    changed(recording, tmp_path / "changed.npz")
+    ctrl_c_after(1 + 45 // VIEW_EVERY)
+    files = [str(tmp_path / "changed.npz"), "--view", "--beside", str(recording)]
+    assert main(["replay", *files]) == 1
     assert "different from 1.0 s on" in capfd.readouterr().out
 
 
