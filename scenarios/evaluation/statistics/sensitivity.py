@@ -24,7 +24,7 @@ class ThresholdSensitivity:
         at_least: whether the limit is a lower one.
         closest: value over limit that came nearest to the limit, or went furthest beyond it.
         passed: number of episodes that would pass, for each of `FACTORS`.
-        episodes: number of episodes without error.
+        episodes: number of episodes that count in the pass rate.
     """
 
     threshold: str
@@ -40,9 +40,9 @@ def sensitivity(results: Sequence[EpisodeResult]) -> tuple[ThresholdSensitivity,
 
     Limits of zero have no peak: any value exceeds them, whatever the factor.
     """
-    judged = [r for r in results if r.error is None]
-    names = dict.fromkeys(threshold_of(p.event) for r in judged for p in r.peaks)
-    return tuple(_of_threshold(judged, name) for name in names)
+    counted = [r for r in results if r.is_counted]
+    names = dict.fromkeys(threshold_of(p.event) for r in counted for p in r.peaks)
+    return tuple(_of_threshold(counted, name) for name in names)
 
 
 def passes(result: EpisodeResult, threshold: str, factor: float) -> bool:
@@ -62,8 +62,8 @@ def threshold_of(event: str) -> str:
     return event.partition(" of ")[0]
 
 
-def _of_threshold(judged: Sequence[EpisodeResult], name: str) -> ThresholdSensitivity:
-    peaks = [p for r in judged for p in r.peaks if threshold_of(p.event) == name]
+def _of_threshold(counted: Sequence[EpisodeResult], name: str) -> ThresholdSensitivity:
+    peaks = [p for r in counted for p in r.peaks if threshold_of(p.event) == name]
     limits, at_least = {p.limit for p in peaks}, peaks[0].at_least
     shares = [p.value / p.limit for p in peaks]
     return ThresholdSensitivity(
@@ -71,6 +71,6 @@ def _of_threshold(judged: Sequence[EpisodeResult], name: str) -> ThresholdSensit
         limit=limits.pop() if len(limits) == 1 else None,
         at_least=at_least,
         closest=min(shares) if at_least else max(shares),
-        passed=tuple(sum(passes(r, name, factor) for r in judged) for factor in FACTORS),
-        episodes=len(judged),
+        passed=tuple(sum(passes(r, name, factor) for r in counted) for factor in FACTORS),
+        episodes=len(counted),
     )

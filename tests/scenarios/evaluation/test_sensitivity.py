@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import report_of
 from scenarios.evaluation.statistics.sensitivity import FACTORS, passes, sensitivity, threshold_of
-from scenarios.loop.results import InjuryResult, PeakResult
+from scenarios.loop.results import CallResult, InjuryResult, PeakResult, summarise
 from tests.scenarios.evaluation.made_up import MADE_WITH, NOWHERE, episode, plan, results_of
 
 COMPLETE = replace(episode(plan("nominal").due({})[0]), peaks=())
@@ -89,6 +89,19 @@ def test_errors_and_results_without_peaks_make_no_rows():
     error = replace(with_demands({"traction": 0.6}), success=False, error="ValueError")
     assert sensitivity([error]) == ()
     assert sensitivity([COMPLETE]) == ()
+
+
+def test_the_same_episodes_count_as_in_the_pass_rate():
+    """The anatomy calls for a person in one; without need, a call counts as not passed."""
+    passed = with_demands({"traction": 0.6})
+    rightly, needless = (
+        replace(passed, success=False, tasks=(), call=CallResult(reason="", in_time=True, needed=n))
+        for n in (True, False)
+    )
+    episodes = [passed, rightly, needless]
+    (row,) = sensitivity(episodes)
+    assert row.episodes == summarise(episodes).counted == 2
+    assert row.passed == (0, 1, 1)
 
 
 def test_a_limit_that_differs_between_patients_is_not_given_as_one():

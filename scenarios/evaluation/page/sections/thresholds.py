@@ -16,12 +16,12 @@ def thresholds(report: Report) -> str:
             *(f"passed at &times;{factor:g}" for factor in FACTORS))  # fmt: skip
     return section(
         "What if the limits were others?",
-        "How many episodes would pass if one limit were half or twice as large. This reads the same"
-        " episodes again and runs none: a robot that acts on another limit might act otherwise. A"
-        " laxer limit counts a failure as a pass only if injuries of that limit are all that was"
-        " wrong, so a clip that was set again because of a limit stays as it was. Limits of zero"
-        " (leaks, torn attachments) are left out; of a stretch, the elongation is limited. Sources:"
-        " <code>docs/physics.md</code>.",
+        "How many of the episodes that count would pass if one limit were half or twice as large."
+        " This reads the same episodes again and runs none: a robot that acts on another limit"
+        " might act otherwise. A laxer limit counts a failure as a pass only if injuries of that"
+        " limit are all that was wrong, so a clip that was set again because of a limit stays as it"
+        " was. Limits of zero (leaks, torn attachments) are left out; of a stretch, the elongation"
+        " is limited. Sources: <code>docs/physics.md</code>.",
         table(head, 3, _rows(report)),
     )
 
