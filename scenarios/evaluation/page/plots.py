@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import groupby
+from statistics import median
 
 from scenarios.evaluation.words import rate as in_percent
 
@@ -106,6 +107,7 @@ def course(lines: Sequence[tuple[int, Sequence[float | None]]], span_s: float, u
     """Draw values over time, one line (colour, a value for each span) for each arm; None: a gap."""
     width, height, left, low, top = LABEL + PLOT, 190, 44, 156, 10
     most = 1.1 * max((v for _, values in lines for v in values if v is not None), default=1.0)
+    most = most or 1.0  # all are 0
     spans = 1 + max(k for _, values in lines for k, v in enumerate(values) if v is not None)
 
     def x(k: float) -> float:
@@ -132,7 +134,9 @@ def course(lines: Sequence[tuple[int, Sequence[float | None]]], span_s: float, u
     drawn += "".join(
         f'<polyline class="arm{colour} line" points="{points}"/>'
         for colour, values in lines
-        for points in _unbroken([(x(k + 0.5), v and y(v)) for k, v in enumerate(values)])
+        for points in _unbroken(
+            [(x(k + 0.5), None if v is None else y(v)) for k, v in enumerate(values)]
+        )
     )
     return _svg(width, height, f"{unit} over time", axes + drawn)
 
@@ -170,13 +174,13 @@ def _strip(label: str, colour: int, at: Sequence[float], y: float) -> str:
         f'<circle class="arm{colour} faint" cx="{x:.1f}" cy="{y + 5 * (k % 3 - 1)}" r="4"/>'
         for k, x in enumerate(at)
     )
-    middle = at[len(at) // 2] if at else None
-    bar = (
-        ""
-        if middle is None
-        else f'<line class="arm{colour} span" x1="{middle:.1f}" x2="{middle:.1f}"'
-        f' y1="{y - 12}" y2="{y + 12}"/>'
-    )
+    bar = ""
+    if at:
+        middle = median(at)
+        bar = (
+            f'<line class="arm{colour} span" x1="{middle:.1f}" x2="{middle:.1f}"'
+            f' y1="{y - 12}" y2="{y + 12}"/>'
+        )
     name = f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{escape(label)}</text>'
     return name + dots + bar
 

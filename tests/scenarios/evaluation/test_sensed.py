@@ -62,3 +62,13 @@ def test_errors_over_time_are_told_while_half_of_the_episodes_are_near():
     (figures,) = next(iter(report.arms.values())).suites["nominal"].sensed
     assert figures.over_time_m == (0.003, None, None)
     assert senses(report).count("<circle") == 1
+
+
+def test_an_error_of_0_is_drawn_too():
+    asked = plan("nominal", arms=(FIRST,), seeds=[0])
+
+    def one(case):
+        return replace(episode(case), sensing=replace(SEEN, over_time_m=(0.0, None, 0.0)))
+
+    report = report_of(asked, results_of(asked, one), Path("nowhere"))
+    assert senses(report).count("<circle") == 2

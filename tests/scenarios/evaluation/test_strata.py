@@ -75,6 +75,7 @@ def test_tables_and_page_tell_the_strata(results):
     told_passed = f"0 of {short.episodes - short.errors}"
     assert [row[5] for row in cells if row[1] == "under 12 mm"] == [told_passed]
     html = page(report, MADE_WITH)
+    assert "Passed, of the episodes that count, by the patient" in html
     assert f"{told_passed} <span class='soft'>{interval(short.wilson_95, 2)}" in html
 
 

@@ -43,6 +43,6 @@ def _over_time(found: list[tuple[int, str, str, SensedFigures]]) -> str:
     lines = [
         (k % N_COLOURS, [error if error is None else 1e3 * error for error in figures.over_time_m])
         for k, _, suite, figures in found
-        if suite == found[0][2] and any(figures.over_time_m)
+        if suite == found[0][2] and any(error is not None for error in figures.over_time_m)
     ]
     return course(lines, SPAN_S, "mm off") if lines else ""

@@ -17,9 +17,9 @@ def which_patients(report: Report) -> str:
     head = ("suite", "by", "stratum", *map(escape, report.arms))
     return section(
         "Which patients pass",
-        "Passed, of the episodes without error, by the patient's anatomy, with 95 % Wilson"
-        " intervals; ladders are left out. A patient with two uncommon courses stands under the"
-        " first of them.",
+        "Passed, of the episodes that count, by the patient's anatomy, with 95 % Wilson intervals;"
+        " in how many a person was rightly called. Ladders are left out. A patient with two"
+        " uncommon courses stands under the first of them.",
         table(head, 9, _rows(report)),
     )
 
