@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from scenarios.files.errors import BadInputError
@@ -13,10 +14,11 @@ def require_writable_folder(folder: Path, option: str) -> None:
     Raises:
         BadInputError: the folder cannot be written to; names the option and the reason.
     """
-    missing = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
+    real = Path(os.path.realpath(folder))  # "new/../x" is x
+    missing = [path for path in (real, *real.parents) if not os.path.exists(path)]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        real.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=real):
             pass
     except OSError as error:
         raise BadInputError(
@@ -25,4 +27,5 @@ def require_writable_folder(folder: Path, option: str) -> None:
         ) from None
     finally:
         for path in filter(os.path.isdir, missing):
-            path.rmdir()
+            with suppress(OSError):  # somebody else has begun to use it
+                path.rmdir()

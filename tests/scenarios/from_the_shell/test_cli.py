@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+import tempfile
 import time
+from contextlib import nullcontext
 
 import pytest
 
@@ -87,8 +89,21 @@ def test_a_file_in_place_of_the_folder_is_bad_input_and_stays(capfd, tmp_path):
 
 
 def test_checking_whether_a_folder_can_be_written_to_leaves_none_behind(tmp_path):
-    require_writable_folder(tmp_path / "new" / "folder", "--out")
-    assert list(tmp_path.iterdir()) == []
+    for folder in ("new/folder", "new/../folder", "new/below/../../folder/.."):
+        require_writable_folder(tmp_path / folder, "--out")
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_somebody_else_begins_to_use_meanwhile_stays(tmp_path, monkeypatch):
+    used = tmp_path / "new"
+
+    def temporary_file(dir):
+        (used / "file").touch()
+        return nullcontext()
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", temporary_file)
+    require_writable_folder(used, "--out")
+    assert [path.name for path in used.iterdir()] == ["file"]
 
 
 def test_folders_made_on_the_way_to_a_failure_are_removed(capfd, tmp_path):
