@@ -201,9 +201,12 @@ def _report(
     passed = sum(outcome.success for outcome in outcomes)
     lines = [f"{o.demonstration.name} broke off: {o.error}" for o in broken]
     if outcomes:
+        failed = len(outcomes) - passed - len(broken)
+        rollouts = any(outcome.demonstration.is_rollout for outcome in outcomes)
+        where = "with the others" if rollouts else "separately"
         lines.append(
             f"collected {len(outcomes)} episodes in {wall_s:.0f} s: {passed} passed,"
-            f" {len(outcomes) - passed - len(broken)} failed and are kept separately"
+            f" {failed} failed and are kept {where}"
         )
     if there := len(asked) - len(outcomes):
         lines.append(f"{there} existed already")

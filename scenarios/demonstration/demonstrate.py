@@ -43,7 +43,7 @@ class DemonstrationOutcome:
     """Result of a demonstration.
 
     Attributes:
-        success: whether the procedure succeeded; failed ones do not enter the dataset.
+        success: whether the procedure succeeded; of failed ones only rollouts enter the dataset.
         error: why it broke off; None if it did not.
         unwritable: why its file could not be written; None if it could.
     """

@@ -7,6 +7,7 @@ import pytest
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import read_episodes
 from scenarios.cli import main
+from scenarios.demonstration import demonstrate as of_demonstrations
 from scenarios.demonstration.demonstrate import FAILED, PARTS, demonstrate, is_finished, part_path
 from scenarios.demonstration.mix import PlannedDemonstration, demonstrations
 from tests.controller.dataset.episodes import random_episode
@@ -38,6 +39,20 @@ def test_finished_parts_are_not_done_again_and_failed_ones_stay_out(out, capfd):
     assert "3 existed already" in capfd.readouterr().out
     finished = [episode.header.seed for episode in read_episodes(out)]
     assert finished == [ASKED[0].seed, ASKED[2].seed]
+
+
+@pytest.mark.parametrize(
+    ("mix", "parts", "kept"),
+    [("nominal", 1, "kept separately"), ("rollouts", 2, "kept with the others")],
+)
+def test_it_says_where_those_that_failed_are_kept(tmp_path, capfd, monkeypatch, mix, parts, kept):
+    passed = random_episode(0)
+    failed = replace(passed, header=replace(passed.header, success=False))
+    episodes = iter((passed, failed))
+    monkeypatch.setattr(of_demonstrations, "run", lambda demonstration, part: next(episodes))
+    assert main(["collect", "--out", str(tmp_path), "--mix", mix, "--episodes", "2"]) == 0
+    assert len(list((tmp_path / PARTS).glob("*.parquet"))) == parts
+    assert f"1 passed, 1 failed and are {kept}" in capfd.readouterr().out
 
 
 def complaint(capfd, code, out):
