@@ -148,6 +148,9 @@ class Run:
             read_script(self.instruct)
         if self.video is not None:
             self._require_video_possible(self.video)
+        elif self.overlay or self.captions:
+            option = "--overlay" if self.overlay else "--captions"
+            raise BadInputError(f"{option} needs --video FILE{VIDEO_SUFFIX}, on which it is drawn")
         if self.save_interventions is not None:
             self._require_savable(self.save_interventions)
         require_writable_folder(self.out, "--out")
