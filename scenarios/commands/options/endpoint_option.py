@@ -3,14 +3,12 @@
 from scenarios.files.errors import BadInputError
 
 
-def require_endpoint(planner: str) -> None:
-    """Check the environment variables, if this planner needs an endpoint.
+def require_endpoint() -> None:
+    """Check the environment variables.
 
     Raises:
-        BadInputError: the planner needs an endpoint, and none is configured.
+        BadInputError: no endpoint is configured.
     """
-    if planner != "llm":
-        return
     from planner.chat import endpoint_from_environment
 
     try:

@@ -34,7 +34,7 @@ def require_policies(
     require_checkpoint(controller, checkpoint, cameras)
     require_planner_checkpoint(planner, planner_checkpoint)
     if planner in ENDPOINT_PLANNERS:
-        require_endpoint(planner)
+        require_endpoint()
 
 
 def require_perception(sense: str, checkpoint: Path | None) -> None:

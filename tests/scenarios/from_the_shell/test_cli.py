@@ -10,8 +10,10 @@ import pytest
 
 from scenarios.catalogue import SCENARIOS, SENSE_OF, WITNESS
 from scenarios.cli import main, parse
+from scenarios.commands.options import policy_option
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.run import Run, exit_code
+from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
 from tests.scenarios.from_the_shell.complaint import complaint
@@ -75,6 +77,13 @@ def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkey
     line = complaint(capfd, *words)
     assert all(word in line for word in said)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_every_planner_that_asks_an_endpoint_needs_one(monkeypatch):
+    monkeypatch.delenv("CALOT_LLM_URL", raising=False)
+    monkeypatch.setattr(policy_option, "ENDPOINT_PLANNERS", ("rule",))
+    with pytest.raises(BadInputError, match="CALOT_LLM_URL"):
+        policy_option.require_policies("rule", "idle", None, None)
 
 
 def test_a_folder_that_cannot_be_made_is_bad_input(capfd, tmp_path):
