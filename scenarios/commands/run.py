@@ -33,14 +33,14 @@ from scenarios.commands.options.policy_option import (
 from scenarios.commands.options.renderer_option import require_cameras, require_renderer
 from scenarios.commands.output import output
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.files.errors import BadInputError
+from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.person.script import read_script
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.loop.results import EpisodeResult, summarise, write_results
-from scenarios.recording.attempt import attempt_episode, broken_off
+from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off
 from scenarios.recording.result_tables import (
     call_lines,
     episode_table,
@@ -66,7 +66,7 @@ class Run:
     """Run one or more autonomous episodes.
 
     Exit code: 0 all passed or rightly called for a person, 1 some failed or called without need, 2
-    bad input, 3 some ended in error, 130 interrupted.
+    bad input or a full disk, 3 some ended in error, 130 interrupted.
     """
 
     planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
@@ -128,6 +128,10 @@ class Run:
         except KeyboardInterrupt:
             _report(finished, self.out)
             return INTERRUPTED
+        except BadInputError:
+            if finished:  # the disk was full later
+                _report(finished, self.out)
+            raise
         _report(finished, self.out)
         return exit_code(finished)
 
@@ -208,9 +212,11 @@ class Run:
                 observers.append(
                     Interventions(self.save_interventions, self.scenario, expert=expert)
                 )
-            results = stack.enter_context(closing(self._results(observers, session)))
-            for result in results:
-                finished.append(result)
+            attempts = stack.enter_context(closing(self._attempts(observers, session)))
+            for attempt in attempts:
+                if attempt.unwritable is not None:
+                    raise _no_room(attempt.unwritable)
+                finished.append(attempt.result)
                 finished.sort(key=lambda episode: episode.seed)
                 self._write(finished)
                 display.advance()
@@ -238,30 +244,46 @@ class Run:
     def _session(self) -> SessionState:
         return new_session(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
 
-    def _results(
+    def _attempts(
         self, observers: Sequence[Observer], session: SessionState | None
-    ) -> Generator[EpisodeResult, None, None]:
+    ) -> Generator[Attempt, None, None]:
         configs = self._configs()
         if self.workers > 1 or self.cluster is not None:
-            attempt = partial(attempt_episode, out=self.out)
-            yield from run_side_by_side(attempt, configs, self.workers, broken_off, self.cluster)
+            attempt = partial(attempt_and_keep, out=self.out)
+            yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
         else:
             for config in configs:
                 yield _attempted(config, self.out, observers, session)
 
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
-        write_results(self.out / "results.json", finished, config=plain(self))
+        path = self.out / "results.json"
+        try:
+            write_results(path, finished, config=plain(self))
+        except OSError as error:
+            raise _no_room(f"{path}: {error.strerror or error}") from None
+
+
+def _no_room(unwritable: str) -> BadInputError:
+    return BadInputError(
+        f"--out: cannot write {unwritable}; finished episodes are kept: free some space and run the"
+        " others with another --out"
+    )
+
+
+def _lost(config: EpisodeConfig, error: WorkerDiedError) -> Attempt:
+    """Return the attempt of an episode whose process died."""
+    return Attempt(result=broken_off(config, error))
 
 
 def _attempted(
     config: EpisodeConfig, out: Path, observers: Sequence[Observer], session: SessionState | None
-) -> EpisodeResult:
+) -> Attempt:
     """Run one episode, shown in the viewer if there is one."""
     if session is None:
-        return attempt_episode(config, out, observers)
+        return attempt_and_keep(config, out, observers)
     session.begin(config)
     watching = (*observers, session.interventions, session.watcher)
-    return attempt_episode(config, out, watching, session.inbox)
+    return attempt_and_keep(config, out, watching, session.inbox)
 
 
 def exit_code(episodes: Sequence[EpisodeResult]) -> int:

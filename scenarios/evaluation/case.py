@@ -11,7 +11,7 @@ from scenarios.files.errors import WorkerDiedError
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.results import EpisodeResult
-from scenarios.recording.attempt import attempt_episode, broken_off
+from scenarios.recording.attempt import attempt_and_keep, broken_off
 from scenarios.suites import Condition
 
 
@@ -63,27 +63,15 @@ class Ended:
 
 
 def attempt(case: Case, out: Path, observers: Sequence[Observer] = ()) -> Ended:
-    """Run a case and save its recording in `out`.
-
-    An episode that broke off is recorded, too; a missing file means that the disk had no room.
-    """
+    """Run a case and save its recording in `out`."""
     from scenarios.loop.person.inbox import Inbox
 
-    inbox, recording = Inbox(), out / case.recording
-    try:
-        recording.unlink(missing_ok=True)
-        inbox.arrange(case.condition.said)
-        result = attempt_episode(case.config, out / case.folder, observers, inbox)
-    except OSError as error:
-        return Ended(case=case, result=broken_off(case.config, error), unwritable=_why(error))
-    unwritable = None if recording.exists() else f"{recording}: {result.error}"
-    return Ended(case=case, result=result, unwritable=unwritable)
+    inbox = Inbox()
+    inbox.arrange(case.condition.said)
+    tried = attempt_and_keep(case.config, out / case.folder, observers, inbox)
+    return Ended(case=case, result=tried.result, unwritable=tried.unwritable)
 
 
 def after_death(case: Case, error: WorkerDiedError) -> Ended:
     """Return the result of a case whose process died; it has no recording and runs again later."""
     return Ended(case=case, result=broken_off(case.config, error))
-
-
-def _why(error: OSError) -> str:
-    return f"{error.filename or 'a file'}: {error.strerror or error}"

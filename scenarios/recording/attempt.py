@@ -6,6 +6,8 @@ import os
 import time
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +22,38 @@ if TYPE_CHECKING:
     from scenarios.loop.person.inbox import Inbox
 
 
+@dataclass(frozen=True, kw_only=True)
+class Attempt:
+    """An episode that was tried.
+
+    Attributes:
+        unwritable: why its recording could not be saved; None if it was saved.
+    """
+
+    result: EpisodeResult
+    unwritable: str | None = None
+
+
+def attempt_and_keep(
+    config: EpisodeConfig,
+    out: Path,
+    observers: Sequence[Observer] = (),
+    inbox: Inbox | None = None,
+) -> Attempt:
+    """Run one episode as `attempt_episode` does, and tell whether there was room to record it.
+
+    An episode that broke off is recorded, too; a missing file means that the disk had no room.
+    """
+    recording = out / "episodes" / f"{config.seed}.npz"
+    try:
+        recording.unlink(missing_ok=True)
+        result = attempt_episode(config, out, observers, inbox)
+    except OSError as error:
+        return Attempt(result=broken_off(config, error), unwritable=_why(error))
+    unwritable = None if recording.exists() else f"{recording}: {result.error}"
+    return Attempt(result=result, unwritable=unwritable)
+
+
 def attempt_episode(
     config: EpisodeConfig,
     out: Path,
@@ -31,18 +65,21 @@ def attempt_episode(
 
     `inbox` holds what people say to it; `name` is that of its files, by default its seed.
 
-    Leaves `out`/episodes/NAME.npz and, after an exception, its traceback in `out`/errors/NAME.txt.
+    Leaves `out`/episodes/NAME.npz and, after an exception, its traceback in `out`/errors/NAME.txt,
+    as far as the disk has room; a traceback of before is removed.
     """
     name = name or str(config.seed)
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from scenarios.run_episode import run_episode
 
-    start_s = time.perf_counter()
+    start_s, trace = time.perf_counter(), out / "errors" / f"{name}.txt"
+    trace.unlink(missing_ok=True)
     try:
         with Recorder(config=config, path=out / "episodes" / f"{name}.npz") as recorder:
             return run_episode(config, [recorder, *observers], inbox)
     except Exception as error:
-        write_atomic(out / "errors" / f"{name}.txt", traceback.format_exc().encode())
+        with suppress(OSError):  # the result tells the error without its trace
+            write_atomic(trace, traceback.format_exc().encode())
         return broken_off(config, error, wall_s=time.perf_counter() - start_s)
 
 
@@ -58,3 +95,7 @@ def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> 
         wall_s=wall_s,
         sense=config.sense,
     )
+
+
+def _why(error: OSError) -> str:
+    return f"{error.filename or 'a file'}: {error.strerror or error}"

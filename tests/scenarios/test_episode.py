@@ -212,6 +212,24 @@ def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monke
     assert recording.arrays["time_s"][-1] == pytest.approx(BREAKS_AT_S, abs=ONE_STEP)
 
 
+def test_the_trace_of_an_error_does_not_outlast_it(tmp_path):
+    trace = tmp_path / "errors" / f"{SEED}.txt"
+    trace.parent.mkdir()
+    trace.write_text("of an earlier call")
+    config = EpisodeConfig(planner="scripted", controller="idle", seed=SEED, task_cap_s=0.2)
+    assert attempt_episode(config, tmp_path).error is None
+    assert not trace.exists()
+
+
+def test_an_exception_is_an_error_also_where_its_trace_finds_no_room(tmp_path, monkeypatch):
+    def no_room(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("scenarios.recording.attempt.write_atomic", no_room)
+    config = EpisodeConfig(planner="scripted", controller=BREAKS, scenario="textbook", seed=SEED)
+    assert attempt_episode(config, tmp_path).error == "RuntimeError: a string snapped"
+
+
 RUN_WITH_A_BREAKING_CONTROLLER = f"""
 import signal, sys
 from scenarios.catalogue import CONTROLLERS
