@@ -21,7 +21,12 @@ from scenarios.commands.options.checkpoint_option import (
 from scenarios.commands.options.cluster_option import require_cluster
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.options.renderer_option import require_cameras
-from scenarios.commands.picture_collection import collect_pictures
+from scenarios.commands.picture_collection import (
+    ERROR,
+    broken_lines,
+    collect_pictures,
+    written_or_refused,
+)
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -40,8 +45,6 @@ from scenarios.demonstration.mix import (
 from scenarios.files.errors import BadInputError
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
-
-ERROR = 3
 
 WITHOUT_PICTURES = tuple(name for name in SENSES if name not in PERCEIVING)
 
@@ -160,12 +163,7 @@ class Collect:
         display = ProgressDisplay(len(waiting), Console(stderr=True))
         with display, closing(self._outcomes(waiting)) as arriving:
             for outcome in arriving:
-                if outcome.unwritable:
-                    raise BadInputError(
-                        f"--out: cannot write {outcome.unwritable}; finished episodes are"
-                        " complete: free some space and call again"
-                    )
-                outcomes.append(outcome)
+                outcomes.append(written_or_refused(outcome))
                 display.advance()
         return outcomes
 
@@ -197,11 +195,10 @@ class Collect:
 def _report(
     asked: Sequence[PlannedDemonstration], outcomes: Sequence[DemonstrationOutcome], wall_s: float
 ) -> list[str]:
-    broken = [outcome for outcome in outcomes if outcome.error]
+    lines = broken_lines(outcomes)
     passed = sum(outcome.success for outcome in outcomes)
-    lines = [f"{o.demonstration.name} broke off: {o.error}" for o in broken]
     if outcomes:
-        failed = len(outcomes) - passed - len(broken)
+        failed = len(outcomes) - passed - len(lines)
         rollouts = any(outcome.demonstration.is_rollout for outcome in outcomes)
         where = "with the others" if rollouts else "separately"
         lines.append(

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 
 from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.demonstration.demonstrate import DemonstrationOutcome
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
 from scenarios.files.errors import BadInputError
 from scenarios.loop.progress import ProgressDisplay
 
+ERROR = 3
+
 
 def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str = "") -> int:
     """Take the missing labelled pictures, and report; return the exit code.
+
+    An episode that broke off has none, and is tried again by the next call.
 
     Raises:
         BadInputError: there is no renderer, too few training seeds are left, or the disk is full.
@@ -26,20 +32,35 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
             f"--seed {first_seed} --episodes {episodes}: only {len(asked)} seeds are left;"
             f" pictures are of training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
         )
+    outcomes: list[DemonstrationOutcome] = []
     waiting = [d for d in asked if not frames_path(d, out).exists()]
-    frames = 0
     with ProgressDisplay(len(waiting), Console(stderr=True)) as display:
         for demonstration in waiting:
-            try:
-                frames += picture(demonstration, out)
-            except OSError as error:
-                raise BadInputError(
-                    f"--out: cannot write in {out} ({error.strerror}); finished episodes are"
-                    " complete: free some space and call again"
-                ) from None
+            outcomes.append(written_or_refused(picture(demonstration, out)))
             display.advance()
-    Console().print(
-        f"pictures: {out}, {len(asked)} episodes, of them {len(waiting)} new with {frames} frames",
-        soft_wrap=True,
-    )
-    return 0
+    broken = broken_lines(outcomes)
+    frames = sum(outcome.frames for outcome in outcomes)
+    there, new = len(asked) - len(broken), len(waiting) - len(broken)
+    line = f"pictures: {out}, {there} episodes, of them {new} new with {frames} frames"
+    for told in (*broken, line):
+        Console().print(told, highlight=False, markup=False, soft_wrap=True)
+    return ERROR if broken else 0
+
+
+def written_or_refused(outcome: DemonstrationOutcome) -> DemonstrationOutcome:
+    """Return the outcome of an episode that was written.
+
+    Raises:
+        BadInputError: there was no room for it.
+    """
+    if outcome.unwritable:
+        raise BadInputError(
+            f"--out: cannot write {outcome.unwritable}; finished episodes are complete: free some"
+            " space and call again"
+        )
+    return outcome
+
+
+def broken_lines(outcomes: Sequence[DemonstrationOutcome]) -> list[str]:
+    """Return a line for each episode that broke off."""
+    return [f"{o.demonstration.name} broke off: {o.error}" for o in outcomes if o.error]

@@ -61,6 +61,11 @@ def part_path(demonstration: PlannedDemonstration, out: Path, folder: str = PART
     return out / folder / f"{demonstration.name}.parquet"
 
 
+def trace_path(demonstration: PlannedDemonstration, out: Path) -> Path:
+    """Return the path of the traceback of one that broke off."""
+    return out / ERRORS / f"{demonstration.name}.txt"
+
+
 def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
     """Return whether its file exists, passed or failed; one that broke off has none."""
     return any(part_path(demonstration, out, f).exists() for f in (PARTS, FAILED))
@@ -72,15 +77,11 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
     from controller.dataset.part import part_bytes
 
     start_s = time.perf_counter()
+    trace_path(demonstration, out).unlink(missing_ok=True)
     try:
         episode = run(demonstration, part_path(demonstration, out))
     except Exception as error:
-        trace = traceback.format_exc().encode()
-        return _written(
-            broken_off(demonstration, error),
-            out / ERRORS / f"{demonstration.name}.txt",
-            trace,
-        )
+        return broken_off_in(out, demonstration, error)
     success = episode.header.success
     outcome = DemonstrationOutcome(
         demonstration=demonstration,
@@ -91,7 +92,7 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
     path = part_path(demonstration, out)
     if not (success or demonstration.is_rollout):
         path = _moved_videos(demonstration, path, part_path(demonstration, out, FAILED))
-    return _written(outcome, path, part_bytes(episode))
+    return written(outcome, path, part_bytes(episode))
 
 
 def _moved_videos(demonstration: PlannedDemonstration, part: Path, failed: Path) -> Path:
@@ -233,7 +234,8 @@ def failures_of(result: EpisodeResult) -> list[str]:
     return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.is_over]
 
 
-def _written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> DemonstrationOutcome:
+def written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> DemonstrationOutcome:
+    """Write a demonstration's file; return its outcome, which tells whether that succeeded."""
     try:
         write_atomic(path, content)
     except OSError as error:
@@ -246,3 +248,11 @@ def _written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> Demon
 def broken_off(demonstration: PlannedDemonstration, error: Exception) -> DemonstrationOutcome:
     """Return the outcome of a demonstration that `error` ended."""
     return DemonstrationOutcome(demonstration=demonstration, error=describe_error(error))
+
+
+def broken_off_in(
+    out: Path, demonstration: PlannedDemonstration, error: Exception
+) -> DemonstrationOutcome:
+    """Return the outcome of a demonstration that `error` ended; write its traceback to `out`."""
+    trace = "".join(traceback.format_exception(error)).encode()
+    return written(broken_off(demonstration, error), trace_path(demonstration, out), trace)

@@ -18,6 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenarios.demonstration.demonstrate import (
+    DemonstrationOutcome,
+    begun,
+    broken_off_in,
+    trace_path,
+    written,
+)
 from scenarios.demonstration.mix import (
     CORRECTION,
     FAILING,
@@ -28,7 +35,6 @@ from scenarios.demonstration.mix import (
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
-from scenarios.files.atomic_write import write_atomic
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 
@@ -97,18 +103,21 @@ def frames_path(demonstration: PlannedDemonstration, out: Path) -> Path:
     return out / f"{demonstration.name}.npz"
 
 
-def picture(demonstration: PlannedDemonstration, out: Path) -> int:
-    """Run the episode and write its labelled frames; return their number."""
-    frames = list(_frames(demonstration))
+def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
+    """Run the episode and write its labelled frames; an exception in it becomes its error."""
+    trace_path(demonstration, out).unlink(missing_ok=True)
+    try:
+        frames = list(_frames(demonstration))
+    except Exception as error:
+        return broken_off_in(out, demonstration, error)
     content = io.BytesIO()
     columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
     np.savez_compressed(content, **columns)
-    write_atomic(frames_path(demonstration, out), content.getvalue())
-    return len(frames)
+    outcome = DemonstrationOutcome(demonstration=demonstration, frames=len(frames))
+    return written(outcome, frames_path(demonstration, out), content.getvalue())
 
 
 def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:
-    from scenarios.demonstration.demonstrate import begun
     from tissue_sim.sensing.observation import tip_to_tubes_m
 
     episode = begun(demonstration, render=True)

@@ -8,7 +8,14 @@ from controller.dataset.part import part_bytes
 from controller.dataset.reader import read_episodes
 from scenarios.cli import main
 from scenarios.demonstration import demonstrate as of_demonstrations
-from scenarios.demonstration.demonstrate import FAILED, PARTS, demonstrate, is_finished, part_path
+from scenarios.demonstration.demonstrate import (
+    ERRORS,
+    FAILED,
+    PARTS,
+    demonstrate,
+    is_finished,
+    part_path,
+)
 from scenarios.demonstration.mix import PlannedDemonstration, demonstrations
 from tests.controller.dataset.episodes import random_episode
 from tests.controller.dataset.test_round_trip import contents
@@ -53,6 +60,19 @@ def test_it_says_where_those_that_failed_are_kept(tmp_path, capfd, monkeypatch, 
     assert main(["collect", "--out", str(tmp_path), "--mix", mix, "--episodes", "2"]) == 0
     assert len(list((tmp_path / PARTS).glob("*.parquet"))) == parts
     assert f"1 passed, 1 failed and are {kept}" in capfd.readouterr().out
+
+
+def test_the_trace_of_an_error_does_not_outlast_it(tmp_path, monkeypatch):
+    def breaks(demonstration, part):
+        raise RuntimeError("a string snapped")
+
+    monkeypatch.setattr(of_demonstrations, "run", breaks)
+    assert demonstrate(ASKED[0], tmp_path).error == "RuntimeError: a string snapped"
+    (trace,) = (tmp_path / ERRORS).iterdir()
+    assert "in breaks" in trace.read_text()
+    monkeypatch.setattr(of_demonstrations, "run", lambda demonstration, part: random_episode(0))
+    assert demonstrate(ASKED[0], tmp_path).success
+    assert not trace.exists()
 
 
 def complaint(capfd, code, out):

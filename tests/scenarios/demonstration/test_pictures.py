@@ -7,6 +7,8 @@ import pytest
 from safetensors.torch import load_file
 
 from scenarios.cli import main
+from scenarios.commands import picture_collection
+from scenarios.demonstration import pictures
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import (
     AHEAD,
@@ -63,6 +65,51 @@ def test_too_many_pictures_are_refused_in_one_line(tmp_path, capfd):
     assert "training seeds, 0 to 9999" in complaint(capfd, *words)
 
 
+@pytest.fixture
+def breaking(monkeypatch):
+    """Have the second of three episodes break off; return the set of those that do."""
+    broken = {pictured(0, 3)[1]}
+
+    def frames(demonstration):
+        if demonstration in broken:
+            raise RuntimeError("a string snapped")
+        yield {"points_m": np.zeros(3)}
+
+    monkeypatch.setattr(pictures, "_frames", frames)
+    monkeypatch.setattr(picture_collection, "require_renderer", lambda option: None)
+    return broken
+
+
+def collect(out):
+    return main(["collect", "--pictures", "--episodes", "3", "--out", str(out)])
+
+
+def test_an_episode_that_breaks_off_is_told_and_the_others_go_on(tmp_path, breaking, capfd):
+    (broken,) = breaking
+    assert collect(tmp_path) == 3
+    out, err = capfd.readouterr()
+    assert f"{broken.name} broke off: RuntimeError: a string snapped\n" in out
+    assert "2 episodes, of them 2 new with 2 frames" in out
+    assert "Traceback" not in err
+    trace = tmp_path / "errors" / f"{broken.name}.txt"
+    assert "a string snapped" in trace.read_text()
+    breaking.clear()
+    assert collect(tmp_path) == 0
+    assert "3 episodes, of them 1 new with 1 frames" in capfd.readouterr().out
+    assert not trace.exists()
+
+
+def test_pictures_that_find_no_room_are_one_line(tmp_path, breaking, capfd, monkeypatch):
+    def no_room(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("scenarios.demonstration.demonstrate.write_atomic", no_room)
+    assert collect(tmp_path) == 2
+    first = frames_path(pictured(0, 3)[0], tmp_path)
+    line = capfd.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"calot: --out: cannot write {first}: No space left on device; finished")
+
+
 def test_without_pictures_no_perception_is_trained(tmp_path, capfd):
     words = ["train", "perception", "--data", str(tmp_path), "--out", str(tmp_path / "out")]
     assert "collect --pictures" in complaint(capfd, *words)
@@ -77,7 +124,7 @@ def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
     from tissue_sim.world import World
 
     called = next(d for d in pictured(0, 40) if why_call(anatomy_from_seed(d.seed)))
-    frames = picture(called, tmp_path)
+    frames = picture(called, tmp_path).frames
     with np.load(frames_path(called, tmp_path)) as file:
         assert file["there"].shape == (frames, N_SHOWN)
         for spec in VIEWS:
