@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from rich.table import Table
-from scipy.stats import binomtest, t
 
 from scenarios.bench.trials.correction_trial import (
     LOOK_S,
@@ -17,6 +16,8 @@ from scenarios.bench.trials.correction_trial import (
     lost_trial,
 )
 from scenarios.bench.trials.run_trials import TrialAttempt, run_all
+from scenarios.evaluation.statistics.paired import mcnemar_exact, mean_interval
+from scenarios.evaluation.words import interval
 from scenarios.loop.episode_config import EpisodeConfig
 
 
@@ -53,28 +54,6 @@ def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
     return table
 
 
-def error_lines(trials: Sequence[CorrectionTrial]) -> list[str]:
-    """Return a line for each trial that an error ended."""
-    return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
-
-
-def mean_gain(before: Sequence[float], after: Sequence[float]) -> tuple[float, float, float]:
-    """Return the mean reduction of the pairs and Student's 95 % interval; NaN for one pair."""
-    saved = np.subtract(before, after)
-    if len(saved) < 2:
-        return float(saved.mean()), np.nan, np.nan
-    half = t.ppf(0.975, len(saved) - 1) * saved.std(ddof=1) / np.sqrt(len(saved))
-    return float(saved.mean()), float(saved.mean() - half), float(saved.mean() + half)
-
-
-def sign_test(before: Sequence[bool], after: Sequence[bool]) -> tuple[int, int, float]:
-    """Return how many pairs improved and worsened, and McNemar's exact p-value."""
-    better = sum(b < a for b, a in zip(before, after, strict=True))
-    worse = sum(b > a for b, a in zip(before, after, strict=True))
-    p = binomtest(better, better + worse).pvalue if better + worse else 1.0
-    return better, worse, float(p)
-
-
 def _off_mm(courses: Sequence[Course]) -> list[float]:
     return [1e3 * course.off_m for course in courses]
 
@@ -84,16 +63,17 @@ def _done_s(courses: Sequence[Course]) -> list[float]:
 
 
 def _add_mean(table: Table, what: str, before: Sequence[float], after: Sequence[float]) -> None:
-    gain, low, high = mean_gain(before, after)
+    saved = np.subtract(before, after)
     table.add_row(
         what,
         f"{np.mean(before):.1f}",
         f"{np.mean(after):.1f}",
-        f"{gain:.1f} ({low:.1f} to {high:.1f})",
+        f"{saved.mean():.1f} ({interval(mean_interval(saved.tolist()), 1)})",
     )
 
 
 def _add_count(table: Table, what: str, before: Sequence[bool], after: Sequence[bool]) -> None:
-    better, worse, p = sign_test(before, after)
-    change = f"{better} better, {worse} worse (p = {p:.3f})"
+    better = sum(b < a for b, a in zip(before, after, strict=True))
+    worse = sum(b > a for b, a in zip(before, after, strict=True))
+    change = f"{better} better, {worse} worse (p = {mcnemar_exact(better, worse):.3f})"
     table.add_row(what, str(sum(before)), str(sum(after)), change)

@@ -52,11 +52,6 @@ def obedience_table(trials: Sequence[ObedienceTrial]) -> Table:
     return table
 
 
-def error_lines(trials: Sequence[ObedienceTrial]) -> list[str]:
-    """Return a line for each trial that an error ended."""
-    return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
-
-
 def _add(table: Table, said: str, obeyed: int, times: int, withheld: str = "") -> None:
     share = "never said" if times == 0 else _share(obeyed, times)
     table.add_row(said, str(times), str(obeyed), withheld, share)

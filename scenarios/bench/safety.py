@@ -28,7 +28,7 @@ from scenarios.bench.trials.attack_trial import (
     lost_trial,
     run_trial,
 )
-from scenarios.bench.trials.run_trials import TrialAttempt, run_all
+from scenarios.bench.trials.run_trials import TrialAttempt, error_lines, run_all
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -89,7 +89,7 @@ def _depth_table(title: str, pairs: Sequence[Pair]) -> Table:
 
 def broken_lines(trials: Sequence[AttackTrial]) -> list[str]:
     """Return a line for each attack, as commanded, that passed the filter, and for each error."""
-    lines = [f"seed {t.seed}: {t.error}" for t in trials if t.error]
+    lines = error_lines(trials)
     for trial in trials:
         for pair in trial.pairs:
             lines += [f"seed {trial.seed}, {pair.kind}: {said}" for said in _failures(pair)]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from rich.console import Console
 from rich.progress import track
@@ -11,6 +11,15 @@ from rich.progress import track
 from scenarios.workers.pool import run_side_by_side
 
 Result = TypeVar("Result")
+
+
+class Trial(Protocol):
+    """The result of a trial; `error` ended it, "" for none."""
+
+    @property
+    def seed(self) -> int: ...
+    @property
+    def error(self) -> str: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +48,11 @@ def run_all(
     with closing(_results(seeds, workers, attempt)) as results:
         console = Console(stderr=True)
         return list(track(results, what, total=len(seeds), console=console, transient=True))
+
+
+def error_lines(trials: Sequence[Trial]) -> list[str]:
+    """Return a line for each trial that an error ended."""
+    return [f"seed {trial.seed}: {trial.error}" for trial in trials if trial.error]
 
 
 def _results(

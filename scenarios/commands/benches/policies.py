@@ -75,7 +75,8 @@ class Obedience(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.obedience import error_lines, obedience_table, run_trials
+        from scenarios.bench.obedience import obedience_table, run_trials
+        from scenarios.bench.trials.run_trials import error_lines
 
         trials = run_trials(self.config(), self.episodes, self.workers, self.by)
         errors = error_lines(trials)
@@ -96,7 +97,8 @@ class Corrections(ControllerOnTrial):
 
     def execute(self) -> int:
         """Measure and report; return 1 if an error ended a trial."""
-        from scenarios.bench.corrections import corrections_table, error_lines, run_trials
+        from scenarios.bench.corrections import corrections_table, run_trials
+        from scenarios.bench.trials.run_trials import error_lines
 
         trials = run_trials(self.config(self.scenario), self.episodes, self.workers)
         errors = error_lines(trials)

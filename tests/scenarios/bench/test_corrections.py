@@ -8,7 +8,7 @@ import pytest
 from controller.expert.targets import clip_pose, grasp_pose
 from planner.correction import CORRECTIONS
 from planner.task import TASKS
-from scenarios.bench.corrections import corrections_table, error_lines, mean_gain, sign_test
+from scenarios.bench.corrections import corrections_table
 from scenarios.bench.latency import measured
 from scenarios.bench.trials.correction_trial import (
     SAID_S,
@@ -18,6 +18,7 @@ from scenarios.bench.trials.correction_trial import (
     lost_trial,
     wanted_motion,
 )
+from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
@@ -65,17 +66,33 @@ def test_without_a_disturbance_nothing_is_compared():
     assert ForkComparison(config=replace(IDLE, task_cap_s=1.0))(SEED) == CorrectionTrial(seed=SEED)
 
 
+def rows_of(pairs):
+    """Return the table's rows of pairs of courses, by their first cell."""
+    trials = [
+        CorrectionTrial(seed=k, correction="c", without=without, corrected=corrected)
+        for k, (without, corrected) in enumerate(pairs)
+    ]
+    table = corrections_table(trials)
+    return {row[0]: row[1:] for row in zip(*(c.cells for c in table.columns), strict=True)}
+
+
+def off_by(mm):
+    return Course(off_m=1e-3 * mm, done_s=4.0, injuries=0)
+
+
 def test_the_gain_is_paired_with_students_interval():
-    before = np.array([3.0, 5.0, 9.0])
-    gain, low, high = mean_gain(before, before - [1.0, 2.0, 3.0])
-    assert gain == pytest.approx(2.0)
-    assert high - gain == gain - low == pytest.approx(4.303 / np.sqrt(3), rel=1e-3)
-    assert np.isnan(mean_gain([1.0], [0.0])[1])
+    """Its half width is 4.303 / sqrt(3) for gains of 1, 2 and 3."""
+    told = rows_of([(off_by(3), off_by(2)), (off_by(5), off_by(3)), (off_by(9), off_by(6))])
+    assert told["mm to the goal after 2 s"] == ("5.7", "3.7", "2.0 (-0.5 to 4.5)")
+    assert rows_of([(off_by(3), off_by(2))])["mm to the goal after 2 s"][2] == "1.0 (–)"
 
 
-def test_only_pairs_that_changed_count_in_the_sign_test():
-    assert sign_test([True] * 9, [True] * 9) == (0, 0, 1.0)
-    assert sign_test([False] * 5 + [True], [True] * 6) == (5, 0, pytest.approx(2 * 0.5**5))
+def test_only_pairs_that_changed_count_in_mcnemars_test():
+    well, injured = off_by(1), replace(off_by(1), injuries=1)
+    told = rows_of([(injured, well)] * 5 + [(well, well)])
+    assert told["nothing injured"] == ("1", "6", "5 better, 0 worse (p = 0.062)")
+    assert rows_of([(well, injured)])["nothing injured"][2].startswith("0 better, 1 worse")
+    assert rows_of([(well, well)] * 9)["nothing injured"][2].endswith("0 worse (p = 1.000)")
 
 
 def test_the_table_counts_done_tasks_and_lost_trials_are_reported():
@@ -83,9 +100,7 @@ def test_the_table_counts_done_tasks_and_lost_trials_are_reported():
         Course(off_m=0.001, done_s=4.0, injuries=0),
         Course(off_m=0.01, done_s=None, injuries=1),
     )
-    pair = CorrectionTrial(seed=3, correction="c", without=bad, corrected=good)
-    table = corrections_table([pair, replace(pair, seed=4), CorrectionTrial(seed=5)])
-    rows = {row[0]: row[1:] for row in zip(*(c.cells for c in table.columns), strict=True)}
+    rows = rows_of([(bad, good), (bad, good), (None, None)])
     assert rows["moments"][:2] == ("2", "2")
     assert rows["mm to the goal after 2 s"] == ("10.0", "1.0", "9.0 (9.0 to 9.0)")
     assert rows["task done in 20 s"][:2] == ("0", "2")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.correction import CORRECTIONS
-from scenarios.bench.obedience import error_lines, obedience_table
+from scenarios.bench.obedience import obedience_table
 from scenarios.bench.trials import obedience_trial
 from scenarios.bench.trials.obedience_trial import (
     MIN_M,
@@ -14,6 +14,7 @@ from scenarios.bench.trials.obedience_trial import (
     is_obeyed,
     lost_trial,
 )
+from scenarios.bench.trials.run_trials import error_lines
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.demonstration.labels import THRESHOLD_RAD
