@@ -34,6 +34,7 @@ RELEASE = Path("/etc/os-release")
 ANSWER_S = 10
 UPDATE_S = 60
 DOWNLOAD_S = 600
+UNPACK_S = 120  # a package
 
 APT_SETTINGS = """
 #clear APT::Update::Post-Invoke;
@@ -82,22 +83,36 @@ def fetch(folder: Path = PRIVATE_FOLDER) -> None:
     """Put the renderer in `folder`, in place of what is there.
 
     Raises:
-        FetchError: this machine has no apt, or its sources cannot be reached or hold no renderer.
+        FetchError: this machine has no apt, its sources cannot be reached or hold no renderer, or
+            a file cannot be read or written.
     """
     missing = [name for name in PROGRAMS if shutil.which(name) is None]
     if missing:
         raise FetchError(f"only Debian and its like are served, and {missing[0]} is not here")
+    try:
+        _fetch(folder)
+    except OSError as error:
+        raise FetchError(f"{error.filename or folder}: {error.strerror or error}") from error
+
+
+def _fetch(folder: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=folder.parent, prefix=".renderer-") as name:
         root = Path(name)
         packages = _downloaded(root)
         unpacked = root / "unpacked"
         for package in packages:
-            unpacking = ["dpkg", "-x", str(package), str(unpacked)]
-            subprocess.run(unpacking, check=True, capture_output=True)
+            _unpack(package, unpacked)
         _arrange(unpacked, root / "renderer")
         shutil.rmtree(folder, ignore_errors=True)
         (root / "renderer").rename(folder)
+
+
+def _unpack(package: Path, folder: Path) -> None:
+    unpacking = _run(["dpkg", "-x", str(package), str(folder)], UNPACK_S)
+    if unpacking.returncode != 0:
+        why, *_ = unpacking.stderr.splitlines() or ["dpkg did not say why"]
+        raise FetchError(f"{package.name} cannot be unpacked: {why}")
 
 
 def _downloaded(root: Path) -> list[Path]:

@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from tissue_sim.rendering import renderer_fetch
 from tissue_sim.rendering.renderer import (
     DRIVER,
     DRIVERS_VARIABLE,
@@ -71,6 +72,31 @@ def test_a_machine_without_apt_is_told_so_and_left_alone(monkeypatch, tmp_path):
     with pytest.raises(FetchError, match="apt-get is not here"):
         fetch(tmp_path / "renderer")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(name="programs")
+def _programs(tmp_path_factory, monkeypatch):
+    """Have apt-get, dpkg and ldd fail, each with two lines."""
+    folder = tmp_path_factory.mktemp("programs")
+    for name in renderer_fetch.PROGRAMS:
+        (folder / name).write_text(f"#!/bin/sh\necho {name}: broken >&2\necho more >&2\nexit 2\n")
+        (folder / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder))
+
+
+@pytest.mark.usefixtures("programs")
+def test_a_package_that_cannot_be_unpacked_is_one_line(monkeypatch, tmp_path):
+    monkeypatch.setattr(renderer_fetch, "_downloaded", lambda root: [root / "mesa.deb"])
+    with pytest.raises(FetchError, match=r"^mesa\.deb cannot be unpacked: dpkg: broken$"):
+        fetch(tmp_path / "renderer")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("programs")
+def test_a_folder_that_cannot_be_written_to_is_one_line(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(FetchError, match=r"file: File exists$"):
+        fetch(tmp_path / "file" / "renderer")
 
 
 @pytest.mark.usefixtures("no_choice")
