@@ -17,14 +17,12 @@ from scenarios.commands.collect import Collect
 from scenarios.commands.doctor import Doctor
 from scenarios.commands.evaluate import Evaluate
 from scenarios.commands.replay import Replay
-from scenarios.commands.run import INTERRUPTED, Run
+from scenarios.commands.run import Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
 from scenarios.files.errors import BadInputError
+from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
-
-BAD_INPUT = 2
-FAULT = 3
 
 
 class Subcommand(Protocol):
@@ -64,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except Exception:  # Python's own exit code for it, 1, would say that an episode failed
         traceback.print_exc()
-        return FAULT
+        return ERROR
 
 
 def parse(argv: Sequence[str] | None = None) -> Subcommand:

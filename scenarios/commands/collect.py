@@ -13,6 +13,7 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import PERCEIVING, SENSES
+from scenarios.commands.collected import broken_lines, written_or_refused
 from scenarios.commands.options.arguments import at_least, one_of
 from scenarios.commands.options.checkpoint_option import (
     require_checkpoint,
@@ -21,12 +22,7 @@ from scenarios.commands.options.checkpoint_option import (
 from scenarios.commands.options.cluster_option import require_cluster
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.options.renderer_option import require_cameras
-from scenarios.commands.picture_collection import (
-    ERROR,
-    broken_lines,
-    collect_pictures,
-    written_or_refused,
-)
+from scenarios.commands.picture_collection import collect_pictures
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -43,6 +39,7 @@ from scenarios.demonstration.mix import (
     demonstrations,
 )
 from scenarios.files.errors import BadInputError
+from scenarios.files.exit_codes import ERROR
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
 

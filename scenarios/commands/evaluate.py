@@ -23,10 +23,10 @@ from scenarios.commands.options.policy_option import (
 )
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.output import output
-from scenarios.commands.run import INTERRUPTED
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
+from scenarios.files.exit_codes import INTERRUPTED
 from scenarios.files.strict_json import dumps, plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay

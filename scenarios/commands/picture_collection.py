@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 
+from scenarios.commands.collected import broken_lines, written_or_refused
 from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.demonstration.demonstrate import DemonstrationOutcome
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
 from scenarios.files.errors import BadInputError
+from scenarios.files.exit_codes import ERROR
 from scenarios.loop.progress import ProgressDisplay
-
-ERROR = 3
 
 
 def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str = "") -> int:
@@ -45,22 +44,3 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
     for told in (*broken, line):
         Console().print(told, highlight=False, markup=False, soft_wrap=True)
     return ERROR if broken else 0
-
-
-def written_or_refused(outcome: DemonstrationOutcome) -> DemonstrationOutcome:
-    """Return the outcome of an episode that was written.
-
-    Raises:
-        BadInputError: there was no room for it.
-    """
-    if outcome.unwritable:
-        raise BadInputError(
-            f"--out: cannot write {outcome.unwritable}; finished episodes are complete: free some"
-            " space and call again"
-        )
-    return outcome
-
-
-def broken_lines(outcomes: Sequence[DemonstrationOutcome]) -> list[str]:
-    """Return a line for each episode that broke off."""
-    return [f"{o.demonstration.name} broke off: {o.error}" for o in outcomes if o.error]

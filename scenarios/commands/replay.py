@@ -17,8 +17,8 @@ from scenarios.commands.browser import LOCAL
 from scenarios.commands.options.arguments import at_least
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.output import output
-from scenarios.commands.run import INTERRUPTED
 from scenarios.files.errors import BadInputError
+from scenarios.files.exit_codes import FAILED, INTERRUPTED
 from scenarios.recording.verify import (
     EXIT_CODES,
     Verdict,
@@ -32,7 +32,6 @@ from scenarios.workers.pool import run_side_by_side
 if TYPE_CHECKING:
     from scenarios.viewer.recording_frames import RecordingFrames
 
-DIFFERENT = 1
 VIEW_EVERY = 3  # steps a frame: 10 a second
 
 
@@ -159,7 +158,7 @@ class Replay:
             Event().wait()
         heads = [f"{file}: " if self.beside else "" for file in files]
         codes = [_verdict(*pair) for pair in zip(recordings, heads, strict=True)]
-        return DIFFERENT if DIFFERENT in codes else max(codes)
+        return FAILED if FAILED in codes else max(codes)
 
 
 def _frames_of(file: Path, *, every: int) -> RecordingFrames:
@@ -193,7 +192,7 @@ def _verdict(recording: RecordingFrames, head: str = "") -> int:
     """Print whether the replay is identical, after `head`; return the exit code."""
     line, code = f"identical to the bit, for {recording.end_s:.1f} s", 0
     if recording.differs_s is not None:
-        line, code = f"different from {recording.differs_s:.1f} s on", DIFFERENT
+        line, code = f"different from {recording.differs_s:.1f} s on", FAILED
     elif not recording.is_replayed:
         done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
         line = f"interrupted at {done}, identical so far"

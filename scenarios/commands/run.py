@@ -34,6 +34,7 @@ from scenarios.commands.options.renderer_option import require_cameras, require_
 from scenarios.commands.output import output
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError, WorkerDiedError
+from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -57,7 +58,6 @@ from scenarios.workers.pool import run_side_by_side
 if TYPE_CHECKING:
     from scenarios.viewer.session_state import SessionState
 
-INTERRUPTED = 130
 VIDEO_SUFFIX = ".mp4"
 
 
@@ -290,8 +290,8 @@ def exit_code(episodes: Sequence[EpisodeResult]) -> int:
     """Return 3 after any error, else 1 after any failure or call without need, else 0."""
     summary = summarise(episodes)
     if summary.errors:
-        return 3
-    return 0 if summary.passed == summary.counted else 1
+        return ERROR
+    return 0 if summary.passed == summary.counted else FAILED
 
 
 def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:

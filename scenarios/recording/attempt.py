@@ -42,16 +42,16 @@ def attempt_and_keep(
 ) -> Attempt:
     """Run one episode as `attempt_episode` does, and tell whether there was room to record it.
 
-    An episode that broke off is recorded, too; a missing file means that the disk had no room.
+    An episode that broke off is recorded, too; no new file means that the disk had no room.
     """
     recording = out / "episodes" / f"{config.seed}.npz"
+    before_ns = _written_ns(recording)
     try:
-        recording.unlink(missing_ok=True)
         result = attempt_episode(config, out, observers, inbox)
     except OSError as error:
         return Attempt(result=broken_off(config, error), unwritable=_why(error))
-    unwritable = None if recording.exists() else f"{recording}: {result.error}"
-    return Attempt(result=result, unwritable=unwritable)
+    is_new = _written_ns(recording) != before_ns
+    return Attempt(result=result, unwritable=None if is_new else f"{recording}: {result.error}")
 
 
 def attempt_episode(
@@ -95,6 +95,11 @@ def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> 
         wall_s=wall_s,
         sense=config.sense,
     )
+
+
+def _written_ns(path: Path) -> int:
+    """Return when a file was written; 0 if there is none."""
+    return path.stat().st_mtime_ns if path.exists() else 0
 
 
 def _why(error: OSError) -> str:

@@ -12,11 +12,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.files.exit_codes import BAD_INPUT, ERROR, FAILED
 from scenarios.files.versions import versions
 
 Outcome = Literal["identical", "differs", "refused", "error"]
 
-EXIT_CODES: dict[Outcome, int] = {"identical": 0, "differs": 1, "refused": 2, "error": 3}
+EXIT_CODES: dict[Outcome, int] = {
+    "identical": 0,
+    "differs": FAILED,
+    "refused": BAD_INPUT,
+    "error": ERROR,
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,13 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tissue_sim.treatment import assert_same
+from tissue_sim import environment
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.surgery.record import Record
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
-
-environment = pytest.importorskip("tissue_sim.environment")
 
 
 def make(**options: Any) -> gym.Env:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-vector = pytest.importorskip("tissue_sim.vector")
-
-from tissue_sim.environment import make_single  # noqa: E402
-from tissue_sim.tools.arms import HOME_JOINTS  # noqa: E402  after the skip
+from tissue_sim import vector
+from tissue_sim.environment import make_single
+from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.tools.arms import HOME_JOINTS
 
 SEED = 10_000
 HOME = np.tile(HOME_JOINTS, 2).astype(np.float32)
@@ -41,10 +41,8 @@ def test_an_environment_that_ended_is_reset_by_the_next_step() -> None:
 
 
 @pytest.mark.render
+@pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
 def test_with_pictures_each_environment_is_a_process() -> None:
-    renderer = pytest.importorskip("tissue_sim.rendering.renderer_probe")
-    if not renderer.renderer_available():
-        pytest.skip("there is no renderer")
     together = vector.make_vec(2, obs_mode="rgb")
     seen, _ = together.reset(seed=SEED)
     together.close()

@@ -44,3 +44,14 @@ def test_a_recording_that_finds_no_room_is_one_line(tmp_path, monkeypatch, capfd
     assert "Traceback" not in err
     recording = tmp_path / "episodes" / "10004.npz"
     assert f"cannot write {recording}: OSError: [Errno 27] File too large" in err.splitlines()[-1]
+
+
+def test_a_recording_of_before_is_no_recording_of_now_and_is_kept(tmp_path, capfd, request):
+    recording = tmp_path / "episodes" / "10004.npz"
+    recording.parent.mkdir()
+    recording.write_bytes(b"a run before")
+    request.getfixturevalue("full_disk")
+    words = ["run", "--controller", BREAKS, "--planner", "scripted", "--seed", "10004"]
+    assert main([*words, "--out", str(tmp_path)]) == 2
+    assert f"cannot write {recording}: OSError" in capfd.readouterr().err.splitlines()[-1]
+    assert recording.read_bytes() == b"a run before"

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
+from tissue_sim import environment
 from tissue_sim.frames import Array, inverse_pose, pose, transform, unit
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -232,9 +234,6 @@ def test_unknown_camera_and_blind_world_are_refused(world: World) -> None:
 
 
 def test_environment_sees_colour_depth_and_classes() -> None:
-    environment = pytest.importorskip("tissue_sim.environment")
-    import gymnasium as gym
-
     env = gym.make(
         environment.ENVIRONMENT_ID, obs_mode="rgb+depth+segmentation", render_mode="rgb_array"
     )

@@ -1,7 +1,7 @@
 """Tests of the drawn skin: it follows the tissue, closed, outward, round, also after a cut."""
 
 import numpy as np
-import pytest
+import trimesh
 
 from tissue_sim.mechanics.topology import part_vertices
 from tissue_sim.patient.at_risk import AT_RISK
@@ -90,7 +90,6 @@ def test_skin_moves_rigidly_with_the_tissue() -> None:
 
 
 def test_normals_of_a_sphere_point_away_from_its_centre() -> None:
-    trimesh = pytest.importorskip("trimesh")
     ball = trimesh.creation.icosphere(subdivisions=3)
     normals = vertex_normals(ball.vertices.astype(np.float32), np.asarray(ball.faces))
     assert ((normals * ball.vertices).sum(axis=1) > 0.999).all()
