@@ -55,12 +55,13 @@ SCENARIOS: dict[str, Scenario] = {
 
 PLANNERS: dict[str, str] = {
     "learned": "planner.learned.planner:make",
+    "learned-alone": "planner.learned.planner:make_alone",
     "llm": "planner.llm:make",
     "rule": "planner.by_rule:make",
     "scripted": "planner.scripted:make",
 }
 
-LEARNED_PLANNERS = ("learned",)
+LEARNED_PLANNERS = ("learned", "learned-alone")
 """Calot's planners that are made from a checkpoint."""
 
 ENDPOINT_PLANNERS = ("llm",)
@@ -68,6 +69,7 @@ ENDPOINT_PLANNERS = ("llm",)
 
 CONTROLLERS: dict[str, str] = {
     "diffusion": "controller.diffusion.controller:make",
+    "diffusion-alone": "controller.diffusion.controller:make_alone",
     "idle": "controller.idle:ControllerIdle",
     "expert": "controller.expert.controller:make",
     "pixels": "controller.pixels.controller:make",
@@ -75,6 +77,7 @@ CONTROLLERS: dict[str, str] = {
 
 LEARNED_CONTROLLERS: dict[str, str] = {
     "diffusion": "controller.diffusion.checkpoint",
+    "diffusion-alone": "controller.diffusion.checkpoint",
     "pixels": "controller.pixels.checkpoint",
 }
 """Calot's controllers that are made from a checkpoint and a seed, with the module that reads it."""

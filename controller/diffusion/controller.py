@@ -40,17 +40,26 @@ class ControllerDiffusion:
     motions arrive late (`dead_time`), the observed tools are replaced by the poses they were asked
     to reach by then.
 
+    Alone, the policy moves the arms without the rules.
+
     Attributes:
         place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk
             that took over from another; or "inside" a chunk.
     """
 
     def __init__(
-        self, config: PolicyConfig, sampler: Sampler, seed: int = 0, delay: int = 0
+        self,
+        config: PolicyConfig,
+        sampler: Sampler,
+        seed: int = 0,
+        delay: int = 0,
+        *,
+        alone: bool = False,
     ) -> None:
         if not 0 <= delay <= config.max_delay:
             raise ValueError(f"delay must be 0 to {config.max_delay} control steps, got {delay}")
         self._config, self._sampler, self._delay = config, sampler, delay
+        self._alone = alone
         self._chance = np.random.default_rng(seed)
         self._body, self._dead_time = BodyFrame(), DeadTime()
         self.reset()
@@ -108,14 +117,20 @@ class ControllerDiffusion:
                 **given,
             }
         )
-        jaws_rad = rows[-self._config.past - 1 :, JAWS]
-        chunk = held(chunk.astype(float), jaws_rad[-1], left_rests=self._left_rests)
-        if instruction.correction is None:
-            chunk = last_word(chunk, self._foreseen(0), instruction.task, jaws_rad)
-        # A correction that draws the grasper back may catch on tissue, too.
-        chunk = unhooked(chunk, self._foreseen(0), instruction.task)
+        chunk = chunk.astype(float)
+        if not self._alone:
+            chunk = self._ruled(chunk, instruction, rows[-self._config.past - 1 :, JAWS])
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
+
+    def _ruled(self, chunk: Array, instruction: Instruction, jaws_rad: Array) -> Array:
+        """Return the chunk (n, 20) with what the rules change; `jaws_rad` as for `last_word`."""
+        seen, task = self._foreseen(0), instruction.task
+        chunk = held(chunk, jaws_rad[-1], left_rests=self._left_rests)
+        if instruction.correction is None:
+            chunk = last_word(chunk, seen, task, jaws_rad)
+        # A correction that draws the grasper back may catch on tissue, too.
+        return unhooked(chunk, seen, task)
 
     def _history(self) -> NDArray[np.float32]:
         newest = len(self._seen) - 1
@@ -136,14 +151,16 @@ def _faded(old: Array, new: Array) -> Array:
     return rows
 
 
-def load_controller(checkpoint: str | Path | None = None, seed: int = 0) -> ControllerDiffusion:
+def load_controller(
+    checkpoint: str | Path | None = None, seed: int = 0, *, alone: bool = False
+) -> ControllerDiffusion:
     """Return the controller of a checkpoint, by default the one shipped with Calot.
 
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
     config, sampler = _loaded(CHECKPOINTS.chosen(checkpoint))
-    return ControllerDiffusion(config, sampler, seed)
+    return ControllerDiffusion(config, sampler, seed, alone=alone)
 
 
 @kept
@@ -159,3 +176,12 @@ def make(setup: PolicySetup) -> ControllerDiffusion:
         CheckpointError: there is none, or it does not fit.
     """
     return load_controller(setup.checkpoint, setup.seed)
+
+
+def make_alone(setup: PolicySetup) -> ControllerDiffusion:
+    """Return the controller of the checkpoint in its setup, without the rules.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+    """
+    return load_controller(setup.checkpoint, setup.seed, alone=True)

@@ -55,10 +55,12 @@ class PlannerLearned:
     anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`) or are
     not seen well (`Sight`), where the arms stand still, and where a clip or a cut would be tried
     for the fourth time. It raises an alarm where a task's chance of failure is high twice in a row.
+
+    Alone, any task may be due that its network asks for; the rest is as above.
     """
 
-    def __init__(self, network: PlannerNetwork) -> None:
-        self._network = network
+    def __init__(self, network: PlannerNetwork, *, alone: bool = False) -> None:
+        self._network, self._alone = network, alone
         self.reset()
 
     def reset(self) -> None:
@@ -128,12 +130,14 @@ class PlannerLearned:
     def _chances(self, logits: torch.Tensor, observation: Observation) -> torch.Tensor:
         """Return the probability of each task that may be due.
 
-        What is asked for where another task is due counts for that one. After a cut nothing is
-        grabbed, even if a person ordered it.
+        What is asked for where another task is due counts for that one, unless the network decides
+        alone. After a cut nothing is grabbed, even if a person ordered it.
         """
         if self._has_cut or observation.severed.any():
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
+        if self._alone:
+            return chances
         given = TASKS[self._task] if self._task < N_TASKS else None
         owed = [due(asked, given, observation, self._clock).index - 1 for asked in TASKS]
         return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
@@ -166,13 +170,13 @@ def _untouched(observation: Observation) -> bool:
     return not (observation.n_clips or observation.severed.any())
 
 
-def load_planner(checkpoint: str | Path | None = None) -> PlannerLearned:
+def load_planner(checkpoint: str | Path | None = None, *, alone: bool = False) -> PlannerLearned:
     """Return the planner of a checkpoint, by default the one shipped with Calot.
 
     Raises:
         CheckpointError: there is no checkpoint, or it does not fit.
     """
-    return PlannerLearned(CHECKPOINTS.load(checkpoint))
+    return PlannerLearned(CHECKPOINTS.load(checkpoint), alone=alone)
 
 
 def make(setup: PolicySetup) -> PlannerLearned:
@@ -182,3 +186,12 @@ def make(setup: PolicySetup) -> PlannerLearned:
         CheckpointError: there is none, or it does not fit.
     """
     return load_planner(setup.checkpoint)
+
+
+def make_alone(setup: PolicySetup) -> PlannerLearned:
+    """Return the planner of the checkpoint in its setup, whose network decides alone on tasks.
+
+    Raises:
+        CheckpointError: there is none, or it does not fit.
+    """
+    return load_planner(setup.checkpoint, alone=True)

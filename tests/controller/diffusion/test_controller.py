@@ -12,6 +12,7 @@ from controller.diffusion.config import PolicyConfig
 from controller.diffusion.controller import FADE, ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
+from controller.diffusion.rules.holding import HELD_RAD
 from planner.instruction import TASKS, Instruction
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import fields
@@ -81,6 +82,17 @@ def test_a_new_chunk_fades_in_step_by_step():
     shares = np.arange(1, FADE + 1) / (FADE + 1)
     np.testing.assert_allclose(jaws[CONFIG.play : CONFIG.play + FADE], 1.0 + shares)
     np.testing.assert_allclose(jaws[CONFIG.play + FADE :], 2.0)
+
+
+def test_alone_it_plays_what_its_policy_says_and_with_rules_what_hardly_moves_rests():
+    rests = SEEN.joints[:, 6]
+    chunk = np.full((CONFIG.horizon, 20), rests[0] + 0.5 * HELD_RAD)
+    alone, ruled = (
+        played(controller(lambda inputs: chunk, alone=alone), CONFIG.play)[:, JAWS]
+        for alone in (True, False)
+    )
+    np.testing.assert_allclose(alone, rests[0] + 0.5 * HELD_RAD)
+    np.testing.assert_allclose(ruled, np.tile(rests, (CONFIG.play, 1)))
 
 
 def test_new_words_drop_the_running_chunk_at_once(sampler):

@@ -45,8 +45,14 @@ def test_its_choices_make_an_episode():
         ("expert", "is no arm"),
         ("a/b=scripted+expert", "is no arm"),
         ("=scripted+expert", "is no arm"),
-        ("a=zoo+expert", "unknown planner 'zoo'; allowed: learned, llm, rule, scripted"),
-        ("a=scripted+zoo", "unknown controller 'zoo'; allowed: diffusion, idle, expert"),
+        (
+            "a=zoo+expert",
+            "unknown planner 'zoo'; allowed: learned, learned-alone, llm, rule, scripted",
+        ),
+        (
+            "a=scripted+zoo",
+            "unknown controller 'zoo'; allowed: diffusion, diffusion-alone, idle, expert",
+        ),
         ("a=scripted+expert,filter=maybe", "'maybe'; allowed: on, off"),
         ("a=scripted+expert,speed=2", "unknown option 'speed=2'; allowed: filter"),
         ("a=scripted+expert,filter", "unknown option 'filter'; allowed: filter"),

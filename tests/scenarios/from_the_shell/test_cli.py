@@ -173,11 +173,11 @@ def test_help_is_no_error(capsys, words):
         ({"scenario": "zoo"}, "unknown scenario 'zoo'; allowed: nominal"),
         (
             {"planner": "oracle"},
-            "unknown planner 'oracle'; allowed: learned, llm, rule, scripted",
+            "unknown planner 'oracle'; allowed: learned, learned-alone, llm, rule, scripted",
         ),
         (
             {"controller": "hand"},
-            "unknown controller 'hand'; allowed: diffusion, idle, expert",
+            "unknown controller 'hand'; allowed: diffusion, diffusion-alone, idle, expert",
         ),
         ({"seed": -1}, "seed must be a whole number of at least 0, got -1"),
         ({"seed": 1.0}, "seed must be a whole number of at least 0, got 1.0"),
