@@ -11,6 +11,8 @@ WORKERS := -n logical --maxprocesses 4 --dist worksteal
 export OMP_NUM_THREADS := 1
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 export NO_MKDOCS_2_WARNING := 1
+# Containers often set it; then each new process compiles some 3,000 modules again, for seconds.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo cameras test test-all check format docs lock bench
 
