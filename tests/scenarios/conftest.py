@@ -1,6 +1,7 @@
 """What several tests need: a whole real procedure, run once, a cluster, and a full disk."""
 
 import resource
+import sys
 
 import pytest
 
@@ -37,8 +38,13 @@ def two_nodes():
 
 
 @pytest.fixture
-def full_disk():
-    """Allow no file to grow beyond 2 kB while a test uses this fixture."""
+def full_disk(monkeypatch):
+    """Allow no file to grow beyond 2 kB while a test uses this fixture.
+
+    Python takes a compiled module that was cut short for whole, so none is written meanwhile.
+    """
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # of worker processes
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, hard))
     yield
