@@ -40,7 +40,7 @@ class ControllerDiffusion:
     motions arrive late (`dead_time`), the observed tools are replaced by the poses they were asked
     to reach by then.
 
-    Alone, the policy moves the arms without the rules.
+    With `alone`, the rules are left out, to measure what they are worth.
 
     Attributes:
         place: of the last motion: the first of a "fresh" chunk; at a "joint", the first of a chunk

@@ -56,7 +56,8 @@ class PlannerLearned:
     not seen well (`Sight`), where the arms stand still, and where a clip or a cut would be tried
     for the fourth time. It raises an alarm where a task's chance of failure is high twice in a row.
 
-    Alone, any task may be due that its network asks for; the rest is as above.
+    With `alone`, any task may be due that its network asks for, to measure what `due` is worth; the
+    rest is as above.
     """
 
     def __init__(self, network: PlannerNetwork, *, alone: bool = False) -> None:
