@@ -220,8 +220,8 @@ def test_newton_holds_the_same_body(body):
 def test_the_accuracy_report_ends_below_the_allowed_error(capsys):
     assert main(["bench", "accuracy", "--seed", "10003", "--steps", "30"]) == 0
     said = capsys.readouterr().out
-    assert "2808" in said
-    assert "11232" in said
+    assert "3276" in said
+    assert "13104" in said
     at_rest = re.search(r"at rest: (\S+) mm at most, allowed (\S+) mm", said)
     assert at_rest
     assert float(at_rest[1]) < float(at_rest[2])
