@@ -9,6 +9,7 @@ import numpy as np
 from tissue_sim.frames import Array
 
 ACTION_SIZE = 20
+PARALLEL = 1e-6  # squared area between two columns below which they span no rotation; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +22,9 @@ class ToolAction:
         move_endoscope_m: (2, 3) change of the tip's position.
         turn_tool: (2, 6) change of orientation, first two columns of the rotation matrix.
         jaw_rad: (2,) wanted total opening; below zero the fingers press on each other.
+
+    Raises:
+        ValueError: a field has another shape or is not finite, or two columns are parallel.
     """
 
     move_endoscope_m: Array
@@ -32,11 +36,22 @@ class ToolAction:
             value = np.asarray(getattr(self, name))
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(f"action: {name} must be {shape} finite numbers, got {value!r}")
+        if not all(_span(six) for six in np.asarray(self.turn_tool).tolist()):
+            raise ValueError(
+                "action: each row of turn_tool must be two columns that are not parallel; no turn"
+                f" is (1, 0, 0, 0, 1, 0), got {self.turn_tool!r}"
+            )
 
     def vector(self) -> Array:
         """Return (`ACTION_SIZE`,): move, turn and jaw of the left arm, then of the right."""
         rows = (self.move_endoscope_m, self.turn_tool, np.reshape(self.jaw_rad, (2, 1)))
         return np.concatenate(rows, axis=1).ravel()
+
+
+def _span(six: list[float]) -> bool:
+    """Return whether two columns (6,) span a plane, so that they give a rotation."""
+    ax, ay, az, bx, by, bz = six
+    return (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2 > PARALLEL
 
 
 Chunk = tuple[ToolAction, ...]

@@ -24,6 +24,7 @@ from planner.policy_setup import PolicySetup
 from tissue_sim.sensing.observation import Observation, encoded_and_tissue
 
 Processor = Callable[[Any], Any]
+WEIGHTS = "model.safetensors"
 
 
 class ControllerLeRobot:
@@ -95,16 +96,14 @@ def make(setup: PolicySetup) -> ControllerLeRobot:
     """Return the controller of a `model.safetensors` in a folder that LeRobot saved.
 
     Raises:
-        ValueError: LeRobot is not installed, no checkpoint is named, or a camera is missing.
+        ValueError: LeRobot is not installed, no such checkpoint is named, or a camera is missing.
     """
-    if setup.checkpoint is None:
-        raise ValueError("controller.lerobot: name the policy's model.safetensors by --checkpoint")
+    folder = _folder(setup.checkpoint)
     try:
         factory = import_module("lerobot.policies.factory")
         configs = import_module("lerobot.configs.policies")
     except ImportError as error:
         raise ValueError(f"controller.lerobot: LeRobot is not installed here: {error}") from None
-    folder = Path(setup.checkpoint).parent
     config = configs.PreTrainedConfig.from_pretrained(folder)
     config.device = "cpu"
     policy = factory.get_policy_class(config.type).from_pretrained(folder, config=config)
@@ -113,3 +112,16 @@ def make(setup: PolicySetup) -> ControllerLeRobot:
     torch.manual_seed(setup.seed)
     before, after = factory.make_pre_post_processors(config, str(folder))
     return ControllerLeRobot(policy.eval(), before, after)
+
+
+def _folder(checkpoint: str | Path | None) -> Path:
+    """Return the folder that LeRobot saved, from the path of its `model.safetensors`."""
+    if checkpoint is None:
+        raise ValueError("controller.lerobot: name the policy's model.safetensors by --checkpoint")
+    path = Path(checkpoint)
+    if path.name != WEIGHTS or not path.is_file() or not (path.parent / "config.json").is_file():
+        raise ValueError(
+            f"controller.lerobot: --checkpoint {path}: allowed: a {WEIGHTS} beside its config.json,"
+            " as LeRobot saves them"
+        )
+    return path.parent

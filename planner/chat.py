@@ -37,7 +37,7 @@ class Endpoint:
         url: base of the API, to which "/chat/completions" is added.
         model: name of the model there.
         key: sent as a bearer token; "" for none. It is written to no file and no message.
-        timeout_s: wall-clock time for the whole answer.
+        timeout_s: wall-clock time for the answer; up to twice as long if its last part is late.
 
     Raises:
         ValueError: the address is not an http or https address, or the model is missing.

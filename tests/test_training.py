@@ -99,6 +99,16 @@ def test_stopped_and_resumed_it_ends_at_the_same_weights(learner, trained, tmp_p
     assert all(torch.equal(weight, expected[name]) for name, weight in found.items())
 
 
+def test_a_finished_training_writes_its_checkpoint_again_if_it_was_moved(
+    learner, trained, tmp_path
+):
+    out, _ = trained
+    (tmp_path / STATE_FILE).write_bytes((out / STATE_FILE).read_bytes())
+    assert not list(learner.training.train(learner.given, learner.smoke, tmp_path))
+    expected, found = learner.weights(out), learner.weights(tmp_path)
+    assert all(torch.equal(weight, expected[name]) for name, weight in found.items())
+
+
 def test_another_seed_gives_other_weights(learner, tmp_path):
     weights = []
     for seed in (0, 1):

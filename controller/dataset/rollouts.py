@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
+from controller.dataset.sensed_copies import COPIES, sensed_copy
 from planner.correction import CORRECTIONS
 from planner.learned.rollout import NOT_SAID, Rollout
 from planner.task import TASKS
-from tissue_sim.sensing.tracker import sensed_again
 
 COLUMNS = ("privileged.state", "task_index", "task", "flag", "correction", "seed")
-COPIES = 2  # of each episode, each sensed with other errors
 OTHER_ORDERS = ("order", "turns")  # of tubes, by an instruction that the planner cannot know
 LEARNED = "rollout"
 _CORRECTION = {c.text: k for k, c in enumerate(CORRECTIONS)}
@@ -38,11 +37,10 @@ def rollouts(roots: Iterable[Path], choice: Choice = ALL) -> list[Rollout]:
 def rollout_of(episode: DatasetEpisode, copy: int = 0) -> Rollout:
     """Convert one episode, sensed with the errors of this copy."""
     exact, heard, task, flag, wanted, seed = (episode.columns[name] for name in COLUMNS)
-    rng = np.random.default_rng([0xC0B1E5, int(seed[0]), copy])
     corrected = heard >= len(TASKS)
     names = np.where(flag, wanted, "")
     return Rollout(
-        states=sensed_again(exact, rng),
+        states=sensed_copy(exact, int(seed[0]), copy),
         said=_task_said(heard, corrected, task - 1),
         corrected=np.where(corrected, heard - len(TASKS), NOT_SAID),
         task=task - 1,

@@ -14,10 +14,9 @@ from controller.diffusion.chunk_frame import JAW
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.denoiser import ConditionEncoder, Denoiser
 from controller.diffusion.learning.windows import Batch
+from planner.learning.normalised import MAX_DEVIATIONS, MIN_DEVIATION
 
-MIN_DEVIATION = 1e-3  # of a feature or of a chunk's entry: what hardly varies is not blown up
 FINE = 4.0  # weight of a tool's motion near tissue, before it touches: there tenths of a mm count
-MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
 
 class ChunkDiffusion(nn.Module):

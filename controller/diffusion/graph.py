@@ -22,9 +22,9 @@ OPSET = 17
 class Sampler:
     """Runs the exported graph on one thread."""
 
-    def __init__(self, policy: Policy, threads: int = 1) -> None:
+    def __init__(self, policy: Policy) -> None:
         options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = threads
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
         self._session = onnxruntime.InferenceSession(
             export(policy), options, providers=["CPUExecutionProvider"]
         )

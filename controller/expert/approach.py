@@ -17,10 +17,10 @@ from tissue_sim.tools.instruments import INSTRUMENTS, Instrument
 from tissue_sim.tools.psm import JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
-WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this
-SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder
-STANDOFF_M = 0.020  # in front of the tool's target
-REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches
+WIDER_RAD = 0.2  # no other tube within jaws that are opened wider by this; assumed
+SAC_ROOM_M = 0.0004  # from the open jaws to the gallbladder; assumed
+STANDOFF_M = 0.020  # in front of the tool's target; assumed
+REACH_ROOM_RAD = 0.05  # to a joint's limit: the tissue moves while the arm approaches; assumed
 TURNING = [k for k, name in enumerate(JOINT_NAMES) if name != "insertion"]
 
 

@@ -11,8 +11,7 @@ from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vecto
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 CHUNK_STEPS = 3
-TURN_SPEED_RAD_S = 1.2
-JAW_SPEED_RAD_S = 1.0
+TURN_SPEED_RAD_S, JAW_SPEED_RAD_S = 1.2, 1.0  # assumed
 STILL = np.zeros(3)
 
 

@@ -40,7 +40,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.world import World
 
-GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3
+GRASP_SHUT_RAD, PINCH_MAX_S = 0.0, 1.3  # assumed, as all speeds, times and rooms below
 LET_GO_RAD = 0.4  # wider than tissue that is held firmly; assumed
 SLIM_RAD = 0.2  # nearly shut; assumed
 GRASP_PINCH_N = 3.0  # firm enough for the pull, far below damage

@@ -32,12 +32,17 @@ from tissue_sim.world import World
 
 GRASP_RING = 6  # the top of the infundibulum, 15 mm above the neck, or lower on a wide sac
 GRASPED_M = 0.0112  # largest radius that the jaws hold firmly when they have closed; measured
-GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the middle of the radius behind the axis
-GRASP_OPEN_RAD, GRASP_ROOM_M = 1.0, 0.0026  # usual opening; room beside a wide infundibulum
-LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left
-TAUT = 0.990
-MIN_MISSING = 0.001  # of a tube's length: keeps the pull's direction when both are straight
-LIFT = 0.35  # share of the pull towards the endoscope, off the liver
+GRASP_BEYOND_M = 0.004  # how far the tips reach beyond the radius' middle behind the axis; assumed
+GRASP_OPEN_RAD, GRASP_ROOM_M = (
+    1.0,
+    0.0026,
+)  # usual opening; room beside a wide infundibulum; assumed
+LEFT_SLANT_RAD = 0.40  # the left tool comes in from the left; assumed
+TAUT = 0.990  # chord over length of a tube that is pulled no further; assumed
+MIN_MISSING = (
+    0.001  # of a tube's length: keeps the pull's direction when both are straight; assumed
+)
+LIFT = 0.35  # share of the pull towards the endoscope, off the liver; assumed
 
 
 def grasp_pose(world: World) -> Array:

@@ -1,1 +1,1 @@
-"""Perception: from pictures, encoders and motor currents to an observation. It knows no world."""
+"""What is seen in pictures, with encoders and motor currents? An observation; it knows no world."""

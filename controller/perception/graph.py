@@ -37,9 +37,9 @@ class Shown:
 class ViewReader:
     """Runs the networks of all views on one thread."""
 
-    def __init__(self, model: PerceptionModel, threads: int = 1) -> None:
+    def __init__(self, model: PerceptionModel) -> None:
         options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = threads
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
         self._sessions = {
             name: onnxruntime.InferenceSession(
                 export(model.networks[name], size),  # pyright: ignore[reportArgumentType]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.perception.checkpoint import PerceptionModel
+from controller.perception.checkpoint import CHECKPOINTS
 from controller.perception.clips import Clips
 from controller.perception.cuts import Cuts
 from controller.perception.fusion import Lines, spread_px
 from controller.perception.graph import Shown, ViewReader
 from controller.perception.motion import share_of_motion
+from controller.perception.prior import Prior
 from controller.perception.radii import Radii
 from controller.perception.third_tube import ThirdTube
+from planner.learning.kept import kept
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
@@ -33,9 +37,8 @@ _ENDS = np.cumsum(list(POINTS.values()))[:-1]
 class Perception:
     """Perceives one patient: call `see` once in each control step."""
 
-    def __init__(self, model: PerceptionModel, viewer: ViewReader | None = None) -> None:
-        self._viewer = viewer or ViewReader(model)
-        prior = model.prior()
+    def __init__(self, viewer: ViewReader, prior: Prior) -> None:
+        self._viewer = viewer
         self._lines, self._radii = Lines(prior), Radii(prior)
         self._clips, self._cuts, self._lengths = Clips(), Cuts(), RestLengths()
         self._tips_m: Array | None = None
@@ -123,3 +126,18 @@ def _in_sight(
         known = np.isfinite(spread_px(picture, shown[name], ahead))
         sight[name] = known & (shown[name].visible > 0.0)
     return sight
+
+
+def load_perception(checkpoint: str | Path | None = None) -> Perception:
+    """Return the perception of a checkpoint, by default the one that comes with Calot.
+
+    Raises:
+        CheckpointError: there is no checkpoint, or it does not fit.
+    """
+    return Perception(*_loaded(CHECKPOINTS.chosen(checkpoint)))
+
+
+@kept
+def _loaded(path: Path) -> tuple[ViewReader, Prior]:
+    model = CHECKPOINTS.load(path)
+    return ViewReader(model), model.prior()

@@ -1,1 +1,1 @@
-"""A diffusion policy end to end: from pictures, encoders and words, without perceived points."""
+"""Which motions does a diffusion policy sample from pictures, without perceived points?"""

@@ -103,16 +103,18 @@ class SlowNearAtRisk:
         slow = np.bincount(near.arm[close], minlength=2) > 0
         box = tip_box(situation, situation.step_s * np.where(slow, SLOW_M_S, TIP_SPEED_M_S))
         what = [
-            f"{tool.in_words} slowed near the {_nearest(near, close & (near.arm == arm))}"
+            f"{tool.in_words} slowed{_near(near, close & (near.arm == arm))}"
             for arm, tool in enumerate(situation.instruments)
         ]
         return replace(box, what=tuple(np.repeat(what, _TIP_ROWS).tolist()))
 
 
-def _nearest(near: NearPairs, among: NDArray[np.bool_]) -> str:
-    """Return the name of the nearest obstacle among some pairs; "" if there are none."""
+def _near(near: NearPairs, among: NDArray[np.bool_]) -> str:
+    """Return beside which obstacle of some pairs, the nearest; "" if there are none."""
     rows = np.flatnonzero(among)
-    return near.pair(int(rows[near.distance_m[rows].argmin()]))[2] if len(rows) else ""
+    if not len(rows):
+        return ""
+    return f" near the {near.pair(int(rows[near.distance_m[rows].argmin()]))[2]}"
 
 
 JAW_LOCKS = (ClipsBeforeCut().name, OnlyWhatIsMeant().name, RoomBesideClips().name)

@@ -17,7 +17,8 @@ class Entry:
         commands: how many were altered.
         limits: names of the limits that the wanted commands break, and how they were kept:
             "keep-out: scissors kept off the liver".
-        margin: by how much the first of them was broken at most; rad or m.
+        margin: by how much the first of them was broken at most; rad or m, of "on the way" the
+            share of the motion that was withheld.
         nearest_m: smallest distance to what an instrument is kept off; None if to nothing.
         change_m: distance of the tip from its wanted place, of the arm with the larger one.
         change_rad: change of the joint that was changed most.

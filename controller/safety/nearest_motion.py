@@ -10,7 +10,7 @@ from controller.safety.bounds import N_MOTION, AllBounds, Bounds
 from tissue_sim.frames import Array
 
 UNITS = np.tile(UNIT, 2)
-GIVING_PRICE = 1e4  # of breaking a soft row by 1 mm, in squares of the above
+GIVING_PRICE = 1e4  # of breaking a soft row by 1 mm, in squares of the above; assumed
 CAPACITIES = (24, 48, 128)  # rows besides those on single joints
 _FAR = 1e3  # stands for no bound, in units of a row's motion
 _OF_SQUARES = np.outer(UNITS, UNITS)

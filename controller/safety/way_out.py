@@ -20,7 +20,7 @@ ASKED_M_S = 0.003  # of the tip: an arm that is asked for more is asked to move;
 STANDS = 0.1  # share of the motion asked for; who gets less stands still; assumed
 BACKS_OFF_AFTER_S = 4.0  # assumed
 BACK_M_S, BACK_S = 0.005, 1.5  # slowly, 7.5 mm; assumed
-CALL_AFTER_S = 15.0  # of standing in one task
+CALL_AFTER_S = 15.0  # of standing in one task; assumed
 _INSERTION = JOINT_NAMES.index("insertion")
 
 

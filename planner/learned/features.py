@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from planner.correction import CORRECTIONS
+from planner.seen.next_task import RATHER_MORE
 from planner.task import TASKS
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.sensing.observation import fields
@@ -29,7 +30,7 @@ from tissue_sim.thresholds import RETRACTED_M, TAUT_MIN
 from tissue_sim.tools.arms import RIGHT_ARM
 
 N_TASKS, N_CORRECTIONS = len(TASKS), len(CORRECTIONS)
-ON_TUBE_M = 0.003
+BESIDE_M = 0.003  # scale of how far clips lie from a tube
 NEAR_M = 0.005  # scale of what a tip lacks to have gone back
 DEEDS = USUAL_CLIPS + 2  # on a tube: its clips, its cut, and none
 LONG_S, VERY_LONG_S = 3.0, 12.0  # scales of the time since a task was given
@@ -64,7 +65,7 @@ def _clips_on_tubes(now: dict[str, Tensor]) -> list[Tensor]:
     for name in ("left_tube_m", "right_tube_m"):
         away = torch.cdist(now["clips_m"], now[name])  # (B, clips, points)
         nearest, along = away.min(dim=-1)
-        parts += [torch.tanh(nearest / ON_TUBE_M), along / (away.shape[-1] - 1.0)]
+        parts += [torch.tanh(nearest / BESIDE_M), along / (away.shape[-1] - 1.0)]
     return parts
 
 
@@ -83,7 +84,7 @@ def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
 def _needed(now: dict[str, Tensor], k: int) -> Tensor:
     """Return (B,) how many clips tube k needs, as `planner.seen.next_task` decides it."""
     duct = duct_is_left(now) if k == 0 else ~duct_is_left(now)
-    length_m = now["rest_length_m"][:, k] + now["rest_length_std_m"][:, k]
+    length_m = now["rest_length_m"][:, k] + RATHER_MORE * now["rest_length_std_m"][:, k]
     usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))
     return torch.where(length_m < usual_m, FEWEST_CLIPS, USUAL_CLIPS)
 

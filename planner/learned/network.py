@@ -9,10 +9,8 @@ from torch import Tensor, nn
 
 from planner.learned.config import PlannerConfig
 from planner.learned.features import N_CORRECTIONS, N_TASKS, seen_features, time_features
+from planner.learning.normalised import MAX_DEVIATIONS, MIN_DEVIATION
 from tissue_sim.sensing.observation import VECTOR_SIZE
-
-MIN_DEVIATION = 1e-3  # of a feature: what hardly varies is not blown up
-MAX_DEVIATIONS = 6.0  # what lies further out than anything seen is taken to lie here
 
 
 class Moments(NamedTuple):
@@ -82,7 +80,7 @@ class PlannerNetwork(nn.Module):
             config.width,
             config.heads,
             2 * config.width,
-            dropout=0.0,  # its random state could not be resumed; noise on the moments replaces it
+            dropout=0.0,  # its random state could not be resumed
             activation="gelu",
             batch_first=True,
             norm_first=True,

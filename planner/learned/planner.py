@@ -29,7 +29,7 @@ from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
 
-FLAG_ABOVE = 0.5
+FLAG_ABOVE = 0.5  # probability that a correction is needed; assumed
 MOST_CORRECTIONS = 3  # among the remembered moments; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
 

@@ -62,7 +62,7 @@ class Rollout:
 
     @property
     def digest(self) -> bytes:
-        """Return the digest of everything that training reads."""
+        """Return the digest of what training learns from, without the patient and who acted."""
         columns = (self.states, self.said, self.corrected, self.task, self.correction)
         return sha256(b"".join(c.tobytes() for c in columns) + bytes([self.success])).digest()
 

@@ -81,7 +81,8 @@ def optimise(
         config: the schedule, and everything that must be the same to resume.
         out: folder for TensorBoard's curves and the state to resume from.
         digest: of the training data.
-        save: writes the averaged model, each time the state to resume from is written.
+        save: writes the averaged model, each time the state to resume from is written, and again
+            if nothing is left to do: its file may have been moved since.
 
     Raises:
         ValueError: `out` holds the training of another configuration, on other data or on another
@@ -100,6 +101,8 @@ def optimise(
     )
     parts = {"model": model, "average": average, "optimiser": optimiser}
     begin = _resume(out / STATE_FILE, parts, chance, config, digest)
+    if begin == config.steps:
+        save(cast(Model, average.module))
     with SummaryWriter(out / LOG_FOLDER, purge_step=begin) as log:
         for step in range(begin, config.steps):
             rate = config.learning_rate * _share(step, config)

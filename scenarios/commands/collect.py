@@ -76,8 +76,8 @@ class Collect:
     noise: bool = True
     """Disturb the expert's motion by bursts of noise, from which it recovers."""
     sense: Annotated[str, one_of(WITHOUT_PICTURES)] = "tracked"
-    """What observation.environment_state is told by, and what a learned policy and the filter act on.
-    The exact state is recorded beside it."""
+    """What observation.environment_state is told by, and what a learned policy and the filter act
+    on. The exact state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
 

@@ -66,6 +66,8 @@ class Train:
         """Train and report; return 0."""
         if self.wordless and self.learner != "controller":
             raise BadInputError("--wordless is only for `calot train controller`")
+        if self.device != "cpu" and self.learner == "planner":
+            raise BadInputError(f"--device {self.device}: `calot train planner` allows cpu")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported

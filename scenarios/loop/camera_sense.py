@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from controller.perception.checkpoint import PerceptionModel
 from controller.perception.perception import Perception
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.pictures.cameras import CameraSpec
@@ -21,7 +20,7 @@ class SenseCameras:
     def __init__(
         self,
         seed: int,
-        perception: PerceptionModel,
+        perception: Perception,
         model: SensorModel = USUAL,
         spoil: Spoil = as_it_is,
         views: Sequence[CameraSpec] = VIEWS,
@@ -29,7 +28,7 @@ class SenseCameras:
         """Perceive in `views` with the errors of this seed; pictures pass through `spoil`."""
         rng = np.random.default_rng([0x5EE, seed])
         self._eyes = Eyes(rng, model, spoil=spoil, views=views)
-        self._perception = Perception(perception)
+        self._perception = perception
 
     def observe(self, world: World, exact: Observation) -> Observation:
         """Return what is perceived now; of the exact state, encoders and currents tell a part.

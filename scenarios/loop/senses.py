@@ -20,11 +20,11 @@ def make_sense(config: EpisodeConfig, effects: Effects) -> Sense:
     if config.sense == "exact":
         return SenseExact()
     if config.sense in PERCEIVING:
-        from controller.perception.checkpoint import CHECKPOINTS
+        from controller.perception.perception import load_perception
         from scenarios.loop.camera_sense import SenseCameras
         from tissue_sim.sensing.pictures.eyes import ENDOSCOPE_VIEWS, VIEWS
 
-        perception = CHECKPOINTS.load(config.perception_checkpoint)
+        perception = load_perception(config.perception_checkpoint)
         views = ENDOSCOPE_VIEWS if config.sense == "endoscope" else VIEWS
         return SenseCameras(config.seed, perception, spoil=effects.on_picture, views=views)
     return SenseTracked(config.seed, effects.on_senses(SensorModel()))

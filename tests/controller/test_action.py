@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from controller.action import ToolAction, hold
-from tissue_sim.frames import rotation_from_6d
+from tissue_sim.frames import rotation_from_6d, rotation_to_6d
 
 STILL = {"move_endoscope_m": np.zeros((2, 3)), "jaw_rad": np.zeros(2)}
 STILL["turn_tool"] = np.tile([1.0, 0.0, 0.0, 0.0, 1.0, 0.0], (2, 1))
@@ -25,6 +28,24 @@ def test_wrong_shape_or_no_number_is_refused_and_says_which(name, value, shape):
     with pytest.raises(ValueError, match="finite numbers") as refusal:
         ToolAction(**STILL | {name: value})
     assert f"{name} must be {shape}" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "six",
+    [np.zeros(6), np.ones(6), [1.0, 0.0, 0.0, -2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]],
+)
+@pytest.mark.parametrize("arm", [0, 1])
+def test_columns_that_give_no_rotation_are_refused_and_it_says_what_no_turn_is(six, arm):
+    turn = np.copy(STILL["turn_tool"])
+    turn[arm] = six
+    with pytest.raises(ValueError, match=r"not parallel; no turn is \(1, 0, 0, 0, 1, 0\)"):
+        ToolAction(**STILL | {"turn_tool": turn})
+
+
+@given(seed=st.integers(0, 2**32 - 1), size=st.floats(0.1, 9.0))
+def test_columns_of_any_rotation_and_length_are_taken(seed, size):
+    six = size * rotation_to_6d(Rotation.random(random_state=seed).as_matrix())
+    ToolAction(**STILL | {"turn_tool": np.tile(six, (2, 1))})
 
 
 def test_hold_asks_for_no_motion_and_the_jaws_given():

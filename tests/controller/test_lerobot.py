@@ -57,8 +57,21 @@ def test_without_a_checkpoint_it_says_what_to_name():
         make(PolicySetup())
 
 
+@pytest.mark.parametrize(
+    "there", [(), ("model.safetensors",), ("other.safetensors", "config.json")]
+)
+def test_what_lerobot_did_not_save_is_refused_in_one_line(tmp_path, there):
+    for name in there:
+        (tmp_path / name).touch()
+    named = tmp_path / (there[0] if there else "model.safetensors")
+    with pytest.raises(ValueError, match=r"allowed: a model\.safetensors beside its config"):
+        make(PolicySetup(checkpoint=str(named)))
+
+
 @pytest.mark.skipif(find_spec("lerobot") is not None, reason="LeRobot is installed here")
 def test_without_lerobot_it_says_so(tmp_path):
+    for name in ("model.safetensors", "config.json"):
+        (tmp_path / name).touch()
     with pytest.raises(ValueError, match="LeRobot is not installed here"):
         make(PolicySetup(checkpoint=str(tmp_path / "model.safetensors")))
 

@@ -13,7 +13,9 @@ from controller.diffusion.controller import ControllerDiffusion
 from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.perception.checkpoint import PerceptionConfig, PerceptionModel
+from controller.perception.graph import ViewReader
 from controller.perception.network import NetworkConfig
+from controller.perception.perception import Perception
 from controller.perception.prior import Prior
 from planner.learned.config import PlannerConfig
 from planner.learned.network import PlannerNetwork
@@ -79,7 +81,7 @@ def planner() -> PlannerLearned:
     return PlannerLearned(network)
 
 
-def perception() -> PerceptionModel:
+def perception() -> Perception:
     """Return an untrained perception whose prior is the patient, so that it sees something."""
     torch.manual_seed(5)
     world = World()
@@ -96,7 +98,8 @@ def perception() -> PerceptionModel:
         radius_m=np.full(2, 0.002),
         sac_radius_m=np.full(5, 0.01),
     )
-    return PerceptionModel(config, prior).eval()
+    model = PerceptionModel(config, prior).eval()
+    return Perception(ViewReader(model), model.prior())
 
 
 def commands(world: World, sense: Sense, controller: Controller) -> np.ndarray:
@@ -125,10 +128,9 @@ def test_a_wrong_state_behind_the_sense_changes_no_command(sampler: Sampler):
 @pytest.mark.skipif(not renderer_available(), reason="there is no Vulkan renderer")
 def test_a_wrong_state_behind_the_pictures_changes_no_command(sampler: Sampler):
     """Compare the same with perception from rendered pictures in front."""
-    model = perception()
     one, other = (ControllerDiffusion(SMALL, sampler) for _ in range(2))
-    plain = commands(World(render=True), SenseCameras(SEED, model), one)
-    scrambled = SenseThenScramble(SenseCameras(SEED, model))
+    plain = commands(World(render=True), SenseCameras(SEED, perception()), one)
+    scrambled = SenseThenScramble(SenseCameras(SEED, perception()))
     behind = commands(ScrambledWorld(render=True), scrambled, other)
     np.testing.assert_array_equal(behind, plain)
     assert np.ptp(plain, axis=0).max() > 1e-3

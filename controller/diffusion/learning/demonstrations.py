@@ -10,12 +10,11 @@ import numpy as np
 from controller.dataset.choice import ALL, Choice
 from controller.dataset.dataset_episode import DatasetEpisode
 from controller.dataset.reader import read_episodes
+from controller.dataset.sensed_copies import COPIES, sensed_copy
 from controller.diffusion.learning.displacement import free_and_near
 from controller.diffusion.learning.windows import DemonstrationArrays
-from tissue_sim.sensing.tracker import sensed_again
 
 COLUMNS = ("privileged.state", "action", "instruction", "expert", "segment", "seed")
-COPIES = 2  # of each episode, each sensed with other errors
 
 
 def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[DemonstrationArrays]:
@@ -31,8 +30,7 @@ def demonstrations(roots: Iterable[Path], choice: Choice = ALL) -> list[Demonstr
 def sensed(episode: DatasetEpisode, copy: int) -> Iterator[DemonstrationArrays]:
     """Sense an episode with the errors of this copy, and split it where tools were exchanged."""
     exact, actions, texts, expert, segment, seed = (episode.columns[name] for name in COLUMNS)
-    rng = np.random.default_rng([0xC0B1E5, int(seed[0]), copy])
-    states, (free, near) = sensed_again(exact, rng), free_and_near(exact)
+    states, (free, near) = sensed_copy(exact, int(seed[0]), copy), free_and_near(exact)
     for number in np.unique(segment):
         rows = segment == number
         yield DemonstrationArrays(

@@ -95,7 +95,7 @@ class Windows:
 
     Attributes:
         texts: all instruction texts in the windows.
-        digest: of all training data, in hex.
+        digest: of the states, actions and texts, in hex; `free` and `near` follow from these.
 
     Raises:
         ValueError: there is no window.

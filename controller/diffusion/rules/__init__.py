@@ -1,1 +1,1 @@
-"""Rules on what is seen that have the last word on a chunk: each in one direction, or to rest."""
+"""Which rules on what is seen have the last word on a chunk of the diffusion policy?"""

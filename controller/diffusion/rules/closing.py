@@ -21,7 +21,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 OPEN_RAD = 0.3  # jaws about a tube stand open by 0.3 to 0.4
 BEGUN_RAD = 0.2  # they have begun to close
 CLOSED_RAD = 0.03  # the policy's when a clip has needed most
-STEP_RAD = 0.033  # in a control step, the expert's
+STEP_RAD = 0.033  # in a control step: 1 rad/s, as the expert's
 BELOW_M, ABOVE_M = 2e-4, 4e-4  # the task's places: a gap of clips has 0.3 mm to spare; assumed
 LAGS_RAD = 0.04  # behind what was asked: the filter or tissue holds the jaws open; assumed
 

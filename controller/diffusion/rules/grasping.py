@@ -28,7 +28,7 @@ from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
 CLOSE_RAD = GRASP_MAX_JAW_RAD - 0.05  # the expert's
-JAW_STEP_RAD = 0.034  # by which jaws open or close in a control step, the policy's own
+JAW_STEP_RAD = 0.034  # by which the policy opens or closes jaws in a control step; measured
 WIDE_RAD = 1.0  # as it approaches the gallbladder
 MOST_RAD = 0.05  # by which a chunk closes the jaws at most; assumed
 MOST_PINCH_N = 6.0  # no rule presses harder, far below damage; the expert's grasp has 3 N; assumed

@@ -21,7 +21,7 @@ from tissue_sim.sensing.observation import observation_of
 from tissue_sim.tools.arms import LEFT_ARM
 
 CAUGHT_N = 0.3  # each axis errs by 0.05 N; an artery bears about 1 N; assumed
-NARROW_RAD = 0.2  # the expert's
+NARROW_RAD = 0.2  # nearly shut, as for the expert (`SLIM_RAD`); assumed
 
 
 def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:

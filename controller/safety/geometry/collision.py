@@ -25,7 +25,7 @@ from tissue_sim.frames import Array
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.tools.instruments import Instrument
 
-ACTIVATION_M = 0.010
+ACTIVATION_M = 0.010  # pairs farther apart set no bound; must exceed `NEAR_AT_RISK_M`; assumed
 OTHER_ARM = "right arm"  # the obstacle's name for links of the left arm
 N_DIRECTION = 32
 Pair = tuple[int, int, str, int]  # arm, link, obstacle, other link

@@ -23,10 +23,9 @@ class TipSpeed:
     """
 
     name: str = "tip speed"
-    most_m_s: float = TIP_SPEED_M_S
 
     def bounds(self, situation: Situation) -> Bounds:
-        most_m = situation.step_s * self.most_m_s
+        most_m = situation.step_s * TIP_SPEED_M_S
         return tip_box(situation, np.array([most_m, most_m]))
 
 

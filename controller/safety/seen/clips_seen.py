@@ -22,7 +22,7 @@ from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
-SURE = 2.0  # standard deviations of a tube's length
+SURE = 2.0  # standard deviations of a tube's length; assumed
 UNSURE = 0.5  # standard deviations of a clip's place, by which it may lie farther away; assumed
 
 

@@ -12,7 +12,7 @@ from tissue_sim.structures.tubes import BETWEEN_HALF_GAP_M
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NOTHING = frozenset[str]()
-SURE = 1.0  # standard deviations
+SURE = 1.0  # standard deviations; assumed
 _SAC = slice(2 * TUBE_POINTS, 2 * TUBE_POINTS + SAC_POINTS)
 _ACROSS, _ALONG = np.linspace(-1.0, 1.0, 3), np.linspace(0.0, 1.0, 5)
 

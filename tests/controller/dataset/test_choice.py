@@ -25,6 +25,12 @@ def test_a_larger_share_has_all_of_a_smaller_one_and_no_kind_left_out(kinds, sha
     assert len(rows) * less <= sum(whole) < len(rows) * less + 1
 
 
+@given(per_cent=st.integers(1, 100))
+def test_a_share_in_per_cent_of_a_hundred_is_as_many(per_cent):
+    rows = [{"kind": "nominal"}] * 100
+    assert sum(Choice(share=per_cent / 100).of(rows)) == per_cent
+
+
 @pytest.mark.parametrize("share", [0.0, -0.1, 1.1, float("nan")])
 def test_a_share_out_of_range_is_refused(share):
     with pytest.raises(ValueError, match="share must be above 0 and at most 1"):

@@ -118,7 +118,7 @@ def test_without_pictures_no_perception_is_trained(tmp_path, capfd):
 @pytest.mark.render
 @pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
 def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
-    from controller.perception.checkpoint import CHECKPOINTS
+    from controller.perception.perception import load_perception
     from scenarios.loop.camera_sense import SenseCameras
     from tissue_sim.sensing.observation import N_POINTS, observation_of
     from tissue_sim.world import World
@@ -141,9 +141,10 @@ def test_pictures_of_a_patient_train_a_perception_that_sees(tmp_path):
     again = load_file(tmp_path / "tuned" / "perception.safetensors")
     kernels = {name: part for name, part in before.items() if part.ndim == 4}
     assert all((again[n] - part).norm() < 0.1 * part.norm() for n, part in kernels.items())
-    world, model = World(render=True), CHECKPOINTS.load(out / "perception.safetensors")
+    world, file = World(render=True), out / "perception.safetensors"
     world.reset(anatomy_from_seed(called.seed))
-    told = [SenseCameras(3, model).observe(world, world.observe()) for _ in range(2)]
+    senses = [SenseCameras(3, load_perception(file)) for _ in range(2)]
+    told = [sense.observe(world, world.observe()) for sense in senses]
     assert (told[0].vector() == told[1].vector()).all()  # the same seed sees the same
     assert (told[0].std_m[: N_POINTS - 8] > 0.0).all()
     assert observation_of(told[0].vector(), 0.0).n_clips == 0

@@ -124,6 +124,10 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
     assert heard == {config.heard("clipping first clip left tube")}
 
 
+def test_a_planner_is_trained_on_the_cpu(capfd):
+    assert "allows cpu" in complaint(capfd, "train", "planner", "--device", "cuda")
+
+
 def test_a_planner_is_never_wordless(capfd):
     assert "--wordless is only for" in complaint(capfd, "train", "planner", "--wordless")
 
