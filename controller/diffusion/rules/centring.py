@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.seen.gallbladder import wall_distance_m
-from controller.diffusion.seen.places import places_on
+from controller.diffusion.seen.places import CUT, FIRST, LOWEST, SECOND, UPPER, places_on
 from planner.command import TUBES
 from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task, Tube
 from tissue_sim.frames import Array
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import (
     CLIP_APPLIER,
     SCISSORS,
@@ -39,10 +39,6 @@ ACTED_RAD = 0.12  # jaws that have closed on a clip have 0.07, blades that have 
 SOONEST = 8  # rows in which a chunk is moved by all that it lacks, at least; assumed
 MOST_M = 1e-3  # by which a chunk's end is moved at most; assumed
 REACH_M = {CLIP_APPLIER: CLIP_LENGTH_M, SCISSORS: BLADE_LENGTH_M}
-CUT = {USUAL_CLIPS: 3, FEWEST_CLIPS: 6}  # rows of `Places`, by the number of clips on the tube
-FIRST = {USUAL_CLIPS: 0, FEWEST_CLIPS: 4}
-UPPER, LOWEST = {USUAL_CLIPS: 2, FEWEST_CLIPS: 5}, {USUAL_CLIPS: 7, FEWEST_CLIPS: 8}
-SECOND = 1
 
 
 def centred(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:

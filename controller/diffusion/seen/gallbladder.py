@@ -9,11 +9,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.places import Places
+from controller.diffusion.seen.places import UPPER, Places
 from tissue_sim.sensing.observation import SAC_POINTS
 from tissue_sim.sensing.tissue_features import foot
 
-HIGH = (2, 5)  # of the places: the upper clip of three, and of two
+HIGH = tuple(UPPER.values())
 THICK_M = 0.01
 ROOM_M = 0.004  # scale of what is free beside a place: about half a jaw's width
 

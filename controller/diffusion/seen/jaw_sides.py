@@ -10,15 +10,16 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.places import Places
+from controller.diffusion.seen.places import FIRST, SECOND, Places
 from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
+from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS
 
-LOW = (0, 1, 4)  # of the places: the two low clips of three, and the low one of two
+LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])
 APPLIER = INSTRUMENTS["clip_applier"]
 FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order

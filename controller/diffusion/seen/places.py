@@ -35,6 +35,11 @@ FINE_M = 0.0015  # resolves a twentieth of a millimetre
 SPARE_M = 0.004
 NUMBERS = (USUAL_CLIPS, FEWEST_CLIPS)  # of clips on a tube: the words and the spare length choose
 
+# Rows of `Places`, by the number of clips on the tube.
+FIRST, SECOND = {USUAL_CLIPS: 0, FEWEST_CLIPS: 4}, 1
+UPPER, CUT = {USUAL_CLIPS: 2, FEWEST_CLIPS: 5}, {USUAL_CLIPS: 3, FEWEST_CLIPS: 6}
+LOWEST = {USUAL_CLIPS: 7, FEWEST_CLIPS: 8}  # where the upper clip leaves room for the cut
+
 
 class Places(NamedTuple):
     """Where the clips of a tube and its cut belong: for three clips (4 places), and for two (3).

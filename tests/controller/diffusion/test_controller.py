@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import torch
 
+from controller.action import hold
 from controller.diffusion.chunk_frame import JAWS, past_of
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.controller import FADE, ControllerDiffusion
@@ -38,6 +39,11 @@ def controller(sampler: Sampler, **options) -> ControllerDiffusion:
 def played(controller: ControllerDiffusion, n: int, said: Instruction = CLIP) -> np.ndarray:
     seen = [replace(SEEN, forces_n=np.full((2, 3), 0.1 * k)) for k in range(n)]
     return np.stack([controller.act(s, said)[0].vector() for s in seen])
+
+
+def resting(jaw_rad: float) -> np.ndarray:
+    """Return a chunk whose tools stand still with their jaws at an angle."""
+    return np.tile(hold(np.full(2, jaw_rad)).vector(), (CONFIG.horizon, 1))
 
 
 @pytest.mark.parametrize("delay", [0, 2, 4])
@@ -74,8 +80,8 @@ def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
 
 
 def test_a_new_chunk_fades_in_step_by_step():
-    """Play chunks of ones, then of twos: the first jaw angle tells which chunk is played."""
-    chunks = iter([np.full((CONFIG.horizon, 20), 1.0), np.full((CONFIG.horizon, 20), 2.0)])
+    """Play chunks with jaws at 1 rad, then at 2 rad: the first jaw angle tells which chunk is played."""
+    chunks = iter([resting(1.0), resting(2.0)])
     rows = played(controller(lambda inputs: next(chunks)), CONFIG.play + FADE + 2)
     jaws = rows[:, JAWS][:, 0]
     np.testing.assert_allclose(jaws[: CONFIG.play], 1.0)
@@ -86,7 +92,7 @@ def test_a_new_chunk_fades_in_step_by_step():
 
 def test_alone_it_plays_what_its_policy_says_and_with_rules_what_hardly_moves_rests():
     rests = SEEN.joints[:, 6]
-    chunk = np.full((CONFIG.horizon, 20), rests[0] + 0.5 * HELD_RAD)
+    chunk = resting(rests[0] + 0.5 * HELD_RAD)
     alone, ruled = (
         played(controller(lambda inputs: chunk, alone=alone), CONFIG.play)[:, JAWS]
         for alone in (True, False)
