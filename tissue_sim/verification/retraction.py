@@ -69,7 +69,8 @@ def retraction(
     """Pull the grasped infundibulum smoothly, hold it, and compare with the static solution.
 
     Raises:
-        ArithmeticError: duct and artery touch; `statics_of` leaves this contact out.
+        ArithmeticError: a tube touches another one or the gallbladder, which `statics_of` leaves
+            out; or the static solution does not converge.
     """
     shift = shift_m * pull_direction(organ)
     tight = _grasped_tissue(organ, stiffness_scale, replace(config, **TIGHT))
@@ -133,7 +134,9 @@ def _pull_and_hold(
 def _static(tissue: Tissue, shift: Array) -> Array:
     """Return the static solution under gravity and the grasp's shift, without broken springs."""
     if _tubes_touch(tissue):
-        raise ArithmeticError("duct and artery touch: the static solution leaves this contact out")
+        raise ArithmeticError(
+            "a tube touches another one or the gallbladder: the static solution leaves this out"
+        )
     statics = statics_of(tissue)
     hanging = equilibrium(statics, tissue.host("rest")[0, : tissue.n_vertex()])
     moved = np.where(grasped(tissue.organs[0])[:, None], shift, 0.0)
@@ -141,6 +144,7 @@ def _static(tissue: Tissue, shift: Array) -> Array:
 
 
 def _tubes_touch(tissue: Tissue) -> bool:
+    """Return whether a tube touches another one or the gallbladder."""
     for stage in ("predict", "tube contact"):
         tissue.stages[stage].launch()
     return bool(tissue.host("force").any())
