@@ -259,7 +259,7 @@ def _join(
         remnants=np.concatenate(
             [
                 _remnants(anatomy, rings, refinement),
-                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings),
+                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings, refinement),
             ]
         ),
         bed=bed,
@@ -349,10 +349,7 @@ def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement
 
 def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
     """Return the strands that the dissection left between duct and artery, near the sac."""
-    outer = {
-        name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
-        for name, r in rings.items()
-    }
+    outer = {name: _outer(r, TUBE_SECTORS, refinement) for name, r in rings.items()}
     rng = np.random.default_rng([0x57A2D, anatomy.seed])
     pairs = [
         (
@@ -370,29 +367,32 @@ def _fat_strands(
     rings: dict[str, Indices],
     neck_ring: dict[str, int],
     sac_rings: Indices,
+    refinement: int,
 ) -> Indices:
     """Return strands across Calot's triangle.
 
     Two of three join duct and artery; the third joins one of them to the sac.
     """
+    outer = {tube: _outer(rings[tube], TUBE_SECTORS, refinement) for tube in TUBES}
+    necks = {tube: neck_ring[tube] // refinement for tube in TUBES}
+    sac = _outer(sac_rings, SAC_SECTORS, refinement)[1 : INFUNDIBULUM_SEGMENTS - 1].ravel()
     rng = np.random.default_rng([0xFA7, anatomy.seed])
     pairs = []
     for k in range(anatomy.fat_strands):
         share = rng.uniform(*FAT_SPREAD)
-        walls = {
-            tube: rings[tube][round(share * neck_ring[tube]), 1 + TUBE_SECTORS :] for tube in TUBES
-        }
+        walls = {tube: outer[tube][round(share * necks[tube])] for tube in TUBES}
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            below = max(
-                neck_ring[tube] - int(rng.integers(2, 6)), 1
-            )  # the shortest have 4 segments
-            near = rings[tube][below, 1 + TUBE_SECTORS :]
-            sac = sac_rings[1 : INFUNDIBULUM_SEGMENTS - 1, 1 + SAC_SECTORS :].ravel()
-            pairs.append(_facing(vertices, near, sac, rng))
+            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # the shortest have 4 segments
+            pairs.append(_facing(vertices, outer[tube][below], sac, rng))
         else:
             pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _outer(rings: Indices, sectors: int, refinement: int) -> Indices:
+    """Return the outer vertices (n_ring, sectors) that the mesh has without refinement."""
+    return rings[::refinement, 1 + refinement * sectors :: refinement]
 
 
 def _facing(
