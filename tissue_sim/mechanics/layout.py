@@ -1,4 +1,4 @@
-"""Lay out an organ in the device's arrays: sizes and initial values."""
+"""Lay out an organ in the kernels' arrays: sizes and initial values."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ from tissue_sim.patient.organ import REGIONS, Organ
 from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 
+HOST = "cpu"  # the device of the arrays: numpy sees them without a copy
 SPARE_PARTS = 8  # a transection adds one
 SPARE_VERTICES = 96  # for cuts: a transection uses 13
 LINK_CAPACITY = 512  # for remnants and clips: a clip uses about 12
@@ -37,16 +38,16 @@ N_SHAPES = 8  # shaft, wrist and two jaws of two arms
 BLOCKS_A_ROW = 18  # of the stiffness matrix: above the average of all meshes
 
 
-def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
+def allocate(organs: Sequence[Organ]) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
     """Return zeroed arrays with room for the largest organ, and the tools far away."""
     sizes, n_env = _sizes(organs), len(organs)
     arrays = TissueArrays()
     for name, var in TissueArrays.vars.items():
         shape = (n_env, *sizes.get(name, sizes["position"]))
-        setattr(arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=device))
+        setattr(arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=HOST))
     shapes = ToolShapes()
     for name, var in ToolShapes.vars.items():
-        setattr(shapes, name, wp.zeros((n_env, N_SHAPES), dtype=var.type.dtype, device=device))
+        setattr(shapes, name, wp.zeros((n_env, N_SHAPES), dtype=var.type.dtype, device=HOST))
     shapes.a.numpy()[:] = 1.0
     shapes.b.numpy()[:] = 1.0
     shapes.T_world_link.numpy()[:] = np.eye(4)
