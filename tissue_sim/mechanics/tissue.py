@@ -20,7 +20,6 @@ from tissue_sim.mechanics.implicit import StepParameters
 from tissue_sim.mechanics.layout import (
     HOST,
     LINK_CAPACITY,
-    SPARE_VERTICES,
     allocate,
     starting_values,
 )
@@ -204,8 +203,7 @@ class Tissue:
         n = self.n_vertex(b)
         if len(parents) > self.spare_vertices(b):
             raise ValueError(
-                f"tissue: no room for {len(parents)} vertices; the capacity is {SPARE_VERTICES}, of "
-                f"which {self.spare_vertices(b)} are left"
+                f"tissue: no room for {len(parents)} vertices; {self.spare_vertices(b)} are left"
             )
         new = slice(n, n + len(parents))
         for name in ("position", "rest", "velocity"):

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
@@ -54,4 +52,4 @@ def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
 
 def _between(start: Array, end: Array, share: float) -> JointCommand:
     smooth = share * share * (3.0 - 2.0 * share)
-    return JointCommand(joints=start + np.clip(smooth, 0.0, 1.0) * (end - start))
+    return JointCommand(joints=start + smooth * (end - start))

@@ -286,11 +286,6 @@ class Arms:
         """Clip joints (2, 7) to the mounted instruments' limits."""
         return np.clip(joints, self.limits[..., 0], self.limits[..., 1])
 
-    def command(self, command: JointCommand) -> None:
-        """Set the drive targets; joint targets beyond a limit are clipped to the limit."""
-        self.settle()
-        self.drive(self.limited(command.joints))
-
     def drive(self, joints: Array) -> None:
         """Set drive targets (2, 7) within the limits, during a control step."""
         for psm, row in zip(self._mounted, joints, strict=True):
@@ -327,14 +322,6 @@ class Arms:
             w_world_m=world[:, 2],
             radius_m=self._patch_radius_m,
             T_world_link=T,
-        )
-
-    def link_velocities(self) -> tuple[Array, Array]:
-        """Return (8, 3) linear (m/s) and angular velocities (rad/s) of the links, world frame."""
-        links = self._patch_links
-        return (
-            np.array([link.linear_velocity for link in links], float),
-            np.array([link.angular_velocity for link in links], float),
         )
 
     def apply_wrenches(self, force_world_n: Numbers, torque_world_nm: Numbers) -> None:

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from tests.tissue_sim.bodies import rod
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components, part_vertices
 from tissue_sim.patient.mesher import Indices, signed_volumes
 from tissue_sim.surgery.parting import ring_faces
-from tissue_sim.verification.bodies import box, rod
+from tissue_sim.verification.bodies import box
 
 N_VERTEX = 9
 EVEN = np.array(

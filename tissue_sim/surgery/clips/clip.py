@@ -153,11 +153,6 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
     return tension_n(tubes, clip.links) * CLIP_WIDTH_M / rings_m
 
 
-def retention_n(tubes: Tubes, clip: Clip) -> float:
-    """Return the largest pull along its tube that a clip holds now, N."""
-    return holding_forces_n(tubes, clip, grip_n(tubes, clip))[0]
-
-
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
