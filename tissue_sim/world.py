@@ -182,12 +182,12 @@ class World(Field):
         """Draw the field now: camera name -> picture (height, width, 3).
 
         Raises:
-            ValueError: there is no such camera or no patient, or the world was made without
-                `render`.
+            ValueError: the world was made without `render`, or there is no patient or no such
+                camera.
         """
-        self._require_patient()
         if self.view is None:
             raise ValueError("world: it has no cameras: make it with render=True")
+        self._require_patient()
         return self.view.images(self, names)
 
     def endoscope_rgb(self) -> NDArray[np.uint8]:

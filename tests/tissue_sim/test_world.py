@@ -140,7 +140,6 @@ WITHOUT_A_PATIENT: dict[str, Callable[[World], object]] = {
     "drop a clip": World.drop_clip,
     "pull at a clip": lambda world: world.pull_clip(1, np.zeros(3), np.zeros(0, np.int32)),
     "move the body": lambda world: world.shift_body(np.zeros(3)),
-    "pictures": World.endoscope_rgb,
     "state": World.state,
     "check": lambda world: world.check({}),
     "restore": lambda world: world.restore({}),

@@ -116,7 +116,7 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
     }
 
 
-def _skin(organ: Organ) -> Indices:
+def sac_skin(organ: Organ) -> Indices:
     """Return the triangles (n, 3) of the gallbladder's surface."""
     return boundary_faces(organ.tets[organ.region <= 1])[0]
 
@@ -126,7 +126,7 @@ def _skin_values(organ: Organ) -> dict[str, NDArray]:
 
     A ring that overlaps it at rest is where the tube joins it; there, ties hold the tube.
     """
-    skin, tubes = _skin(organ), _tube_values(organ)
+    skin, tubes = sac_skin(organ), _tube_values(organ)
     corners = organ.vertices[skin]
     beside = np.zeros(tubes["ring"].shape[:2], int)
     for k, tube in enumerate(organ.tubes if len(skin) else ()):
@@ -163,7 +163,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     n_patch = max(n_patches(o) for o in organs)
-    n_skin = max(len(_skin(o)) for o in organs)
+    n_skin = max(len(sac_skin(o)) for o in organs)
     segments = (n_tube, n_ring)
     carried, balls = (N_BARS, BAR_VERTICES), (N_BARS, BALLS)
     return {

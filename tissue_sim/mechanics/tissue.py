@@ -17,12 +17,7 @@ from tissue_sim.mechanics.coarse import skyline
 from tissue_sim.mechanics.contact.bars import N_BARS, Bar
 from tissue_sim.mechanics.forces import assembly, elasticity, springs
 from tissue_sim.mechanics.implicit import StepParameters
-from tissue_sim.mechanics.layout import (
-    HOST,
-    LINK_CAPACITY,
-    allocate,
-    starting_values,
-)
+from tissue_sim.mechanics.layout import HOST, LINK_CAPACITY, allocate, starting_values
 from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.step import STAGES, take_stages
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components

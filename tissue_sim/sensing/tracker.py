@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, exponential
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, N_POINTS, POINTS, fields
+from tissue_sim.sensing.observation import (
+    MAX_CLIPS,
+    N_LINE,
+    N_POINTS,
+    POINTS,
+    POINTS_BEGIN,
+    POINTS_END,
+    fields,
+)
 from tissue_sim.sensing.rest_length import RestLengths
 from tissue_sim.sensing.sensor_model import FAR_M, NEAR_M, SensorModel
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -24,8 +32,6 @@ Floats = NDArray[np.float32]
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
 _STARTS = np.cumsum([0, *POINTS.values()])[:-1].tolist()
 LINES = tuple(slice(*ends) for ends in pairwise(_STARTS))  # without the clips
-POINTS_BEGIN = 2 * 7 + 2 * 12 + 2 * 3 + 1  # where the points start in the vector
-POINTS_END = POINTS_BEGIN + 3 * N_POINTS
 
 
 class Tracker:

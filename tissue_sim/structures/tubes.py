@@ -17,6 +17,7 @@ MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane me
 # A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
 # tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
+TIP_EDGE_M = 2.0e-4  # assumed: closed jaws also hold what lies this far beyond their tip
 STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over so many segments, 5 mm
 
 

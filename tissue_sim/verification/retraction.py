@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.axes import RIGHT
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.organ import INFUNDIBULUM_M, Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 
 GRASPED_M = 0.005  # radius about the middle of the infundibulum: the width of a grasper
@@ -99,7 +99,7 @@ def grasped(organ: Organ) -> NDArray[np.bool_]:
     neck = organ.sac_rings[0, 0]
     axis = organ.vertices[organ.sac_rings[:, 0]]
     along = np.linalg.norm(axis - organ.vertices[neck], axis=1)
-    middle = axis[np.argmin(np.abs(along - GRASPED_SHARE * 0.015))]
+    middle = axis[np.argmin(np.abs(along - GRASPED_SHARE * INFUNDIBULUM_M))]
     near = np.linalg.norm(organ.vertices - middle, axis=1) < GRASPED_M
     near &= np.isin(np.arange(len(near)), organ.sac_rings)
     return near
