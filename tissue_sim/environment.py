@@ -35,7 +35,13 @@ from tissue_sim.rendering.shader_pack import (
 from tissue_sim.saving.state_check import require_names, require_type
 from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.pictures.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.pictures.cameras import (
+    CAMERAS,
+    FAR_PLANE_M,
+    NEAR_PLANE_M,
+    CameraSpec,
+    T_world_camera,
+)
 from tissue_sim.sensing.pictures.segmentation import CLASSES, classes_of_entities
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -219,8 +225,8 @@ class CholecystectomyEnv(BaseEnv):
             width=pixels or spec.width,
             height=pixels or spec.height,
             fov=spec.fov_rad,
-            near=NEAR_M,
-            far=FAR_M,
+            near=NEAR_PLANE_M,
+            far=FAR_PLANE_M,
             shader_config=ShaderConfig(
                 shader_pack=str(shader_pack()),
                 texture_names={

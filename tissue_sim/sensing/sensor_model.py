@@ -25,7 +25,7 @@ class SensorModel:
         slow_m, slow_s: the same, but wandering with this time constant.
         white_m: each point, new in each look.
         along_m: each end of a line along it, constant: a smooth tube has no landmark.
-        far: factor on `bias_m`, `slow_m` and `along_m` from `FAR_M` to the right tip on.
+        far: factor on `bias_m`, `slow_m` and `along_m` from `BLURRED_M` to the right tip on.
         clip_m: each clip, constant.
         tube_radius, sac_radius: of a tube's radius and the gallbladder's, relative.
         look_s: time from one look to the next.
@@ -84,4 +84,4 @@ SIZES = (
     "sac_radius",
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
-NEAR_M, FAR_M = 0.015, 0.045  # from the right tip: its camera sees close to it best
+SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera sees close to it best

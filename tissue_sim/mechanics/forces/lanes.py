@@ -156,10 +156,10 @@ _STIFFNESS = """
         spin = mul(add(spin, mul(mul(first_gap, second_gap), third)), two_mu);
 
         // blocks
-        const lanes slack = over > 0.0f ? scale : 0.0f;
+        const lanes taut = over > 0.0f ? scale : 0.0f;
         const lanes curve = 3.0f * collagen * over * over;
         const vector n = mul(drawn, 1.0f / larger(stretch, 1.0e-9f));
-        const matrix M = mul(add(diagonal(tension), mul(outer(n, n), curve - tension)), slack);
+        const matrix M = mul(add(diagonal(tension), mul(outer(n, n), curve - tension)), taut);
         vector grown[3];
         matrix turn[3], spun[3];
         lanes along[3];
