@@ -14,7 +14,7 @@ from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 JAW = 6
-OUT_INSERTION_M = 0.05  # the tip is outside the field
+OUT_INSERTION_M = 0.05  # assumed: the tip is outside the field
 ROOM_M = 0.012  # assumed: less than the distance to which arms go back
 EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
 

@@ -60,7 +60,8 @@ class Observation:
         rest_length_m: (2,) lengths of the left and the right tube before anything pulled at them.
         rest_length_std_m: (2,) their standard deviations.
         third_tube: chance that a third tube runs to the gallbladder, 0 to 1.
-        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis.
+        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis. That of
+            `tracked` leaves out two of its errors, `along_m` and `clip_m` of `SensorModel`.
         age_s: (`N_POINTS`,) time since a camera last saw the point.
         hidden: (`N_POINTS`,) no camera sees the point now.
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.

@@ -23,7 +23,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye sees what the left one sees
 DEPTH_M = 0.0015  # assumed: how far behind the first surface a wall still counts as seen
-SAC_DEPTH_M = 0.02  # the sac's axis lies about this deep below its wall
+SAC_DEPTH_M = 0.02  # assumed: the sac's axis lies about this deep below its wall
 
 
 class Occlusion:
