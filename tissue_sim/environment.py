@@ -35,7 +35,13 @@ from tissue_sim.rendering.shader_pack import (
 from tissue_sim.saving.state_check import require_names, require_type
 from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.sensing.observation import Observation
-from tissue_sim.sensing.pictures.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.pictures.cameras import (
+    CAMERAS,
+    FAR_PLANE_M,
+    NEAR_PLANE_M,
+    CameraSpec,
+    T_world_camera,
+)
 from tissue_sim.sensing.pictures.segmentation import CLASSES, classes_of_entities
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -120,10 +126,16 @@ class CholecystectomyEnv(BaseEnv):
     def reset(
         self, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Put in a new patient: `options["anatomy"]`, the seed's, or one drawn for training."""
-        first = int(next(iter(seed))) if isinstance(seed, Iterable) else seed
+        """Put in a new patient: `options["anatomy"]`, the seed's, or one drawn for training.
+
+        Raises:
+            ValueError: the seed or the anatomy is none; nothing is changed.
+        """
+        first = _first(seed)
         anatomy = (options or {}).get("anatomy")
-        if anatomy is None and first is not None:
+        if anatomy is not None:
+            require_type(anatomy, Anatomy, "options['anatomy']")
+        elif first is not None:
             anatomy = anatomy_from_seed(first)
         gym.Env.reset(self, seed=first)
         self._anatomy = anatomy or anatomy_from_seed(int(self.np_random.integers(TRAINING_SEEDS)))
@@ -213,8 +225,8 @@ class CholecystectomyEnv(BaseEnv):
             width=pixels or spec.width,
             height=pixels or spec.height,
             fov=spec.fov_rad,
-            near=NEAR_M,
-            far=FAR_M,
+            near=NEAR_PLANE_M,
+            far=FAR_PLANE_M,
             shader_config=ShaderConfig(
                 shader_pack=str(shader_pack()),
                 texture_names={
@@ -325,6 +337,16 @@ def action_limits() -> tuple[Array, Array]:
     low = np.concatenate([tools[:, :, 0].min(axis=0) for tools in limits])
     high = np.concatenate([tools[:, :, 1].max(axis=0) for tools in limits])
     return low, high
+
+
+def _first(seed: int | Iterable[int] | None) -> int | None:
+    """Return the seed of the only environment, which ManiSkill gives in a list."""
+    if not isinstance(seed, Iterable):
+        return seed
+    first = next(iter(seed), None)
+    if first is None:
+        raise ValueError(f"seed = {seed!r} must be a number, or a list of one")
+    return int(first)
 
 
 def _check_backend(num_envs: int, sim_backend: str) -> None:

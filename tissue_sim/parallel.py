@@ -38,7 +38,15 @@ class Worlds:
         self._pool = ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)))
 
     def reset(self, anatomies: Sequence[Anatomy]) -> list[Observation]:
-        """Put a new patient in each world."""
+        """Put a new patient in each world.
+
+        Raises:
+            ValueError: the number of patients is wrong, and no world has changed; or one is no
+                patient, and the other worlds have theirs.
+            ArithmeticError: a patient's tissue does not stay finite; the other worlds have theirs.
+        """
+        if len(anatomies) != len(self.worlds):
+            raise ValueError(f"worlds: {len(self.worlds)} need as many patients: {len(anatomies)}")
         pairs = zip(self.worlds, anatomies, strict=True)
         return list(self._pool.map(lambda pair: pair[0].reset(pair[1]), pairs))
 

@@ -30,7 +30,7 @@ CLIPS_LEFT_MAX = 2
 
 # Grasp.
 GRASP_HOLD_S = 1.0
-"""Assumed: how long the grasp must hold, see the procedure in `docs/physics.md`."""
+"""Assumed: how long the grasp must hold without a slip."""
 GRASP_MAX_JAW_RAD = 0.6
 """Assumed: between wider jaws, tissue is wedged and not grasped."""
 HELD_PINCH_N = 0.5
@@ -81,7 +81,8 @@ TORN_MAX = 0
 STRENGTH_PA: dict[str, float] = dict.fromkeys(
     ("duct", "artery", "second artery", "common bile duct", "hepatic artery"), 1.4e6
 )
-"""Of an artery's wall, as the reference sheet has it. The ducts' is assumed equal: the artery's is
-the weaker of the two measured walls."""
+"""Of a hepatic artery's wall (Phys. Med. Biol. 64, 2019, 225001, table 1, a collection of published
+values). The ducts' is assumed equal, as the table has none: of the two walls it has, the
+gallbladder's (2.5 MPa) and the artery's, the artery's is the weaker."""
 SAC_MAX_STRETCH = 2.0
 """Assumed: of a patch of the gallbladder's wall, see `material`."""

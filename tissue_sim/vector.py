@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
@@ -26,7 +26,12 @@ def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> Vecto
         num_envs: how many.
         obs_mode: "state", or one with pictures such as "rgb".
         options: further options of `gym.make`, the same for all.
+
+    Raises:
+        ValueError: `num_envs` is not a whole number from 1 on, or `gym.make` refuses an option.
     """
+    if not isinstance(num_envs, int) or num_envs < 1:
+        raise ValueError(f"num_envs = {num_envs!r} must be a whole number of 1 or more")
     makers = [partial(make_single, obs_mode=obs_mode, **options)] * num_envs
     if obs_mode in BLIND_MODES:
         return ThreadVectorEnv(makers)
@@ -43,12 +48,21 @@ class ThreadVectorEnv(SyncVectorEnv):
         super().__init__([partial(_Ahead, maker, self._pool) for maker in makers])
 
     def step(self, actions: Any) -> Any:
-        """Advance every environment by one control period, or reset it if its episode has ended."""
+        """Advance every environment by one control period, or reset it if its episode has ended.
+
+        Raises:
+            ValueError: an action is bad; the other environments have moved.
+            ArithmeticError: an environment's tissue did not stay finite.
+        """
         own = iterate(self.action_space, actions)
         for env, action, ended in zip(self.envs, own, self._autoreset_envs, strict=True):
             if not ended:
                 env.begin(action)
-        return super().step(actions)
+        try:
+            return super().step(actions)
+        finally:
+            for env in self.envs:
+                env.forget()
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads and the environments."""
@@ -57,15 +71,30 @@ class ThreadVectorEnv(SyncVectorEnv):
 
 
 class _Ahead(gym.Wrapper):
-    """Begins a step on a thread; the step that follows waits for it."""
+    """Begins a step on a thread; the step that follows waits for it and returns its answer.
+
+    Without one that was begun, a step is the environment's own.
+    """
 
     def __init__(self, maker: Any, pool: ThreadPoolExecutor) -> None:
         super().__init__(maker())
         self._pool = pool
-        self._answer: Future[Any]
+        self._begun: Future[Any] | None = None
 
     def begin(self, action: Any) -> None:
-        self._answer = self._pool.submit(self.env.step, action)
+        self._begun = self._pool.submit(self.env.step, action)
 
     def step(self, action: Any) -> Any:
-        return self._answer.result()
+        """Return the answer to the step that was begun, or take one.
+
+        Raises:
+            ValueError: the action is bad; nothing has moved.
+        """
+        begun, self._begun = self._begun, None
+        return self.env.step(action) if begun is None else begun.result()
+
+    def forget(self) -> None:
+        """Wait for a step whose answer nobody has asked for, and forget it."""
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            wait([begun])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -58,14 +59,14 @@ class WorldConfig:
 
 def whole_multiple(coarse_s: float, fine_s: float) -> int | None:
     """Return how many fine steps make a coarse one, or None when that is not a whole number."""
-    count = round(coarse_s / fine_s) if fine_s > 0 else 0
+    count = round(coarse_s / fine_s) if fine_s > 0 and isfinite(coarse_s) else 0
     return count if count > 0 and abs(count * fine_s - coarse_s) < 1e-9 else None
 
 
 class World(Field):
     """A field in time: `reset` puts a patient in it, `step` moves it by one control period.
 
-    Before the first `reset` it holds only the arms.
+    Before the first `reset` it holds only the arms, and whatever needs a patient is a ValueError.
     """
 
     def __init__(
@@ -88,9 +89,18 @@ class World(Field):
         self.view = FieldCameras(self.scene) if render else None
 
     def reset(self, anatomy: Anatomy) -> Observation:
-        """Put in a new patient, move the instruments home and let the tissue come to rest."""
-        self.anatomy = anatomy
-        self.tissue, self.tubes = self._prepare(anatomy)
+        """Put in a new patient, move the instruments home and let the tissue come to rest.
+
+        Raises:
+            ValueError: it is no patient, or cannot be meshed; nothing is changed.
+            ArithmeticError: the tissue does not stay finite.
+        """
+        if not isinstance(anatomy, Anatomy):
+            raise ValueError(
+                f"world: anatomy = {anatomy!r} must be an Anatomy, such as anatomy_from_seed(0)"
+            )
+        tissue, tubes = self._prepare(anatomy)
+        self.anatomy, self.tissue, self.tubes = anatomy, tissue, tubes
         self._barred: tuple[Clip, ...] = ()
         self.organ = self.tubes.organ
         self.sac = Sac(self.tissue, self.organ)
@@ -108,7 +118,7 @@ class World(Field):
         self.wrenches = _NO_WRENCHES
         self._place_tools()
         for _ in range(SETTLE_STEPS):
-            self.tissue.step()
+            self._step_tissue(time_s=0.0)
         self.record = Record(bed_rest_n=self.bed_press_n())
         return self.observe()
 
@@ -122,8 +132,11 @@ class World(Field):
                 when they close.
 
         Raises:
-            ValueError: the command is not (2, 7) finite numbers; nothing has moved.
+            ValueError: the command is not (2, 7) finite numbers, or there is no patient; nothing
+                has moved.
+            ArithmeticError: the tissue did not stay finite.
         """
+        self._require_patient()
         joints = np.asarray(command.joints, float)
         if joints.shape != (2, 7) or not np.isfinite(joints).all():
             raise ValueError(f"command: joints must be (2, 7) finite numbers, got {joints!r}")
@@ -132,7 +145,7 @@ class World(Field):
         self._place_bars()
         moving = self.body.begin_step(self.config.control_step_s)
         self.arms.settle()
-        for part in self._shares:
+        for k, part in enumerate(self._shares, 1):
             for share in part:
                 self.arms.drive(start + share * way)
                 self.arms.apply_wrenches(*self.wrenches)
@@ -142,7 +155,7 @@ class World(Field):
             if moving:
                 self.body.move_tissue(part[-1])
             self._place_tools(T_world_link_before=self.tissue.T_world_links())
-            self.tissue.step()
+            self._step_tissue(time_s=self.record.time_s + k * self.config.tissue.step_s)
             self.wrenches = self.tissue.tool_wrenches()
         self.body.end_step()
         beyond_rad = float(np.abs(joints - self._target)[:, :6].max())
@@ -154,20 +167,27 @@ class World(Field):
 
         It moves during the next control step, at a steady speed.
         """
+        self._require_patient()
         self.body.target_m = np.array(offset_m, float)
 
     def observe(self) -> Observation:
-        """Return what a policy is told: exact simulator state, without images."""
+        """Return the exact state, without images: what the sense `exact` tells.
+
+        A policy is told this only if its sense is `exact`; by default `tracked` adds errors to it.
+        """
+        self._require_patient()
         return exact_observation(self)
 
     def images(self, names: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
         """Draw the field now: camera name -> picture (height, width, 3).
 
         Raises:
-            ValueError: there is no such camera, or the world was made without `render`.
+            ValueError: the world was made without `render`, or there is no patient or no such
+                camera.
         """
         if self.view is None:
             raise ValueError("world: it has no cameras: make it with render=True")
+        self._require_patient()
         return self.view.images(self, names)
 
     def endoscope_rgb(self) -> NDArray[np.uint8]:
@@ -175,7 +195,12 @@ class World(Field):
         return self.images(["endoscope_left"])["endoscope_left"]
 
     def equip(self, instrument: str) -> None:
-        """Mount a tool on the right arm, or load a clip, as a scrub nurse does."""
+        """Mount a tool on the right arm, or load a clip, as a scrub nurse does.
+
+        Raises:
+            ValueError: the right arm has no such tool, or there is no patient.
+        """
+        self._require_patient()
         self.arms.mount(instrument)
         self.record = replace(
             self.record, clip_loaded=instrument == "clip_applier", jaws_opened=False
@@ -184,6 +209,7 @@ class World(Field):
 
     def drop_clip(self) -> None:
         """Let the applier's clip fall. Do nothing when it holds none."""
+        self._require_patient()
         r = self.record
         if not r.clip_loaded:
             return
@@ -194,11 +220,20 @@ class World(Field):
     @property
     def target(self) -> Array:
         """The joints (2, 7) commanded last, within their limits."""
+        self._require_patient()
         return self._target.copy()
 
     def pull_clip(self, number: int, force_world_n: Array, clamp: Indices) -> None:
-        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero lets go."""
-        clip = next(c for c in self.record.clips if c.number == number)
+        """Pull at a clip with a steady force (3,), N, against clamped vertices; zero lets go.
+
+        Raises:
+            ValueError: there is no such clip, or no patient.
+        """
+        self._require_patient()
+        clips = {clip.number: clip for clip in self.record.clips}
+        if number not in clips:
+            raise ValueError(f"world: there is no clip {number}; choose from {sorted(clips)}")
+        clip = clips[number]
         load = self.tissue.host("load")[0]
         load[:] = 0.0
         if clip.lost or not force_world_n.any():
@@ -216,6 +251,7 @@ class World(Field):
 
     def state(self) -> dict[str, Any]:
         """Copy everything the next step depends on, tissue topology included."""
+        self._require_patient()
         return copied(self._parts(self.tissue, self.tubes)) | {"arms": self.arms.state()}
 
     def check(self, state: Any, anatomy: Anatomy | None = None) -> None:
@@ -226,8 +262,10 @@ class World(Field):
             anatomy: its patient; by default the one in this world.
 
         Raises:
-            ValueError: `state` of such a world cannot have returned it; it says where and why.
+            ValueError: `state` of such a world cannot have returned it; it says where and why. Or
+                there is no patient in this world.
         """
+        self._require_patient()
         anatomy = anatomy or self.anatomy
         known = anatomy == self.anatomy
         tissue, tubes = (self.tissue, self.tubes) if known else self._prepare(anatomy)
@@ -252,6 +290,25 @@ class World(Field):
         self.wrenches = state["wrenches"]
         self.record = state["record"]
         self._place_tools()
+
+    def _require_patient(self) -> None:
+        """Check that `reset` has put in a patient."""
+        if "record" not in self.__dict__:
+            raise ValueError("world: it has no patient yet: call reset(anatomy) first")
+
+    def _step_tissue(self, time_s: float) -> None:
+        """Advance the tissue by one step, which ends at a time.
+
+        One vertex that is not finite makes the solver's residual so, and all others stand still.
+
+        Raises:
+            ArithmeticError: a vertex is not finite.
+        """
+        self.tissue.step()
+        finite = np.isfinite(self.tissue.positions())
+        if not finite.all():
+            first = int(finite.all(axis=1).argmin())
+            raise ArithmeticError(f"tissue: vertex {first} is not finite at {time_s:.3f} s")
 
     def _parts(self, tissue: Tissue, tubes: Tubes) -> dict[str, Any]:
         """Collect what a state holds, uncopied."""

@@ -16,7 +16,7 @@ from controller.perception.graph import Shown
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import CLIP_APPLIER, MAX_CLIPS, TUBE_POINTS
 from tissue_sim.sensing.pictures.glance import Glance, Picture
-from tissue_sim.sensing.polyline import between_jaws, place_on
+from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 
@@ -88,7 +88,7 @@ class Clips:
 
     def _close(self, T_endoscope_tool: Array, lines: Lines) -> None:
         tubes = [tube_m(lines, k) for k in (0, 1)]
-        places = [between_jaws(tube, T_endoscope_tool, CLIP_LENGTH_M) for tube in tubes]
+        places = [nearest_to_jaws(tube, T_endoscope_tool, CLIP_LENGTH_M) for tube in tubes]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
         middle = T_endoscope_tool[:3, 3] - 0.5 * CLIP_LENGTH_M * T_endoscope_tool[:3, 2]

@@ -11,7 +11,7 @@ from controller.perception.fusion import Lines
 from controller.perception.graph import Shown
 from tissue_sim.sensing.observation import SCISSORS, TUBE_POINTS
 from tissue_sim.sensing.pictures.glance import Glance, Picture
-from tissue_sim.sensing.polyline import between_jaws, place_on
+from tissue_sim.sensing.polyline import nearest_to_jaws, place_on
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
 
@@ -56,7 +56,7 @@ class Cuts:
     def _close(self, glance: Glance, lines: Lines, told: float) -> None:
         """Take in that blades have closed, nearly or wholly, on the tube between them."""
         T = glance.tips_endoscope[RIGHT_ARM]
-        places = [between_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
+        places = [nearest_to_jaws(tube_m(lines, k), T, BLADE_M) for k in (0, 1)]
         tube = int(np.argmin([away for _, _, away in places]))
         k, share, away = places[tube]
         if away < BETWEEN_M and self._logit[tube] < SURE:

@@ -15,8 +15,7 @@ from controller import symbolic
 from controller.links import Rates
 from controller.safety.geometry.link_cores import N_LINK, SHAFT
 from tissue_sim.frames import Array
-from tissue_sim.tools.instruments import SHAFT_RADIUS_M, Instrument
-from tissue_sim.tools.urdf import SHAFT_LENGTH_M
+from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M, Instrument
 
 TIP_M, TURN_RAD = 1e-3, 0.05  # of the same weight: a finger's end moves 1 mm in both
 JOINT_SHARE = 1e-3  # weight of the joints' own change, which does not move the tip

@@ -16,7 +16,7 @@ from planner.task import TASKS
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
-    FAR_M,
+    FAR_SCALE_M,
     FORCE_N,
     SLACK,
     TOUCH_N,
@@ -42,7 +42,7 @@ def seen_features(frames: Tensor) -> Tensor:
     tips, forces_n = now["tips_endoscope"], now["forces_n"]
     left, right = now["left_tube_m"], now["right_tube_m"]
     parts = [
-        tips[..., 3] / FAR_M, tips[..., :3], now["joints"][..., 6],
+        tips[..., 3] / FAR_SCALE_M, tips[..., :3], now["joints"][..., 6],
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
         now["n_clips"], now["clip_loaded"], now["scissors"], now["severed"],
         *tissue_features(now), *_clips_on_tubes(now),

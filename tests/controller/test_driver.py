@@ -9,13 +9,13 @@ from controller.action import ToolAction, hold
 from controller.driver import Driver, motion_between, rig_of
 from planner.correction import DIRECTION_ENDOSCOPE
 from tissue_sim.frames import axis_angle, exponential, rotation_to_6d
-from tissue_sim.patient.axes import NOMINAL_DISTANCE_M, NOMINAL_PITCH_RAD, endoscope_pose
+from tissue_sim.patient.axes import NOMINAL_PITCH_RAD, endoscope_pose
 from tissue_sim.tools.arms import HOME_JOINTS, LEFT_ARM, RIGHT_ARM, port_pose
 from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics
 
 T_WORLD_RCM = np.stack([port_pose(LEFT_ARM), port_pose(RIGHT_ARM)])
-NOMINAL = endoscope_pose(NOMINAL_PITCH_RAD, 0.0, NOMINAL_DISTANCE_M)
+NOMINAL = endoscope_pose(NOMINAL_PITCH_RAD, 0.0, 0.085)
 ASKEW = endoscope_pose(0.6, 0.08, 0.09)
 ROUNDING = 1e-9  # inverse and forward kinematics: 1e-16 over a lever of a few mm, many times
 IN_WORLD = {  # the world's own axes: +x the surgeon's right, +y away from the surgeon, +z up

@@ -1,4 +1,4 @@
-"""Results of a step's stages: forces, and the stiffness as a dense matrix."""
+"""A rod; results of a step's stages: forces, and the stiffness as a dense matrix."""
 
 from __future__ import annotations
 
@@ -7,6 +7,14 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
+from tissue_sim.patient.mesher import Sweep, sweep
+
+
+def rod(n_ring: int = 9, *, radius_m: float = 0.0015, spacing_m: float = 0.00175) -> Sweep:
+    """Return a straight tube along x."""
+    line = np.zeros((n_ring, 3))
+    line[:, 0] = spacing_m * np.arange(n_ring)
+    return sweep(line, np.full(n_ring, radius_m), sectors=6, lumen=0.5)
 
 
 def forces(tissue: Tissue, *stages: str) -> Array:

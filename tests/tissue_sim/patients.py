@@ -6,7 +6,13 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, Clip, latch
+from tissue_sim.surgery.clips.clip import (
+    CLIP_LENGTH_M,
+    Clip,
+    grip_n,
+    holding_forces_n,
+    latch,
+)
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, Cut, sever
 from tissue_sim.verification.bodies import astride
 
@@ -44,3 +50,14 @@ def cut_at(tubes: Tubes, tube: str, station_m: float, **how: float) -> tuple[Cut
     """Close the blades across the tube at a station."""
     T = astride(tubes, tube, station_m, **({"beyond_m": BLADE_LENGTH_M / 2} | how))
     return sever(tubes, T, time_s=0.0)
+
+
+def retention_n(tubes: Tubes, clip: Clip) -> float:
+    """Return the largest pull along its tube that a clip holds now, N."""
+    return holding_forces_n(tubes, clip, grip_n(tubes, clip))[0]
+
+
+def lumen_shares(tubes: Tubes, tube: str) -> np.ndarray:
+    """Return the (n_ring,) area of the lumen over its area at rest, below any cut."""
+    rings = range(len(tubes.below[tube]))
+    return np.array([tubes.lumen_fraction_at(tube, ring, 0.0) for ring in rings])

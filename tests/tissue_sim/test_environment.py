@@ -94,6 +94,25 @@ def test_anatomy_is_an_option(env: gym.Env) -> None:
     assert env.unwrapped.world.anatomy == patient
 
 
+def test_a_reset_with_no_patient_is_refused_and_changes_nothing(env: gym.Env) -> None:
+    env.reset(seed=3)
+    run(env, 0, 3)
+    before = env.unwrapped.world.state()
+    for odd in ("swapped", 3):
+        with pytest.raises(ValueError, match=r"options\['anatomy'\]: it is .* expected: .*Anatomy"):
+            env.reset(seed=4, options={"anatomy": odd})
+    with pytest.raises(ValueError, match=r"seed = \[\] must be a number"):
+        env.reset(seed=[])  # pyright: ignore[reportArgumentType]
+    assert_same(env.unwrapped.world.state(), before)
+    assert _hash_after_reset(env) == anatomy_from_seed(_drawn_after(3)).hash
+
+
+def _drawn_after(seed: int) -> int:
+    """Return the patient's seed that the first reset without one draws."""
+    random, _ = gym.utils.seeding.np_random(seed)
+    return int(random.integers(environment.TRAINING_SEEDS))
+
+
 def test_step_is_gymnasiums_five_batched_by_one(env: gym.Env) -> None:
     obs, _ = env.reset(seed=0)
     stepped, reward, terminated, truncated, info = env.step(env.action_space.sample())

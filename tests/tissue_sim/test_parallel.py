@@ -78,6 +78,15 @@ def test_the_slowest_world_goes_first_and_each_gets_its_own_command(
             np.testing.assert_array_equal(world.target, command.joints)
 
 
+@pytest.mark.parametrize("number", [0, 1, 3])
+def test_each_world_needs_a_patient_and_none_changes_for_another_number(number: int) -> None:
+    with Worlds(2, threads=1) as worlds:
+        worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])
+        with pytest.raises(ValueError, match=f"worlds: 2 need as many patients: {number}"):
+            worlds.reset([anatomy_from_seed(5)] * number)
+        assert [w.anatomy.seed for w in worlds.worlds] == list(SEEDS[:2])
+
+
 def test_each_world_needs_a_command() -> None:
     with Worlds(2, threads=1) as worlds:
         worlds.reset([anatomy_from_seed(seed) for seed in SEEDS[:2]])

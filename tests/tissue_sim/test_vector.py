@@ -30,6 +30,45 @@ def test_each_row_is_an_environment_of_its_own() -> None:
         np.testing.assert_array_equal(np.stack(seen)[:, row], np.stack(path))
 
 
+def test_a_single_environment_of_several_moves_when_it_is_stepped() -> None:
+    together = vector.make_vec(2)
+    together.reset(seed=SEED)
+    together.step(actions(0))
+    before, *_ = together.step(actions(1))
+    seen, *_ = together.envs[0].step(actions(30)[0])  # pyright: ignore[reportAttributeAccessIssue]
+    alone = make_single(obs_mode="state")
+    alone.reset(seed=SEED)
+    *_, own = (alone.step(actions(k)[0])[0] for k in (0, 1, 30))
+    assert not np.array_equal(seen, before[0])
+    np.testing.assert_array_equal(seen, own)
+    together.close()
+    alone.close()
+
+
+def test_after_a_bad_action_no_answer_is_left_over() -> None:
+    together = vector.make_vec(2)
+    together.reset(seed=SEED)
+    bad = actions(0)
+    bad[0] = np.nan
+    with pytest.raises(ValueError, match="action"):
+        together.step(bad)
+    after, *_ = together.step(actions(30))
+    alone = make_single(obs_mode="state")
+    alone.reset(seed=SEED + 1)
+    *_, own = (alone.step(actions(k)[1])[0] for k in (0, 30))
+    np.testing.assert_array_equal(after[1], own)
+    seen, *_ = together.envs[1].step(actions(0)[1])  # pyright: ignore[reportAttributeAccessIssue]
+    np.testing.assert_array_equal(seen, alone.step(actions(0)[1])[0])
+    together.close()
+    alone.close()
+
+
+@pytest.mark.parametrize("number", [0, -1, 2.0])
+def test_a_number_of_environments_that_is_none_is_refused(number: int) -> None:
+    with pytest.raises(ValueError, match=f"num_envs = {number} must be a whole number of 1"):
+        vector.make_vec(number)
+
+
 def test_an_environment_that_ended_is_reset_by_the_next_step() -> None:
     together = vector.make_vec(2, max_episode_steps=2)
     together.reset(seed=SEED)

@@ -124,6 +124,52 @@ def test_a_bad_command_is_refused_and_changes_nothing(world: World, joints: Arra
     assert_same(world.state(), before)
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_vertex_that_is_not_finite_is_an_error_with_its_time(world: World, bad: float) -> None:
+    run(world, 0, 3)
+    world.tissue.positions()[7, 1] = bad
+    with pytest.raises(ArithmeticError, match=r"tissue: vertex \d+ is not finite at 0\.117 s"):
+        run(world, 3, 4)
+
+
+WITHOUT_A_PATIENT: dict[str, Callable[[World], object]] = {
+    "step": lambda world: world.step(JointCommand(joints=np.tile(HOME_JOINTS, (2, 1)))),
+    "observe": World.observe,
+    "target": lambda world: world.target,
+    "equip": lambda world: world.equip("scissors"),
+    "drop a clip": World.drop_clip,
+    "pull at a clip": lambda world: world.pull_clip(1, np.zeros(3), np.zeros(0, np.int32)),
+    "move the body": lambda world: world.shift_body(np.zeros(3)),
+    "state": World.state,
+    "check": lambda world: world.check({}),
+    "restore": lambda world: world.restore({}),
+}
+
+
+def test_what_needs_a_patient_is_refused_before_there_is_one() -> None:
+    world = World()
+    before = world.arms.state()
+    for ask in WITHOUT_A_PATIENT.values():
+        with pytest.raises(ValueError, match="it has no patient yet: call reset"):
+            ask(world)
+    assert_same(world.arms.state(), before)
+
+
+def test_what_is_no_patient_is_refused_and_the_patient_stays(world: World) -> None:
+    before = world.state()
+    with pytest.raises(ValueError, match=r"anatomy = 3 must be an Anatomy"):
+        world.reset(3)  # pyright: ignore[reportArgumentType]
+    assert_same(world.state(), before)
+
+
+def test_a_pull_at_an_unknown_clip_names_the_clips_there_are(world: World) -> None:
+    for _ in range(2):
+        world.equip("clip_applier")
+        world.drop_clip()
+    with pytest.raises(ValueError, match=r"there is no clip 3; choose from \[1, 2\]"):
+        world.pull_clip(3, np.zeros(3), np.zeros(0, np.int32))
+
+
 def test_periods_that_are_not_multiples_are_refused_by_name() -> None:
     with pytest.raises(ValueError, match=r"control_step_s = 0\.04 must be a multiple of 0\.0166"):
         WorldConfig(control_step_s=0.04)
@@ -131,6 +177,11 @@ def test_periods_that_are_not_multiples_are_refused_by_name() -> None:
         WorldConfig(tissue=TissueConfig(step_s=0.01), control_step_s=0.04)
     with pytest.raises(ValueError, match=r"must be a multiple of 0\.0 s"):
         WorldConfig(physics_step_s=0.0)
+    for odd in (np.nan, np.inf):
+        with pytest.raises(ValueError, match=rf"control_step_s = {odd} must be a multiple of"):
+            WorldConfig(control_step_s=odd)
+        with pytest.raises(ValueError, match=rf"must be a multiple of {odd} s"):
+            WorldConfig(tissue=TissueConfig(step_s=odd))
     WorldConfig(control_step_s=0.1, tissue=TissueConfig(step_s=0.05), physics_step_s=0.01)
 
 

@@ -13,7 +13,7 @@ from tissue_sim.mechanics.coarse_motion import prepare_coarse, rigid_motion, sol
 
 wp.set_module_options({"enable_backward": False})
 
-PREDICT = wp.constant(0.9)  # share of the inertial motion before the linearisation
+PREDICT = wp.constant(0.9)  # share of the inertial motion before the linearisation, assumed
 
 
 @wp.struct

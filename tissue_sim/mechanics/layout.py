@@ -1,4 +1,4 @@
-"""Lay out an organ in the device's arrays: sizes and initial values."""
+"""Lay out an organ in the kernels' arrays: sizes and initial values."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ from tissue_sim.patient.organ import REGIONS, Organ
 from tissue_sim.patient.walls import n_patches, patch_stiffness, wall_pieces
 from tissue_sim.structures.surface import distances_to_triangles, encloses
 
+HOST = "cpu"  # the device of the arrays: numpy sees them without a copy
 SPARE_PARTS = 8  # a transection adds one
 SPARE_VERTICES = 96  # for cuts: a transection uses 13
 LINK_CAPACITY = 512  # for remnants and clips: a clip uses about 12
@@ -37,16 +38,16 @@ N_SHAPES = 8  # shaft, wrist and two jaws of two arms
 BLOCKS_A_ROW = 18  # of the stiffness matrix: above the average of all meshes
 
 
-def allocate(organs: Sequence[Organ], device: str) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
+def allocate(organs: Sequence[Organ]) -> tuple[TissueArrays, ToolShapes]:  # pyright: ignore[reportGeneralTypeIssues]
     """Return zeroed arrays with room for the largest organ, and the tools far away."""
     sizes, n_env = _sizes(organs), len(organs)
     arrays = TissueArrays()
     for name, var in TissueArrays.vars.items():
         shape = (n_env, *sizes.get(name, sizes["position"]))
-        setattr(arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=device))
+        setattr(arrays, name, wp.zeros(shape, dtype=var.type.dtype, device=HOST))
     shapes = ToolShapes()
     for name, var in ToolShapes.vars.items():
-        setattr(shapes, name, wp.zeros((n_env, N_SHAPES), dtype=var.type.dtype, device=device))
+        setattr(shapes, name, wp.zeros((n_env, N_SHAPES), dtype=var.type.dtype, device=HOST))
     shapes.a.numpy()[:] = 1.0
     shapes.b.numpy()[:] = 1.0
     shapes.T_world_link.numpy()[:] = np.eye(4)
@@ -115,7 +116,7 @@ def _tube_values(organ: Organ) -> dict[str, NDArray]:
     }
 
 
-def _skin(organ: Organ) -> Indices:
+def sac_skin(organ: Organ) -> Indices:
     """Return the triangles (n, 3) of the gallbladder's surface."""
     return boundary_faces(organ.tets[organ.region <= 1])[0]
 
@@ -125,7 +126,7 @@ def _skin_values(organ: Organ) -> dict[str, NDArray]:
 
     A ring that overlaps it at rest is where the tube joins it; there, ties hold the tube.
     """
-    skin, tubes = _skin(organ), _tube_values(organ)
+    skin, tubes = sac_skin(organ), _tube_values(organ)
     corners = organ.vertices[skin]
     beside = np.zeros(tubes["ring"].shape[:2], int)
     for k, tube in enumerate(organ.tubes if len(skin) else ()):
@@ -162,7 +163,7 @@ def _sizes(organs: Sequence[Organ]) -> dict[str, tuple[int, ...]]:
     n_around = _around(organs[0])
     n_part = max(len(_all_rings(o)) for o in organs) + SPARE_PARTS
     n_patch = max(n_patches(o) for o in organs)
-    n_skin = max(len(_skin(o)) for o in organs)
+    n_skin = max(len(sac_skin(o)) for o in organs)
     segments = (n_tube, n_ring)
     carried, balls = (N_BARS, BAR_VERTICES), (N_BARS, BALLS)
     return {

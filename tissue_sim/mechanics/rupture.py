@@ -19,12 +19,10 @@ from tissue_sim.mechanics.forces.fibres import fibre_stress
 
 wp.set_module_options({"enable_backward": False})
 
-SLACK_STRETCH = wp.constant(
-    1.1
-)  # below it no wall, even with a tenth of it left, is near its strength
-TANGLED = wp.constant(
-    1.0
-)  # m^3: an inverted element's stress has no meaning; its segment reads slack
+# Assumed: below it no wall, even with a tenth of it left, is near its strength.
+SLACK_STRETCH = wp.constant(1.1)
+# m^3, above any segment's: an inverted element's stress has no meaning, so its segment reads slack.
+TANGLED = wp.constant(1.0)
 
 
 @wp.func

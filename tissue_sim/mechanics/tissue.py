@@ -17,7 +17,7 @@ from tissue_sim.mechanics.coarse import skyline
 from tissue_sim.mechanics.contact.bars import N_BARS, Bar
 from tissue_sim.mechanics.forces import assembly, elasticity, springs
 from tissue_sim.mechanics.implicit import StepParameters
-from tissue_sim.mechanics.layout import LINK_CAPACITY, SPARE_VERTICES, allocate, starting_values
+from tissue_sim.mechanics.layout import HOST, LINK_CAPACITY, allocate, starting_values
 from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.step import STAGES, take_stages
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components
@@ -65,7 +65,7 @@ def step_parameters(config: TissueConfig) -> Any:
 
 
 class Tissue:
-    """Finite-element tissue of one or more environments, stepped together on one device."""
+    """Finite-element tissue of one or more environments, stepped together on the CPU."""
 
     def __init__(
         self,
@@ -73,27 +73,23 @@ class Tissue:
         *,
         stiffness_scale: Sequence[float] | None = None,
         config: TissueConfig | None = None,
-        device: str = "cpu",
     ) -> None:
         self.config = config or TissueConfig()
         self.organs = tuple(organs)
         for organ in self.organs:
             require_sound_organ(organ)
-        self.device = device
         scales = stiffness_scale or [1.0] * len(self.organs)
-        self.arrays, self.shapes = allocate(self.organs, device)
-        on_host = device == "cpu"  # numpy views are then made once
-        self._views = _views(self.arrays, TissueArrays) if on_host else {}
-        self._tool_views = _views(self.shapes, ToolShapes) if on_host else {}
+        self.arrays, self.shapes = allocate(self.organs)
+        self._views = _views(self.arrays, TissueArrays)
+        self._tools = _views(self.shapes, ToolShapes)
         for b, (organ, scale) in enumerate(zip(self.organs, scales, strict=True)):
             self._fill(b, organ, scale)
             self.rewire(b)
         self._prepare_launches()
 
     def host(self, name: str) -> NDArray:
-        """Return an array as numpy; on the CPU it shares memory with the device's array."""
-        view = self._views.get(name)
-        return getattr(self.arrays, name).numpy() if view is None else view
+        """Return an array of `arrays` as numpy; it shares its memory."""
+        return self._views[name]
 
     def positions(self, b: int = 0) -> Array:
         """Return the (n_vertex, 3) positions of one environment, m."""
@@ -134,7 +130,7 @@ class Tissue:
         """
         values.setdefault("T_world_link_before", values["T_world_link"])
         for name, value in values.items():
-            self._tools(name)[env] = value
+            self._tools[name][env] = value
 
     def place_bars(self, b: int, bars: Sequence[Bar], *, reach_m: float, radius_m: float) -> None:
         """Let tissue carry rigid bars, in place of those so far; of too many, the last ones.
@@ -157,19 +153,15 @@ class Tissue:
 
     def T_world_links(self, b: int = 0) -> Array:
         """Return the (8, 4, 4) poses of the instruments' links at the last placement."""
-        return self._tools("T_world_link")[b].copy()
+        return self._tools["T_world_link"][b].copy()
 
     def tool_axes(self, b: int = 0) -> tuple[Array, Array]:
         """Return the near and far ends (8, 3) of the contact shapes' axes at the last placement."""
-        return self._tools("a")[b], self._tools("b")[b]
+        return self._tools["a"][b], self._tools["b"][b]
 
     def tool_wrenches(self, b: int = 0) -> tuple[Array, Array]:
         """Return force (8, 3) N and torque (8, 3) N m on the tools, about each link's origin."""
-        return self._tools("force")[b], self._tools("torque")[b]
-
-    def _tools(self, name: str) -> NDArray:
-        view = self._tool_views.get(name)
-        return getattr(self.shapes, name).numpy() if view is None else view
+        return self._tools["force"][b], self._tools["torque"][b]
 
     def add_links(
         self,
@@ -198,18 +190,18 @@ class Tissue:
         return free
 
     def duplicate(self, b: int, parents: Sequence[int]) -> None:
-        """Append a copy of each parent vertex, with its position and velocity."""
+        """Append a copy of each parent vertex, with its position and velocity; call `rewire` after.
+
+        Raises:
+            ValueError: there are fewer spare vertices; nothing has changed.
+        """
         n = self.n_vertex(b)
         if len(parents) > self.spare_vertices(b):
-            raise ValueError(f"tissue: no spare vertices left; the capacity is {SPARE_VERTICES}")
+            raise ValueError(
+                f"tissue: no room for {len(parents)} vertices; {self.spare_vertices(b)} are left"
+            )
         new = slice(n, n + len(parents))
-        for name in (
-            "position",
-            "rest",
-            "velocity",
-            "contact_shape",
-            "surface",
-        ):
+        for name in ("position", "rest", "velocity"):
             values = self.host(name)
             values[b, new] = values[b, list(parents)]
         self.host("contact_shape")[b, new] = -1
@@ -330,8 +322,8 @@ class Tissue:
         """Return the (n_env,) elastic energy of elements and springs."""
         total = np.zeros(len(self.organs))
         for kernel in (elasticity.elastic_energy, springs.spring_energy):
-            out = wp.zeros(len(self.organs), dtype=wp.float64, device=self.device)
-            wp.launch(kernel, dim=len(self.organs), inputs=[self.arrays, out], device=self.device)
+            out = wp.zeros(len(self.organs), dtype=wp.float64, device=HOST)
+            wp.launch(kernel, dim=len(self.organs), inputs=[self.arrays, out], device=HOST)
             total += out.numpy()
         return total
 
@@ -392,7 +384,7 @@ class Tissue:
 
     def _prepared(self, kernel: Any, *inputs: Any) -> Any:
         n_env = len(self.organs)
-        return wp.launch(kernel, dim=n_env, inputs=inputs, device=self.device, record_cmd=True)
+        return wp.launch(kernel, dim=n_env, inputs=inputs, device=HOST, record_cmd=True)
 
 
 def _views(arrays: Any, struct: Any) -> dict[str, NDArray]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from tissue_sim.patient.mesher import Indices
 
-_FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
+# of a tetrahedron: the one opposite each corner, outward for positive volume
+FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 def block_pattern(
@@ -44,15 +46,18 @@ def block_pattern(
     return row.astype(np.int32), columns, slots
 
 
+def surface_faces(tets: Indices) -> NDArray[np.bool_]:
+    """Return whether the face opposite each corner belongs to one tetrahedron only (n_tet, 4)."""
+    ordered = np.sort(tets[:, FACES].reshape(-1, 3), axis=1).astype(np.int64)
+    key = (ordered[:, 0] << 42) | (ordered[:, 1] << 21) | ordered[:, 2]
+    _, which, count = np.unique(key, return_inverse=True, return_counts=True)
+    return (count[which] == 1).reshape(-1, 4)
+
+
 def boundary_faces(tets: Indices) -> tuple[Indices, Indices]:
     """Return faces (n, 3) of exactly one tetrahedron, oriented outward, and its index."""
-    faces = tets[:, _FACES].reshape(-1, 3)
-    owner = np.repeat(np.arange(len(tets)), 4)
-    ordered = np.sort(faces, axis=1).astype(np.int64)
-    key = (ordered[:, 0] << 42) | (ordered[:, 1] << 21) | ordered[:, 2]
-    _, first, count = np.unique(key, return_index=True, return_counts=True)
-    lone = np.sort(first[count == 1])
-    return faces[lone].astype(np.int32), owner[lone].astype(np.int32)
+    lone = surface_faces(tets)
+    return tets[:, FACES][lone].astype(np.int32), np.nonzero(lone)[0].astype(np.int32)
 
 
 def components(n_vertex: int, tets: Indices) -> Indices:

@@ -16,6 +16,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
 
@@ -64,6 +66,8 @@ def clip_stations_m(
         n_clips: how many it gets.
         aside: 0 to 2: how much lower than usual the last clip goes.
     """
+    if isinstance(length_m, int | float):
+        length_m = np.float64(length_m)
     n_low = n_clips - 1
     first, last = LOW_MARGIN_M[tube], length_m - HIGH_MARGIN_M
     spare = last - first - (n_low - 1) * SPACING_M - CUT_ROOM_M

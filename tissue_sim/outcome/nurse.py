@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, tip_to_tubes_m
 from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
 from tissue_sim.world import World
 
 JAW = 6
-OUT_INSERTION_M = 0.05  # the tip is outside the field
+OUT_INSERTION_M = 0.05  # assumed: the tip is outside the field
 ROOM_M = 0.012  # assumed: less than the distance to which arms go back
 EXCHANGE_S = 0.8  # one way, assumed; a person takes longer, which is not studied here
 
@@ -54,4 +52,4 @@ def exchange(world: World, tool: str, joints: Array) -> Iterator[JointCommand]:
 
 def _between(start: Array, end: Array, share: float) -> JointCommand:
     smooth = share * share * (3.0 - 2.0 * share)
-    return JointCommand(joints=start + np.clip(smooth, 0.0, 1.0) * (end - start))
+    return JointCommand(joints=start + smooth * (end - start))

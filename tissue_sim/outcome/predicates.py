@@ -101,7 +101,7 @@ def clip_placed(field: Field, tube: str, k: int) -> bool:
 
 
 def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
-    """Return whether the right tip is so far from every tube, with nothing between its jaws."""
+    """Return whether the right tip is so far from every tube, and the arm touches no tissue."""
     tip = field.arms.T_world_tool()[RIGHT_ARM][:3, 3]
     away = [np.linalg.norm(field.tubes.centres(t) - tip, axis=1) for t in field.organ.tubes]
     distance = min(float(a.min()) for a in away)
@@ -110,10 +110,10 @@ def right_arm_back(field: Field, from_m: float = RETRACTED_M) -> bool:
 
 
 def tube_cut(field: Field, tube: str) -> bool:
-    """Return whether the tube is cut once, above all clips but one, with a cuff on both sides.
+    """Return whether the tube is cut once, between good clips, with a cuff on both sides.
 
-    It is in two parts, and not torn. The clip above is the gallbladder's; the others, two of three
-    as a rule, stay in the patient.
+    It is in two parts, and not torn. Of the clips that the tube needs all but one, two of three as
+    a rule, must be below the cut, where they stay in the patient, and one above it.
     """
     cuts = [c for c in field.record.cuts if c.tube == tube]
     torn = any(t.tube == tube for t in field.record.tears)

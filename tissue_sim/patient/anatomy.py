@@ -61,6 +61,7 @@ class Artery:
     turn_rad: float
 
     def __post_init__(self) -> None:
+        _make_plain(self)
         for f in fields(self):
             _check_number(f.name, getattr(self, f.name), RANGES[f"artery_{f.name}"])
 
@@ -109,6 +110,7 @@ class Anatomy:
     liver_colour: Colour
 
     def __post_init__(self) -> None:
+        _make_plain(self)
         _check_count("seed", self.seed, 0, math.inf)
         for name, allowed in RANGES.items():
             _check_number(name, getattr(self, name), allowed)
@@ -186,32 +188,20 @@ def require_seed(seed: object) -> int:
     return int(seed)
 
 
-def anatomy_to_dict(anatomy: Anatomy) -> dict[str, object]:
-    """Return plain data for a recording."""
-    return asdict(anatomy)
+def _make_plain(made: Anatomy | Artery) -> None:
+    """Replace NumPy's numbers by Python's, of which `Anatomy.hash` can make text."""
+    for f in fields(made):
+        value = getattr(made, f.name)
+        plain = tuple(map(_plain, value)) if isinstance(value, tuple) else _plain(value)
+        object.__setattr__(made, f.name, plain)
 
 
-def anatomy_from_dict(data: dict[str, object]) -> Anatomy:
-    """Return the anatomy saved by `anatomy_to_dict`, also after conversion to JSON and back.
-
-    Raises:
-        ValueError: a field is missing or unknown, or a value is impossible.
-    """
-    made = _fields_of(Anatomy, data, "anatomy")
-    made = {k: tuple(v) if isinstance(v, list) else v for k, v in made.items()}
-    if made["second_artery"] is not None:
-        second = _fields_of(Artery, made["second_artery"], "anatomy: second_artery")
-        made["second_artery"] = Artery(**second)
-    return Anatomy(**made)
-
-
-def _fields_of(kind: type, data: object, what: str) -> dict[str, Any]:
-    known = {f.name for f in fields(kind)}
-    if not isinstance(data, dict):
-        raise ValueError(f"{what} = {data!r} must be a dictionary of {sorted(known)}")
-    if set(data) != known:
-        raise ValueError(f"{what}: fields differ: {sorted(set(data) ^ known, key=str)}")
-    return data
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, np.floating) and not isinstance(value, float):
+        return float(value)
+    return value
 
 
 def _check_number(name: str, value: Any, allowed: Range) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from tissue_sim.frames import Array, pose
 
 NOMINAL_PITCH_RAD = np.deg2rad(35.0)  # assumed: typical umbilical port over the field
-NOMINAL_DISTANCE_M = 0.085  # assumed: endoscope tip to field
 
 
 def view_axes(pitch_rad: float = NOMINAL_PITCH_RAD, yaw_rad: float = 0.0) -> Array:

@@ -1,7 +1,7 @@
 """The collagen of the tubes' walls: how much there is, so that a tube tears at a real stretch.
 
 Without it a wall with the modulus of small stretches would reach its strength at three times its
-length. Its fibres run along the tube (`mechanics/fibres.py` has their law), and carry at the
+length. Its fibres run along the tube (`mechanics/forces/fibres.py` has their law), and carry at the
 stretch of failure what the soft wall does not.
 """
 

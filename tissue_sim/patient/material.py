@@ -1,18 +1,20 @@
 """What the tissue is made of: moduli by region.
 
 Young's moduli are effective ones, for a mesh whose walls are thicker than the real ones. Shear
-moduli of the sheet (gallbladder 85 kPa, bile duct 166 kPa, hepatic artery 210 kPa, E about 3 G) are
+moduli of the walls (gallbladder 85 +- 8 kPa, bile duct 166 +- 67 kPa, hepatic artery 210 +- 47 kPa,
+E about 3 G: Phys. Med. Biol. 64, 2019, 225001, table 1, a collection of published values) are
 scaled by real over meshed wall thickness (real ones in `WALL_THICKNESS_M`; meshed 3.75 mm for the
 sac's body, 0.7 for the duct, 0.5 for the artery, 1.5 for the common bile duct and 0.8 for the
-hepatic artery). Bile and lumen are a soft fill: they carry the
-volume of the contents and keep opposite walls from passing through each other.
+hepatic artery). Bile and lumen are a soft fill: they carry the volume of the contents and keep
+opposite walls from passing through each other.
 
 A solid gallbladder does not show what a hollow wall under bile pressure would show. The wall is not
 under tension at rest, so an opening does not gape, and the sac does not become slack as it empties
 (only the leak ends). The bile does not flow away from the jaws, so a pinch feels the filling
 instead of two walls in contact. A fold of wall cannot be lifted alone. Walls are linear, while real
 walls stiffen: the real stress at a given stretch is not known, so the gallbladder's wall tears at a
-stretch, and not at its strength (2.5 MPa), which this material would reach at a stretch of ten.
+stretch, and not at its strength (2.5 MPa, in the same table), which this material would reach at a
+stretch of ten.
 """
 
 from __future__ import annotations

@@ -102,18 +102,23 @@ def _disc(sectors: int, lumen: float) -> tuple[Array, Indices, NDArray[np.bool_]
     angle = 2 * np.pi * np.arange(sectors) / sectors
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points = np.concatenate([[[0.0, 0.0]], lumen * circle, circle])
+    return points, section_triangles(sectors), np.repeat([True, False], [sectors, 2 * sectors])
+
+
+def section_triangles(sectors: int) -> Indices:
+    """Return a section's triangles (3 sectors, 3): the lumen's, then the wall's.
+
+    Their corners are places in a ring: centre, inner, outer.
+    """
     k = np.arange(sectors)
     inner, inner_next = 1 + k, 1 + (k + 1) % sectors
     outer, outer_next = inner + sectors, inner_next + sectors
-    core = np.stack([np.zeros_like(k), inner, inner_next], axis=1)
-    wall = np.concatenate(
-        [
-            np.stack([inner, outer, outer_next], axis=1),
-            np.stack([inner, outer_next, inner_next], axis=1),
-        ]
+    triangles = (
+        (np.zeros_like(k), inner, inner_next),
+        (inner, outer, outer_next),
+        (inner, outer_next, inner_next),
     )
-    is_lumen = np.repeat([True, False], [len(core), len(wall)])
-    return points, np.concatenate([core, wall]).astype(np.int32), is_lumen
+    return np.concatenate([np.stack(t, axis=1) for t in triangles]).astype(np.int32)
 
 
 def _prism_tets(triangles: Indices, n_disc: int) -> Indices:

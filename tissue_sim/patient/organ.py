@@ -24,6 +24,7 @@ REGIONS = tuple(
 )
 TUBES = ("duct", "artery")  # the procedure's tubes, in every organ; `Organ.hollow` lists all
 
+# Assumed: the sizes of the mesh, and where in the body the gallbladder lies and what holds it.
 NECK_UP_M = 0.008  # height of the neck in the field
 RING_SPACING_M = 0.00175  # rings of a tube: a clip 2 mm wide always holds one
 INFUNDIBULUM_M = 0.015  # length of the sac, from the neck, that is free of the liver
@@ -39,6 +40,7 @@ FAT_SPREAD = (
 BED_CLEARANCE = (
     0.82  # bed plane's distance from the axis over the body's radius: the bed presses in
 )
+BED_REACH_M = 0.006  # connective tissue holds outer vertices nearer to the bed's plane
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,7 +156,11 @@ def build_organ(anatomy: Anatomy, *, refinement: int = 1) -> Organ:
 
 
 def _sac_profile(anatomy: Anatomy) -> tuple[Array, Array]:
-    """Return the sac's axis (n, 3) from neck to fundus, and its radius (n,)."""
+    """Return the sac's axis (n, 3) from neck to fundus, and its radius (n,).
+
+    Assumed: the neck is 30 % wider than the duct, at least 2.4 mm in radius; the body is widest at
+    0.65 of the length; the axis turns into the bed's direction from 6 to 31 mm above the neck.
+    """
     length, width = anatomy.gallbladder_length_m, anatomy.gallbladder_width_m
     n_body = int(np.ceil((length - INFUNDIBULUM_M) / FUNDUS_SPACING_M))
     stations = np.concatenate(
@@ -208,7 +214,11 @@ def _artery_centreline(
 def _tube_centreline(
     joint: Array, inside: Array, heading: Array, length: float, slack: float, bow: Array
 ) -> tuple[Array, int]:
-    """Return a slightly bowed line of the given length below the joint, and a stub in the sac."""
+    """Return a slightly bowed line below the joint, about as long as given, and a stub in the sac.
+
+    It is 0.04 to 0.78 % shorter (median 0.23 %, both tubes of 1,500 patients): its rings lie on a
+    bow that has the length only up to the second term of its series.
+    """
     chord = length * (1.0 - slack)
     sagitta = np.sqrt(0.375 * chord * (length - chord))  # arc = chord + 8 sagitta^2 / (3 chord)
     n = int(np.ceil(length / RING_SPACING_M))
@@ -259,7 +269,7 @@ def _join(
         remnants=np.concatenate(
             [
                 _remnants(anatomy, rings, refinement),
-                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings),
+                _fat_strands(anatomy, vertices, rings, neck_ring, sac.rings, refinement),
             ]
         ),
         bed=bed,
@@ -343,16 +353,13 @@ def _bed_vertices(vertices: Array, sac_rings: Indices, bed: LiverBed, refinement
     body = sac_rings[refinement * (INFUNDIBULUM_SEGMENTS + 1) :]
     outer = body[:, 1 + refinement * SAC_SECTORS :].ravel()
     offset = vertices[outer] - bed.point_m
-    lies = (offset @ bed.normal < 0.006) & (offset @ bed.along > bed.edge_m)
+    lies = (offset @ bed.normal < BED_REACH_M) & (offset @ bed.along > bed.edge_m)
     return outer[lies].astype(np.int32)
 
 
 def _remnants(anatomy: Anatomy, rings: dict[str, Indices], refinement: int) -> Indices:
     """Return the strands that the dissection left between duct and artery, near the sac."""
-    outer = {
-        name: r[::refinement, 1 + refinement * TUBE_SECTORS :: refinement]
-        for name, r in rings.items()
-    }
+    outer = {name: _outer(r, TUBE_SECTORS, refinement) for name, r in rings.items()}
     rng = np.random.default_rng([0x57A2D, anatomy.seed])
     pairs = [
         (
@@ -370,29 +377,32 @@ def _fat_strands(
     rings: dict[str, Indices],
     neck_ring: dict[str, int],
     sac_rings: Indices,
+    refinement: int,
 ) -> Indices:
     """Return strands across Calot's triangle.
 
     Two of three join duct and artery; the third joins one of them to the sac.
     """
+    outer = {tube: _outer(rings[tube], TUBE_SECTORS, refinement) for tube in TUBES}
+    necks = {tube: neck_ring[tube] // refinement for tube in TUBES}
+    sac = _outer(sac_rings, SAC_SECTORS, refinement)[1 : INFUNDIBULUM_SEGMENTS - 1].ravel()
     rng = np.random.default_rng([0xFA7, anatomy.seed])
     pairs = []
     for k in range(anatomy.fat_strands):
         share = rng.uniform(*FAT_SPREAD)
-        walls = {
-            tube: rings[tube][round(share * neck_ring[tube]), 1 + TUBE_SECTORS :] for tube in TUBES
-        }
+        walls = {tube: outer[tube][round(share * necks[tube])] for tube in TUBES}
         if k % 3 == 2:
             tube = TUBES[k // 3 % 2]
-            below = max(
-                neck_ring[tube] - int(rng.integers(2, 6)), 1
-            )  # the shortest have 4 segments
-            near = rings[tube][below, 1 + TUBE_SECTORS :]
-            sac = sac_rings[1 : INFUNDIBULUM_SEGMENTS - 1, 1 + SAC_SECTORS :].ravel()
-            pairs.append(_facing(vertices, near, sac, rng))
+            below = max(necks[tube] - int(rng.integers(2, 6)), 1)  # the shortest have 4 segments
+            pairs.append(_facing(vertices, outer[tube][below], sac, rng))
         else:
             pairs.append(_facing(vertices, walls["duct"], walls["artery"], rng))
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _outer(rings: Indices, sectors: int, refinement: int) -> Indices:
+    """Return the outer vertices (n_ring, sectors) that the mesh has without refinement."""
+    return rings[::refinement, 1 + refinement * sectors :: refinement]
 
 
 def _facing(

@@ -31,6 +31,9 @@ def use_private_renderer(folder: Path = PRIVATE_FOLDER) -> bool:
 
     Returns:
         Whether the private renderer is the one that Vulkan finds.
+
+    Raises:
+        OSError: a file of it is missing or broken; ask `renderer_kind` before, in another process.
     """
     if choice_of_another(folder) is not None or not (folder / DRIVER).exists():
         return False
@@ -54,7 +57,10 @@ def render_system() -> "sapien.render.RenderSystem":
     Raises:
         RuntimeError: there is no renderer here.
     """
-    private = use_private_renderer()
+    try:
+        private = use_private_renderer()
+    except OSError as error:
+        raise RuntimeError(f"renderer: the private one is broken: {error}") from error
     import sapien
 
     return sapien.render.RenderSystem(sapien.Device("cpu") if private else _fastest_device())

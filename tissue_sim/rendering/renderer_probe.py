@@ -23,8 +23,10 @@ def renderer_kind() -> str | None:
 
 def renderer_available() -> bool:
     """Return whether pictures can be taken here; from now on, this process can take them."""
-    renderer.use_private_renderer()
-    return renderer_kind() is not None
+    kind = renderer_kind()
+    if kind == "private":
+        renderer.use_private_renderer()
+    return kind is not None
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from tissue_sim.mechanics.topology import FACES, surface_faces
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import PARTS
 
@@ -21,7 +22,6 @@ Floats = NDArray[np.float32]
 CUT_WALL, CUT_LUMEN = "cut wall", "cut lumen"
 ROUNDNESS = 0.62  # share of the projection: turns a hexagon or an octagon into a circle
 
-_CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
 _SYMMETRIC = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])  # xx yy zz xy xz yz
 _FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # their places in a symmetric matrix
 
@@ -82,7 +82,7 @@ def build_skin(
         splits: number of pieces that each edge is divided into.
     """
     now, part = surface_faces(tets), region[:, None] // 2
-    faces = tets[:, _CORNERS]  # (n_tet, 4, 3)
+    faces = tets[:, FACES]  # (n_tet, 4, 3)
     chosen = {name: faces[now & rest & (part == k)] for k, name in enumerate(PARTS)}
     for name, odd in ((CUT_WALL, 0), (CUT_LUMEN, 1)):
         chosen[name] = faces[now & ~rest & (region[:, None] % 2 == odd)]
@@ -95,14 +95,6 @@ def build_skin(
             blocks.append(weights)
             n_fine = rows.stop
     return Skin(patches=patches, weights=_stacked(blocks, n_vertex))
-
-
-def surface_faces(tets: Indices) -> NDArray[np.bool_]:
-    """Return whether the face opposite each corner belongs to one tetrahedron only (n_tet, 4)."""
-    ordered = np.sort(tets[:, _CORNERS].reshape(-1, 3), axis=1).astype(np.int64)
-    key = (ordered[:, 0] << 42) | (ordered[:, 1] << 21) | ordered[:, 2]
-    _, which, count = np.unique(key, return_inverse=True, return_counts=True)
-    return (count[which] == 1).reshape(-1, 4)
 
 
 def vertex_normals(x: Floats, faces: Indices) -> Floats:

@@ -27,7 +27,13 @@ from tissue_sim.rendering.shader_pack import (
     set_picture_formats,
     shader_pack,
 )
-from tissue_sim.sensing.pictures.cameras import CAMERAS, FAR_M, NEAR_M, CameraSpec, T_world_camera
+from tissue_sim.sensing.pictures.cameras import (
+    CAMERAS,
+    FAR_PLANE_M,
+    NEAR_PLANE_M,
+    CameraSpec,
+    T_world_camera,
+)
 from tissue_sim.tools.physics_system import physics_system
 
 
@@ -113,7 +119,7 @@ def _add_camera(scene: sapien.Scene, spec: CameraSpec) -> sapien.render.RenderCa
     set_picture_formats()
     camera = sapien.render.RenderCameraComponent(spec.width, spec.height, str(shader_pack()))
     camera.set_fovy(spec.fov_rad, compute_x=True)
-    camera.near, camera.far = NEAR_M, FAR_M
+    camera.near, camera.far = NEAR_PLANE_M, FAR_PLANE_M
     entity = sapien.Entity()
     entity.name = spec.name
     entity.add_component(camera)

@@ -17,12 +17,12 @@ from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.saving.state_check import Bound, brief, require_like, require_within
 from tissue_sim.structures.tubes import Tubes
+from tissue_sim.surgery.leak import HOLE, SIDES
 from tissue_sim.surgery.record import Record
 
 # Assumed: how far a joint may be pushed beyond its limit (rad; insertion m). Under random commands,
 # arms that press on each other reached 0.05, single fingers 0.47.
 BEYOND_LIMIT = np.array([0.2, 0.2, 0.02, 0.2, 0.2, 0.2, 1.5, 1.5])
-SIDES = ("body", "gallbladder", "hole")
 FLAG = Bound(low=0, high=1)
 POSITIVE = Bound(low=0)
 
@@ -105,7 +105,7 @@ def _bounds(state: dict[str, Any], tubes: Tubes, joint_ranges: Array) -> dict[st
         "record/*/links": Bound(low=0, high=LINK_CAPACITY - 1),
         "record/*/tube": Bound(names=names),
         "record/*/structure": Bound(names=(*names, "gallbladder")),
-        "record/*/side": Bound(names=SIDES),
+        "record/*/side": Bound(names=(*SIDES, HOLE)),
         "record/*/point_m": Bound(shape=(3,)),
         "record/*/T_world_clip": Bound(shape=(4, 4)),
         "record/grasp/place_tool_m/*": Bound(shape=(3,)),

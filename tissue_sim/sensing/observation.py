@@ -7,6 +7,7 @@ one of four senses (`sense.py`), and says of each point how uncertain it is.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import takewhile
 from math import prod
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
+from tissue_sim.sensing.polyline import nearest_on
 
 TUBE_POINTS = 8  # along each tube, from the fixed end up
 SAC_POINTS = 5  # along the infundibulum, from the neck up
@@ -58,7 +60,8 @@ class Observation:
         rest_length_m: (2,) lengths of the left and the right tube before anything pulled at them.
         rest_length_std_m: (2,) their standard deviations.
         third_tube: chance that a third tube runs to the gallbladder, 0 to 1.
-        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis.
+        std_m: (`N_POINTS`,) standard deviation of each point's place along each axis. That of
+            `tracked` leaves out two of its errors, `along_m` and `clip_m` of `SensorModel`.
         age_s: (`N_POINTS`,) time since a camera last saw the point.
         hidden: (`N_POINTS`,) no camera sees the point now.
         sac_radius_m: (5,) outer radii of the infundibulum at `sac_m`.
@@ -109,12 +112,8 @@ class Observation:
 
 def tip_to_tubes_m(seen: Observation) -> float:
     """Return the distance of the right tip to the nearest tube's centreline, m."""
-    tubes_m = np.stack([seen.left_tube_m, seen.right_tube_m])
-    start, way = tubes_m[:, :-1], np.diff(tubes_m, axis=1)
-    off = seen.tips_endoscope[1, :3, 3] - start
-    share = np.vecdot(off, way) / np.maximum(np.vecdot(way, way), 1e-12)
-    foot = np.clip(share, 0.0, 1.0)[..., None] * way
-    return float(np.linalg.norm(off - foot, axis=-1).min())
+    tip_m = seen.tips_endoscope[1, :3, 3]
+    return min(nearest_on(line, tip_m)[2] for line in (seen.left_tube_m, seen.right_tube_m))
 
 
 VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
@@ -139,6 +138,11 @@ VECTOR_LAYOUT: dict[str, tuple[int, ...]] = {
 """Order and shapes of the parts of `Observation.vector()`."""
 
 VECTOR_SIZE = sum(prod(shape) for shape in VECTOR_LAYOUT.values())
+_BEFORE_POINTS = takewhile(lambda name: name not in POINTS, VECTOR_LAYOUT)
+POINTS_BEGIN = sum(prod(VECTOR_LAYOUT[name]) for name in _BEFORE_POINTS)
+POINTS_END = POINTS_BEGIN + 3 * N_POINTS
+"""Where the points of `POINTS`, one after the other, are in `Observation.vector()`."""
+
 ENCODED = ("joints", "tips_endoscope", "forces_n", "pinch_n", "clip_loaded", "scissors")
 """The parts of `Observation.vector()` that encoders and motor currents tell, without a camera."""
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from tissue_sim.field import Field
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.at_risk import AT_RISK, RADIUS_M
-from tissue_sim.rendering.skin import surface_faces
 from tissue_sim.sensing.observation import POINTS, Observation
 from tissue_sim.sensing.pictures.cameras import CameraSpec, T_world_camera
 from tissue_sim.sensing.ray_tests import RayMesh, blocked
@@ -23,9 +23,7 @@ from tissue_sim.tools.instruments import PATCH_LINKS, Instrument
 
 EYES = ("endoscope_left", "wrist_left", "wrist_right")  # the right eye sees what the left one sees
 DEPTH_M = 0.0015  # assumed: how far behind the first surface a wall still counts as seen
-SAC_DEPTH_M = 0.02  # the sac's axis lies about this deep below its wall
-
-_CORNERS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])  # outward for positive volume
+SAC_DEPTH_M = 0.02  # assumed: the sac's axis lies about this deep below its wall
 
 
 class Occlusion:
@@ -67,7 +65,7 @@ class Occlusion:
         tets, x = field.tissue.tets()[alive], field.tissue.positions()
         if self._tissue is None or not np.array_equal(tets, self._tets):
             self._tets = tets.copy()
-            self._tissue = RayMesh(x, tets[:, _CORNERS][surface_faces(tets)])
+            self._tissue = RayMesh(x, boundary_faces(tets)[0])
         else:
             self._tissue.move(x)
         return self._tissue

@@ -20,7 +20,9 @@ def nearest_on(line: Array, point: Array) -> tuple[int, float, float]:
     return k, float(share[k]), float(away[k])
 
 
-def between_jaws(line: Array, T_endoscope_tool: Array, reach_m: float) -> tuple[int, float, float]:
+def nearest_to_jaws(
+    line: Array, T_endoscope_tool: Array, reach_m: float
+) -> tuple[int, float, float]:
     """Return the place on a line nearest to the jaws' mid-line, and its distance, m.
 
     The mid-line runs from the tip back by `reach_m`.

@@ -1,7 +1,8 @@
 """The interface of the senses: from the world to what everybody who acts is told.
 
 `exact` is simulator state (`exact.py`), which no robot has. `tracked` (`tracked.py`) models what
-cameras and encoders tell, and needs no pictures. `cameras` is perception from pictures.
+cameras and encoders tell, and needs no pictures. `cameras` is perception from pictures, and
+`endoscope` is the same without the wrists' cameras.
 """
 
 from __future__ import annotations

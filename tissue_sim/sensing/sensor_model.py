@@ -6,7 +6,11 @@ tuning patients (`docs/senses.md`); what is of encoders and motor currents is as
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+
+ABOVE_0, SHARE = "above 0", "from 0 to 1"
+ALLOWED = {"slow_s": ABOVE_0, "look_s": ABOVE_0, "dropout_s": ABOVE_0, "dropout": SHARE}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +25,7 @@ class SensorModel:
         slow_m, slow_s: the same, but wandering with this time constant.
         white_m: each point, new in each look.
         along_m: each end of a line along it, constant: a smooth tube has no landmark.
-        far: factor on `bias_m`, `slow_m` and `along_m` from `FAR_M` to the right tip on.
+        far: factor on `bias_m`, `slow_m` and `along_m` from `BLURRED_M` to the right tip on.
         clip_m: each clip, constant.
         tube_radius, sac_radius: of a tube's radius and the gallbladder's, relative.
         look_s: time from one look to the next.
@@ -63,9 +67,11 @@ class SensorModel:
     force_n: float = 0.05
 
     def __post_init__(self) -> None:
-        bad = [name for name, value in vars(self).items() if not value >= 0.0]
-        if bad or min(self.look_s, self.slow_s, self.dropout_s) == 0.0 or self.dropout > 1.0:
-            raise ValueError(f"sensor model: sizes and times must be positive, got {self}")
+        for name, value in vars(self).items():
+            allowed = ALLOWED.get(name, "of 0 or more")
+            above = value > 0.0 if allowed == ABOVE_0 else value >= 0.0
+            if not above or value == math.inf or (allowed == SHARE and value > 1.0):
+                raise ValueError(f"sensor model: {name} = {value!r} must be a number {allowed}")
 
     def scaled(self, strength: float) -> SensorModel:
         """Return the model with all errors, but not its times, `strength` times as large."""
@@ -78,4 +84,4 @@ SIZES = (
     "sac_radius",
     "third_tube", "hand_eye_m", "hand_eye_rad", "tip_m", "jaw_rad", "force_n",
 )  # fmt: skip
-NEAR_M, FAR_M = 0.015, 0.045  # from the right tip: its camera sees close to it best
+SHARP_M, BLURRED_M = 0.015, 0.045  # from the right tip: its camera sees close to it best

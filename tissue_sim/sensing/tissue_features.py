@@ -12,7 +12,7 @@ from tissue_sim.sensing.observation import MAX_CLIPS, SAC_POINTS, TUBE_POINTS
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N, SPREAD_MIN_M, TAUT_MIN
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-FAR_M, NEAR_M = 0.03, 0.006  # a working distance; about half a jaw's length
+FAR_SCALE_M, NEAR_SCALE_M = 0.03, 0.006  # a working distance; about half a jaw's length
 LENGTH_M = 0.01
 UNSURE_M, RADIUS_M = 0.001, 0.002
 N_SEEN = 2 * TUBE_POINTS + SAC_POINTS  # points of tubes and sac
@@ -80,7 +80,7 @@ def tissue_features(now: dict[str, Tensor]) -> list[Tensor]:
     off_tool = torch.einsum("baji,banj->bani", tips[..., :3], off)
     tip_m = tips[:, RIGHT_ARM, None, :, 3]
     return [
-        off / FAR_M, off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), of_clips,
+        off / FAR_SCALE_M, off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M), of_clips,
         *(along_tube(*parts, tip_m) for parts in zip(tubes, lengths_m, sitting, strict=True)),
         torch.tanh(now["std_m"][:, :N_SEEN] / UNSURE_M), now["hidden"][:, :N_SEEN],
         now["tube_radius_m"] / RADIUS_M, now["rest_length_m"] / LENGTH_M,

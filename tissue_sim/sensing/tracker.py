@@ -15,17 +15,23 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, exponential
 from tissue_sim.periods import CONTROL_PERIOD_S
-from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, N_POINTS, POINTS, fields
+from tissue_sim.sensing.observation import (
+    MAX_CLIPS,
+    N_LINE,
+    N_POINTS,
+    POINTS,
+    POINTS_BEGIN,
+    POINTS_END,
+    fields,
+)
 from tissue_sim.sensing.rest_length import RestLengths
-from tissue_sim.sensing.sensor_model import FAR_M, NEAR_M, SensorModel
+from tissue_sim.sensing.sensor_model import BLURRED_M, SHARP_M, SensorModel
 from tissue_sim.tools.arms import RIGHT_ARM
 
 Floats = NDArray[np.float32]
 NEIGHBOUR = 0.8  # correlation of the errors of neighbouring points of a line, measured
 _STARTS = np.cumsum([0, *POINTS.values()])[:-1].tolist()
 LINES = tuple(slice(*ends) for ends in pairwise(_STARTS))  # without the clips
-POINTS_BEGIN = 2 * 7 + 2 * 12 + 2 * 3 + 1  # where the points start in the vector
-POINTS_END = POINTS_BEGIN + 3 * N_POINTS
 
 
 class Tracker:
@@ -135,7 +141,7 @@ class Tracker:
         kept_n = np.sqrt(1.0 - kept**2) * model.force_n
         self._force_n = kept * self._force_n + kept_n * self._rng.standard_normal(7)
         away_m = np.linalg.norm(exact_m - tip_m, axis=1)
-        share = np.clip((away_m - NEAR_M) / (FAR_M - NEAR_M), 0.0, 1.0)
+        share = np.clip((away_m - SHARP_M) / (BLURRED_M - SHARP_M), 0.0, 1.0)
         scale = 1.0 + (model.far - 1.0) * share
         scale[N_LINE:] = 1.0
         self._error_m = scale * np.sqrt(

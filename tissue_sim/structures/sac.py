@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, transform
+from tissue_sim.mechanics.layout import sac_skin
 from tissue_sim.mechanics.tissue import Tissue
-from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ
 from tissue_sim.patient.walls import SAC, n_patches, patch_corners, wall_pieces
@@ -28,7 +28,7 @@ class Sac:
         self._patch = np.where(row == SAC, piece, -1)
         self._one_tet = np.unique(self._patch, return_index=True)[1][-n_patches(organ) :]
         volume = tissue.host("volume")[b, : len(organ.tets)]
-        self._skin, _ = boundary_faces(organ.tets[organ.region <= 1])
+        self._skin = sac_skin(organ)
         self._outer = np.unique(self._skin)
         self.contents_m3 = float(volume[organ.region == 1].sum())
 

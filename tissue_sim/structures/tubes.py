@@ -17,6 +17,7 @@ MEETING_HALF_GAP_M = 0.0016  # assumed: jaws this close to their middle plane me
 # A tube lies between closing jaws if its centreline is nearer than this to their middle plane. A
 # tube outside the jaws is farther away: by a finger (2 mm thick) and half the tube.
 BETWEEN_HALF_GAP_M = 0.0025
+TIP_EDGE_M = 2.0e-4  # assumed: closed jaws also hold what lies this far beyond their tip
 STRETCHED_SEGMENTS = 3  # assumed: a stretch is averaged over so many segments, 5 mm
 
 
@@ -167,16 +168,12 @@ class Tubes:
         return self.stations_m[tube][self.severed_rings(tube)]
 
     def lumen_fraction_at(self, tube: str, ring: int, station_m: float) -> float:
-        """Return `lumen_fraction` of one ring, on the stump at a station."""
+        """Return a ring's area of the lumen over that at rest, on the stump at a station."""
         rings = self.above if self.stations_m[tube][ring] < station_m else self.below
         corners = self.tissue.positions(self.b)[rings[tube][ring, self._inner]].astype(np.float64)
         turn = corners.T @ self._next @ corners  # twice the area's vector, as a skew matrix
         twice = np.sqrt(turn[0, 1] ** 2 + turn[1, 2] ** 2 + turn[2, 0] ** 2)
         return float(0.5 * twice / self._rest_area[tube][ring])
-
-    def lumen_fraction(self, tube: str) -> Array:
-        """Return the (n_ring,) area of the lumen over its area at rest."""
-        return self._lumen_areas(self.tissue.positions(self.b), tube) / self._rest_area[tube]
 
     def rest_lumen_m2(self, tube: str) -> Array:
         """Return the (n_ring,) area of the lumen at rest."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tissue_sim.frames import Array, inverse_pose, transform
-from tissue_sim.structures.tubes import Crossing, Tubes
+from tissue_sim.structures.tubes import TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.surgery.parting import Opening, part_ring
 from tissue_sim.tools.blade_size import BLADE_LENGTH_M
 
@@ -46,4 +46,4 @@ def _part(tubes: Tubes, crossing: Crossing, T_world_tool: Array) -> bool:
     tubes.slide_ring(tube, r, crossing.station_m)
     ring = tubes.tissue.positions(tubes.b)[tubes.below[tube][r]].astype(float)
     z = transform(inverse_pose(T_world_tool), ring)[:, 2]
-    return part_ring(tubes, tube, r, (z > -BLADE_LENGTH_M) & (z < 2.0e-4))
+    return part_ring(tubes, tube, r, (z > -BLADE_LENGTH_M) & (z < TIP_EDGE_M))

@@ -23,7 +23,7 @@ from tissue_sim.surgery.tear import Load, tear, worst_load
 from tissue_sim.thresholds import PIERCED_M, SAC_MAX_STRETCH
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
-JAWS_OPEN_RAD = 0.25  # a tool must have opened this far before it closes on something
+JAWS_OPEN_RAD = 0.25  # assumed: a tool must have opened so far before it closes on something
 CLOSING = {  # how far back from the tip a tool acts, and the jaws' distance there when it does
     "clip_applier": (CLIP_LENGTH_M, LATCH_GAP_M),
     "scissors": (BLADE_LENGTH_M, SHEAR_GAP_M),

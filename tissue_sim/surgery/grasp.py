@@ -11,11 +11,11 @@ import numpy as np
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.mesher import Indices
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.organ import INFUNDIBULUM_SEGMENTS, Organ
 from tissue_sim.thresholds import GRASP_MAX_SLIP_M
 
 LEFT_FINGERS, RIGHT_FINGERS = (2, 3), (6, 7)  # rows of the contact shapes
-INFUNDIBULUM_RINGS = 7
+INFUNDIBULUM_RINGS = INFUNDIBULUM_SEGMENTS + 1
 
 
 @dataclass(frozen=True, kw_only=True)

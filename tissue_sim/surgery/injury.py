@@ -26,7 +26,11 @@ class LimitReading:
 
     @property
     def demand(self) -> float:
-        """Return the value over its limit; above 1 it is an injury."""
+        """Return the value over its limit; above 1 it is an injury.
+
+        Raises:
+            ZeroDivisionError: the limit is 0, a quantity without tolerance.
+        """
         return self.value / self.limit
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.mechanics.topology import part_vertices
-from tissue_sim.patient.mesher import Indices
+from tissue_sim.patient.mesher import section_triangles
 from tissue_sim.structures.tubes import Tubes
 
 
@@ -42,7 +42,7 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     tissue, b, vertices = tubes.tissue, tubes.b, tubes.below[tube][ring]
     severed = {
         tuple(sorted(int(v) for v in vertices[face]))
-        for face in ring_faces(len(vertices))
+        for face in section_triangles((len(vertices) - 1) // 2)
         if given_way[face].all()
     }
     n = tissue.n_vertex(b)
@@ -58,18 +58,3 @@ def part_ring(tubes: Tubes, tube: str, ring: int, given_way: NDArray[np.bool_]) 
     tissue.remove_loose_from_parts(b)
     tissue.rewire(b)
     return True
-
-
-def ring_faces(n_ring: int) -> Indices:
-    """Return the triangles (n, 3) of a section, as places in a ring: centre, inner, outer."""
-    n = (n_ring - 1) // 2
-    k = np.arange(n)
-    inner, inner_next = 1 + k, 1 + (k + 1) % n
-    outer, outer_next = inner + n, inner_next + n
-    return np.concatenate(
-        [
-            np.stack([np.zeros_like(k), inner, inner_next], axis=1),
-            np.stack([inner, outer, outer_next], axis=1),
-            np.stack([inner, outer_next, inner_next], axis=1),
-        ]
-    ).astype(np.int32)

@@ -23,14 +23,15 @@ Numbers = NDArray[np.floating]  # the simulator uses float32
 LEFT_ARM, RIGHT_ARM = 0, 1
 PSM2, PSM1, LIVER = "psm2", "psm1", "liver"  # names in contacts: links are "psm1:shaft"...
 
+# Assumed: each port aside of the field's centre, above it and nearer to the surgeon.
 PORT_RIGHT_M = 0.065
 PORT_UP_M = 0.035
 PORT_AWAY_M = -0.110
-PARKED_FROM_PORT_M = np.array([0.0, -1.0, 0.0])  # behind the surgeon
-HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])
+PARKED_FROM_PORT_M = np.array([0.0, -1.0, 0.0])  # behind the surgeon, out of reach
+HOME_JOINTS = np.array([0.0, 0.0, 0.08, 0.0, 0.0, 0.0, 0.35])  # assumed: before the tissue, ajar
 
-SOLVER_ITERATIONS = 15
-CONTACT_OFFSET_M = 0.002
+SOLVER_ITERATIONS = 15  # assumed
+CONTACT_OFFSET_M = 0.002  # assumed: from here on, the simulator looks for contact
 PARKED_SLEEP_J_KG = 1e-6  # kinetic energy over mass; any positive value works
 FIRST_GROUP_BIT = 28  # one bit per articulation, in collision-group word 2
 
@@ -199,6 +200,7 @@ def _disable_gravity_and_self_collision(
 
 def _drives(instrument: Instrument) -> tuple[Drive, ...]:
     torque = instrument.jaw_torque_nm
+    # assumed, as those of the arms: stiffness and inertia
     finger = Drive(stiffness=20.0, reflected_inertia=1e-4, force_limit=torque)
     return (*ARM_DRIVES, finger, finger)
 
@@ -286,11 +288,6 @@ class Arms:
         """Clip joints (2, 7) to the mounted instruments' limits."""
         return np.clip(joints, self.limits[..., 0], self.limits[..., 1])
 
-    def command(self, command: JointCommand) -> None:
-        """Set the drive targets; joint targets beyond a limit are clipped to the limit."""
-        self.settle()
-        self.drive(self.limited(command.joints))
-
     def drive(self, joints: Array) -> None:
         """Set drive targets (2, 7) within the limits, during a control step."""
         for psm, row in zip(self._mounted, joints, strict=True):
@@ -327,14 +324,6 @@ class Arms:
             w_world_m=world[:, 2],
             radius_m=self._patch_radius_m,
             T_world_link=T,
-        )
-
-    def link_velocities(self) -> tuple[Array, Array]:
-        """Return (8, 3) linear (m/s) and angular velocities (rad/s) of the links, world frame."""
-        links = self._patch_links
-        return (
-            np.array([link.linear_velocity for link in links], float),
-            np.array([link.angular_velocity for link in links], float),
         )
 
     def apply_wrenches(self, force_world_n: Numbers, torque_world_nm: Numbers) -> None:

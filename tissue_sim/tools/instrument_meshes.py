@@ -17,11 +17,10 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from tissue_sim.frames import Array, unit
-from tissue_sim.tools.instruments import SHAFT_RADIUS_M, Instrument
+from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M, Instrument
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES
 
 MM = 1e-3
-SHAFT_VISUAL_LENGTH_M = 0.40
 _CREASE_RAD = np.deg2rad(35.0)  # edges sharper than this are shaded as edges
 _X, _Y, _Z = np.eye(3)
 
@@ -84,7 +83,7 @@ def with_finish(part: Part) -> trimesh.Trimesh:
 
 
 def _shaft() -> list[Part]:
-    r, back = SHAFT_RADIUS_M, -SHAFT_VISUAL_LENGTH_M
+    r, back = SHAFT_RADIUS_M, -SHAFT_LENGTH_M
     tube = _revolve([(back, r), (-12 * MM, r)])
     collar = _revolve([(-12 * MM, r), (-7.5 * MM, r), (-6.5 * MM, 0.85 * r)])
     cheeks = [_cheek(_Z, _Y, side * 2.9 * MM, -7 * MM, 0.0) for side in (-1, 1)]

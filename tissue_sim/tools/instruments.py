@@ -13,6 +13,7 @@ import numpy as np
 from tissue_sim.frames import Array
 
 SHAFT_RADIUS_M = 0.004
+SHAFT_LENGTH_M = 0.40  # assumed: longer than the way from a port into the field
 WRIST_RADIUS_M = 0.0035  # assumed: the clevis is slimmer than the shaft
 SHAFT_PATCH_LENGTH_M = 0.080
 

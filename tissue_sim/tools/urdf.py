@@ -15,10 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from tissue_sim.frames import Array, pose
-from tissue_sim.tools.instruments import SHAFT_RADIUS_M, WRIST_RADIUS_M, Instrument
+from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M, WRIST_RADIUS_M, Instrument
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES, DhRow, dh_table, dh_transform
 
-SHAFT_LENGTH_M = 0.40
 LINK_OF_JOINT = {
     "outer_yaw": "outer_yaw",
     "outer_pitch": "outer_pitch",

@@ -1,4 +1,4 @@
-"""Simple bodies: boxes and rods of one material, as real `Tissue`s; load and settle them."""
+"""Simple bodies: boxes of one material, as real `Tissue`s; load and settle them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.mechanics.topology import boundary_faces
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.material import Material
-from tissue_sim.patient.mesher import Indices, Sweep, oriented, sweep
+from tissue_sim.patient.mesher import Indices, oriented
 from tissue_sim.patient.organ import TUBES, LiverBed, Organ
 from tissue_sim.structures.tubes import Tubes
 
@@ -40,13 +40,6 @@ def box(size: tuple[float, float, float], cells: tuple[int, int, int]) -> tuple[
             path.append(number[tuple(slice(c, c + n) for c, n in zip(corner, cells, strict=True))])
         tets.append(np.stack([p.ravel() for p in path], axis=1))
     return vertices, oriented(vertices, np.concatenate(tets)).astype(np.int32)
-
-
-def rod(n_ring: int = 9, *, radius_m: float = 0.0015, spacing_m: float = 0.00175) -> Sweep:
-    """Return a straight tube along x."""
-    line = np.zeros((n_ring, 3))
-    line[:, 0] = spacing_m * np.arange(n_ring)
-    return sweep(line, np.full(n_ring, radius_m), sectors=6, lumen=0.5)
 
 
 def organ_of(vertices: Array, tets: Indices, **given: Any) -> Organ:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.axes import RIGHT
-from tissue_sim.patient.organ import Organ
+from tissue_sim.patient.organ import INFUNDIBULUM_M, Organ
 from tissue_sim.verification.statics import displaced, equilibrium, statics_of
 
 GRASPED_M = 0.005  # radius about the middle of the infundibulum: the width of a grasper
@@ -69,7 +69,8 @@ def retraction(
     """Pull the grasped infundibulum smoothly, hold it, and compare with the static solution.
 
     Raises:
-        ArithmeticError: duct and artery touch; `statics_of` leaves this contact out.
+        ArithmeticError: a tube touches another one or the gallbladder, which `statics_of` leaves
+            out; or the static solution does not converge.
     """
     shift = shift_m * pull_direction(organ)
     tight = _grasped_tissue(organ, stiffness_scale, replace(config, **TIGHT))
@@ -98,7 +99,7 @@ def grasped(organ: Organ) -> NDArray[np.bool_]:
     neck = organ.sac_rings[0, 0]
     axis = organ.vertices[organ.sac_rings[:, 0]]
     along = np.linalg.norm(axis - organ.vertices[neck], axis=1)
-    middle = axis[np.argmin(np.abs(along - GRASPED_SHARE * 0.015))]
+    middle = axis[np.argmin(np.abs(along - GRASPED_SHARE * INFUNDIBULUM_M))]
     near = np.linalg.norm(organ.vertices - middle, axis=1) < GRASPED_M
     near &= np.isin(np.arange(len(near)), organ.sac_rings)
     return near
@@ -133,7 +134,9 @@ def _pull_and_hold(
 def _static(tissue: Tissue, shift: Array) -> Array:
     """Return the static solution under gravity and the grasp's shift, without broken springs."""
     if _tubes_touch(tissue):
-        raise ArithmeticError("duct and artery touch: the static solution leaves this contact out")
+        raise ArithmeticError(
+            "a tube touches another one or the gallbladder: the static solution leaves this out"
+        )
     statics = statics_of(tissue)
     hanging = equilibrium(statics, tissue.host("rest")[0, : tissue.n_vertex()])
     moved = np.where(grasped(tissue.organs[0])[:, None], shift, 0.0)
@@ -141,6 +144,7 @@ def _static(tissue: Tissue, shift: Array) -> Array:
 
 
 def _tubes_touch(tissue: Tissue) -> bool:
+    """Return whether a tube touches another one or the gallbladder."""
     for stage in ("predict", "tube contact"):
         tissue.stages[stage].launch()
     return bool(tissue.host("force").any())

@@ -1,7 +1,7 @@
 """The converged static solution of a tissue: Newton's method with line search, in float64.
 
 It shares no code with the kernels that step the tissue, so it checks them too. It leaves out
-contact with instruments and between duct and artery.
+contact with instruments, of tubes with each other, of tubes with the gallbladder, and of clips.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from controller.diffusion.seen.jaw_sides import side_features
 from controller.diffusion.seen.places import place_features, places_on
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
-    FAR_M,
+    FAR_SCALE_M,
     FORCE_N,
     TOUCH_N,
     grasp_features,
@@ -42,7 +42,7 @@ def tool_features(now: dict[str, Tensor], jaw_rad: Tensor) -> list[Tensor]:
     p, R = tips[..., 3], tips[..., :3]
     to_other = torch.einsum("bij,bi->bj", R[:, 1], p[:, 0] - p[:, 1])
     return [
-        p / FAR_M, R, to_other / FAR_M, jaw, jaw_rad, (jaw_rad - jaw) / LAG_RAD,
+        p / FAR_SCALE_M, R, to_other / FAR_SCALE_M, jaw, jaw_rad, (jaw_rad - jaw) / LAG_RAD,
         forces_n / FORCE_N, torch.tanh(forces_n / TOUCH_N), now["pinch_n"] / FORCE_N,
         now["clip_loaded"], now["scissors"],
     ]  # fmt: skip

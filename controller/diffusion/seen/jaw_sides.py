@@ -14,7 +14,7 @@ from controller.diffusion.seen.places import FIRST, SECOND, Places
 from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
-from tissue_sim.sensing.tissue_features import FAR_M, NEAR_M, duct_is_left
+from tissue_sim.sensing.tissue_features import FAR_SCALE_M, NEAR_SCALE_M, duct_is_left
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS
@@ -41,7 +41,7 @@ def side_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> list
     """
     tip, lines_m = now["tips_endoscope"][:, RIGHT_ARM], lines_at_risk_m(now)
     off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], lines_m - tip[:, None, :, 3])
-    features = [off_tool / FAR_M, torch.tanh(off_tool / NEAR_M)]
+    features = [off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M)]
     for k, on_tube in enumerate(places):
         spare_m = rooms_m(on_tube, tip[..., 2], now["tube_radius_m"][:, k], lines_m) - FIRM_ROOM_M
         features += [torch.tanh(spare_m / ROOM_M), free_side(spare_m)]

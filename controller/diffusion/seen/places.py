@@ -23,8 +23,8 @@ from tissue_sim.outcome.clip_rule import (
 )
 from tissue_sim.sensing.observation import TUBE_POINTS
 from tissue_sim.sensing.tissue_features import (
-    FAR_M,
-    NEAR_M,
+    FAR_SCALE_M,
+    NEAR_SCALE_M,
     clips_along,
     closed_clips,
     duct_is_left,
@@ -102,8 +102,8 @@ def place_features(now: dict[str, Tensor], places: tuple[Places, Places]) -> lis
         off = on_tube.points_m - tip[:, None, :, 3]
         off_tool = torch.einsum("bji,bnj->bni", tip[..., :3], off)
         features += [
-            off_tool / FAR_M, torch.tanh(off_tool / NEAR_M), torch.tanh(off_tool / FINE_M),
-            torch.tanh(on_tube.spare_m / SPARE_M),
+            off_tool / FAR_SCALE_M, torch.tanh(off_tool / NEAR_SCALE_M),
+            torch.tanh(off_tool / FINE_M), torch.tanh(on_tube.spare_m / SPARE_M),
         ]  # fmt: skip
     return features
 

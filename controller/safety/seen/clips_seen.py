@@ -17,7 +17,7 @@ from tissue_sim.sensing.observation import (
     TUBE_POINTS,
     Observation,
 )
-from tissue_sim.sensing.polyline import between_jaws, nearest_on
+from tissue_sim.sensing.polyline import nearest_on, nearest_to_jaws
 from tissue_sim.thresholds import CLIP_MIN_GAP_M, CUFF_MIN_M
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_WIDTH_M
@@ -60,7 +60,7 @@ def _to_clip_m(tube: Tube, seen: Observation) -> float:
     row = TUBES.index(tube)
     line = (seen.left_tube_m, seen.right_tube_m)[row]
     reach_m, _ = MOUTHS[seen.tools[RIGHT_ARM]]
-    k, share, _ = between_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
+    k, share, _ = nearest_to_jaws(line, seen.tips_endoscope[RIGHT_ARM], reach_m)
     clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)]
     places = [nearest_on(line, clip_m) for clip_m in clips_m]
     nearest_m = np.inf

@@ -47,7 +47,10 @@ class Accuracy:
         from scenarios.bench.physics.accuracy import bench_accuracy
 
         with Console(stderr=True).status("measuring: accuracy"):
-            report = bench_accuracy(seed=self.seed, steps=self.steps)
+            try:
+                report = bench_accuracy(seed=self.seed, steps=self.steps)
+            except ArithmeticError as error:  # there is no static solution to compare with
+                raise BadInputError(f"--seed {self.seed}: {error}; take another seed") from error
         show(report)
         return 0
 

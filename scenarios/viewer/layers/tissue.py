@@ -7,8 +7,9 @@ import viser
 
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import SEEN_M, Rgb, show, srgb
+from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.rendering.drawn.drawn_tissue import looks
-from tissue_sim.rendering.skin import build_skin, surface_faces
+from tissue_sim.rendering.skin import build_skin
 from tissue_sim.rendering.textures import DYE, Look
 
 SPLITS = 2  # subdivisions: about 3,300 triangles, smooth enough on a screen

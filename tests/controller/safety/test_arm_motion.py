@@ -10,8 +10,7 @@ from controller.safety.arm_motion import JOINT_SHARE, TIP_M, TURN_RAD, UNIT, arm
 from scenarios.bench.trials.attack import random_start
 from tests.controller.link_poses import link_poses
 from tests.controller.safety.field import HOME, T_WORLD_RCM, TOOLS
-from tissue_sim.tools.instruments import SHAFT_RADIUS_M
-from tissue_sim.tools.urdf import SHAFT_LENGTH_M
+from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M
 
 CHANGE = 1e-6
 seeds = st.integers(0, 2**32 - 1).map(np.random.default_rng)

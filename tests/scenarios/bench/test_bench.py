@@ -225,3 +225,12 @@ def test_the_accuracy_report_ends_below_the_allowed_error(capsys):
     at_rest = re.search(r"at rest: (\S+) mm at most, allowed (\S+) mm", said)
     assert at_rest
     assert float(at_rest[1]) < float(at_rest[2])
+
+
+def test_a_patient_whose_tubes_touch_is_refused_in_one_line(capsys):
+    assert main(["bench", "accuracy", "--seed", "10000", "--steps", "1"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    last = said.err.splitlines()[-1]
+    assert last.startswith("calot: --seed 10000: a tube touches another one or the gallbladder")

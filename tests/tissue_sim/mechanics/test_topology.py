@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from tests.tissue_sim.bodies import rod
 from tissue_sim.mechanics.topology import block_pattern, boundary_faces, components, part_vertices
-from tissue_sim.patient.mesher import Indices, signed_volumes
-from tissue_sim.surgery.parting import ring_faces
-from tissue_sim.verification.bodies import box, rod
+from tissue_sim.patient.mesher import Indices, section_triangles, signed_volumes
+from tissue_sim.verification.bodies import box
 
 N_VERTEX = 9
 EVEN = np.array(
@@ -85,7 +85,7 @@ def cut_rod(share: float) -> tuple[Indices, Indices, list[int], int]:
     under = y <= np.quantile(y, share)
     severed = {
         tuple(sorted(int(v) for v in ring[face]))
-        for face in ring_faces(len(ring))
+        for face in section_triangles((len(ring) - 1) // 2)
         if under[face].all()
     }
     n = len(tube.vertices)
@@ -135,5 +135,5 @@ def test_without_severed_faces_nothing_is_split() -> None:
 
 def test_a_cut_opens_the_surface_by_twice_the_section() -> None:
     old, new, _, _ = cut_rod(1.0)
-    section = len(ring_faces(rod().rings.shape[1]))
+    section = len(section_triangles((rod().rings.shape[1] - 1) // 2))
     assert len(boundary_faces(new)[0]) == len(boundary_faces(old)[0]) + 2 * section

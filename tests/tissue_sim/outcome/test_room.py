@@ -2,9 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import torch
 
-from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, clips_needed, needed_m
+from tissue_sim.outcome.clip_rule import (
+    FEWEST_CLIPS,
+    USUAL_CLIPS,
+    clip_stations_m,
+    clips_needed,
+    needed_m,
+)
 from tissue_sim.outcome.predicates import untouched
 from tissue_sim.outcome.room import CROSSES, MUST_DEAL, why_call
 from tissue_sim.patient.anatomy import Anatomy
@@ -50,6 +58,19 @@ def events(world: World, steps: int = 3) -> list[str]:
     for _ in range(steps):
         world.step(JointCommand(joints=world.target))
     return [injury.event for injury in world.record.injuries]
+
+
+@pytest.mark.parametrize("length_m", [0.0, 0.012, 0.02, 0.04])
+@pytest.mark.parametrize("tube", TUBES)
+def test_clips_go_to_the_same_places_for_a_number_an_array_and_a_tensor(
+    tube: str, length_m: float
+) -> None:
+    for n in (FEWEST_CLIPS, USUAL_CLIPS):
+        number = clip_stations_m(tube, length_m, n)
+        array = clip_stations_m(tube, np.array([length_m] * 2), n)
+        tensor = clip_stations_m(tube, torch.tensor([length_m] * 2, dtype=torch.float64), n)
+        for one, two, three in zip(number, array, tensor, strict=True):
+            assert [one, one] == two.tolist() == three.tolist()
 
 
 @pytest.mark.parametrize("tube", TUBES)

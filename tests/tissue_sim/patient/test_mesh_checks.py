@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tissue_sim.bodies import rod
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.tissue import Tissue
@@ -13,7 +14,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.mesh_checks import require_sound_elements
 from tissue_sim.patient.mesher import Indices
 from tissue_sim.patient.organ import Organ, build_organ
-from tissue_sim.verification.bodies import box, organ_of, rod
+from tissue_sim.verification.bodies import box, organ_of
 
 Mesh = tuple[Array, Indices]
 

@@ -257,6 +257,32 @@ def test_strands_join_duct_to_artery(organs: dict[int, Organ]) -> None:
         assert np.isin(organ.remnants[:, 1], organ.rings["artery"]).all()
 
 
+@pytest.mark.parametrize("refinement", [2, 3])
+def test_a_refined_mesh_has_its_strands_at_the_same_rings(refinement: int) -> None:
+    """Compare the outer rings that strands end on; which of a ring's corners it is may be a tie."""
+    for seed in SEEDS[:4]:
+        patient = replace(anatomy_from_seed(seed), remnants=6, fat_strands=22)
+        coarse, fine = build_organ(patient), build_organ(patient, refinement=refinement)
+        for organ, parts in ((coarse, 1), (fine, refinement)):
+            lines = (*(organ.rings[tube] for tube in TUBES), organ.sac_rings)
+            outer = [rings[:, 1 + (rings.shape[1] - 1) // 2 :] for rings in lines]
+            assert np.isin(organ.remnants, np.concatenate([o.ravel() for o in outer])).all()
+            assert ring_numbers(organ, parts) == ring_numbers(coarse, 1)
+
+
+def ring_numbers(organ: Organ, parts: int) -> list[list[tuple[str, float]]]:
+    """Return for each strand the tubes that it ends on, and at which ring of the coarse mesh."""
+    return [
+        [
+            (tube, int(np.argwhere((organ.rings[tube] == end).any(axis=1))[0, 0]) / parts)
+            for end in ends
+            for tube in TUBES
+            if end in organ.rings[tube]
+        ]
+        for ends in organ.remnants.tolist()
+    ]
+
+
 def test_the_artery_lies_on_the_side_the_anatomy_says(organs: dict[int, Organ]) -> None:
     for seed, organ in organs.items():
         duct, artery = (organ.vertices[organ.rings[t][0, 0]] @ RIGHT for t in TUBES)

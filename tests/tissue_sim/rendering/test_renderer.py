@@ -1,6 +1,9 @@
 """Tests of the private renderer: where it comes from and when it is used; without network."""
 
 import os
+import subprocess
+import sys
+from venv import EnvBuilder
 
 import pytest
 
@@ -44,9 +47,11 @@ def _no_choice(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
 @pytest.fixture(name="fetched")
 def _fetched(tmp_path):
     """Return a folder as the fetching leaves it, whose driver needs no library."""
-    (tmp_path / DRIVER).write_text("{}")
-    (tmp_path / LIBRARIES).write_text("")
-    return tmp_path
+    folder = tmp_path / "fetched"
+    folder.mkdir()
+    (folder / DRIVER).write_text("{}")
+    (folder / LIBRARIES).write_text("")
+    return folder
 
 
 def test_backports_are_at_the_address_of_the_releases_own_line():
@@ -110,6 +115,36 @@ def test_what_was_fetched_is_used_by_this_process_and_those_it_starts(fetched):
 def test_where_nothing_was_fetched_nothing_changes(tmp_path):
     assert not use_private_renderer(tmp_path)
     assert DRIVERS_VARIABLE not in os.environ
+
+
+@pytest.fixture(name="another_python")
+def _another_python(tmp_path, fetched):
+    """Return a Python whose environment has the fetched renderer, and this one's packages."""
+    EnvBuilder(symlinks=True).create(tmp_path / "environment")
+    fetched.rename(tmp_path / "environment" / "renderer")
+    return tmp_path / "environment" / "bin" / "python"
+
+
+@pytest.mark.usefixtures("no_choice")
+@pytest.mark.parametrize("library", ["missing.so", "broken.so"])
+def test_a_broken_renderer_is_none(library, another_python):
+    folder = another_python.parents[1] / "renderer"
+    (folder / "broken.so").write_text("not a library")
+    (folder / LIBRARIES).write_text(library)
+    asked = (
+        "from tissue_sim.rendering import renderer, renderer_probe;"
+        "assert not renderer_probe.renderer_available();"
+        "renderer.render_system()"
+    )
+    told = subprocess.run(
+        [another_python, "-c", asked],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    last = told.stderr.splitlines()[-1]
+    assert last.startswith("RuntimeError: renderer: the private one is broken: ")
+    assert library in last
 
 
 @pytest.mark.parametrize("variable", [DRIVERS_VARIABLE, *OTHER_CHOICES])

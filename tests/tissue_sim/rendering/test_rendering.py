@@ -229,6 +229,8 @@ def test_unknown_camera_and_blind_world_are_refused(world: World) -> None:
         world.images(["ceiling"])
     with pytest.raises(ValueError, match="render"):
         World().images(["endoscope_left"])
+    with pytest.raises(ValueError, match="it has no patient yet"):
+        World(render=True).images(["endoscope_left"])
     with pytest.raises(ValueError, match="wrist_left"):
         CameraSpec(name="ceiling")
 

@@ -3,9 +3,9 @@
 import numpy as np
 import trimesh
 
-from tissue_sim.mechanics.topology import part_vertices
+from tissue_sim.mechanics.topology import part_vertices, surface_faces
 from tissue_sim.patient.at_risk import AT_RISK
-from tissue_sim.patient.mesher import signed_volumes, sweep
+from tissue_sim.patient.mesher import section_triangles, signed_volumes, sweep
 from tissue_sim.patient.organ import build_organ
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import variant
@@ -15,10 +15,8 @@ from tissue_sim.rendering.skin import (
     PARTS,
     Skin,
     build_skin,
-    surface_faces,
     vertex_normals,
 )
-from tissue_sim.surgery.parting import ring_faces
 
 LENGTH_M, RADIUS_M, SECTORS = 0.02, 0.0015, 6
 DUCT_WALL, DUCT_LUMEN = 2, 3
@@ -98,7 +96,7 @@ def test_normals_of_a_sphere_point_away_from_its_centre() -> None:
 def test_cut_shows_two_faces_whose_rims_meet_the_sides() -> None:
     vertices, tets, region, rings = straight_tube()
     rest, ring = surface_faces(tets), rings[6]
-    severed = {tuple(sorted(ring[f].tolist())) for f in ring_faces(len(ring))}
+    severed = {tuple(sorted(ring[f].tolist())) for f in section_triangles((len(ring) - 1) // 2)}
     parted, parents = part_vertices(tets, severed, ring.tolist(), len(vertices))
     positions = np.concatenate([vertices, vertices[parents]])
     skin = build_skin(parted, region, rest, len(positions))

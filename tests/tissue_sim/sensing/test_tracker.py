@@ -1,5 +1,7 @@
 """Tests of the sensor model: its errors have the sizes, correlations and delays that it states."""
 
+import math
+from dataclasses import fields as fields_of
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +18,7 @@ from tissue_sim.sensing.observation import (
     fields,
 )
 from tissue_sim.sensing.rest_length import CHORDS
-from tissue_sim.sensing.sensor_model import SIZES, SensorModel
+from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.sensing.tracker import Tracker, sensed_again
 
 SEEN = clipped(left=2)
@@ -153,10 +155,20 @@ def test_an_episode_is_sensed_again_with_other_errors():
     assert np.isfinite(one).all()
 
 
-@pytest.mark.parametrize("name", SIZES)
-def test_a_size_below_zero_is_refused(name: str):
-    with pytest.raises(ValueError, match="must be positive"):
-        replace(SensorModel(), **{name: -1.0})
+TIMES = ("slow_s", "look_s", "dropout_s")
+
+
+@pytest.mark.parametrize("name", [f.name for f in fields_of(SensorModel)])
+@pytest.mark.parametrize("value", [-1.0, 0.0, 1.5, math.nan, math.inf])
+def test_an_impossible_error_is_refused_by_name_value_and_range(name: str, value: float):
+    allowed = {"dropout": "from 0 to 1", **dict.fromkeys(TIMES, "above 0")}.get(
+        name, "of 0 or more"
+    )
+    if (value == 0.0 and name not in TIMES) or (value == 1.5 and name != "dropout"):
+        assert getattr(replace(SensorModel(), **{name: value}), name) == value
+        return
+    with pytest.raises(ValueError, match=f"{name} = {value} must be a number {allowed}$"):
+        replace(SensorModel(), **{name: value})
 
 
 def test_the_gallbladder_seems_as_much_too_thick_everywhere_all_the_time():

@@ -3,14 +3,22 @@
 import numpy as np
 import pytest
 
-from tests.tissue_sim.patients import HALF_SECOND, clip_at, cut_at, run, settled
+from tests.tissue_sim.patients import (
+    HALF_SECOND,
+    clip_at,
+    cut_at,
+    lumen_shares,
+    retention_n,
+    run,
+    settled,
+)
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.topology import components
 from tissue_sim.patient.mesher import signed_volumes
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.structures.tubes import Tubes
-from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, closure, detach, grip_n, retention_n
+from tissue_sim.surgery.clips.clip import CLIP_WIDTH_M, closure, detach, grip_n
 from tissue_sim.surgery.cut import Cut
 from tissue_sim.surgery.flow import FlowSegment, outflow_m3_s
 from tissue_sim.surgery.leak import FLUIDS, PRESSURE_PA, SIDES, leaks
@@ -41,7 +49,7 @@ def test_a_clip_across_a_tube_closes_the_lumen_and_holds(tubes: Tubes, tube: str
     run(tubes)
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
     assert retention_n(tubes, clip) > TEST_PULL_N
-    np.testing.assert_allclose(tubes.lumen_fraction(other(tube))[1:-3], 1.0, atol=0.1)
+    np.testing.assert_allclose(lumen_shares(tubes, other(tube))[1:-3], 1.0, atol=0.1)
 
 
 @pytest.mark.parametrize("tube", TUBES)
@@ -91,12 +99,12 @@ def test_the_lumen_opens_again_under_a_detached_clip(tubes: Tubes, tube: str) ->
     clip = clip_at(tubes, tube)
     run(tubes)
     ring = clip.crossings[0].ring
-    assert tubes.lumen_fraction(tube)[ring] < LUMEN_CLOSED
+    assert lumen_shares(tubes, tube)[ring] < LUMEN_CLOSED
     clip = detach(tubes, clip)
     assert clip.lost
     assert closure(tubes, clip, tube) == 1.0
     run(tubes, 2 * HALF_SECOND)
-    assert tubes.lumen_fraction(tube)[ring] > 0.9
+    assert lumen_shares(tubes, tube)[ring] > 0.9
     assert not tubes.tissue.host("covered").any()
 
 

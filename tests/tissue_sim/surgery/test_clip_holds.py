@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.tissue_sim.patients import HALF_SECOND, clip_at, cut_at, run, settled
+from tests.tissue_sim.patients import (
+    HALF_SECOND,
+    clip_at,
+    cut_at,
+    lumen_shares,
+    retention_n,
+    run,
+    settled,
+)
 from tissue_sim.frames import Array, axis_angle, inverse_pose, pose, rigid_fit, transform
 from tissue_sim.patient.organ import REGIONS, RING_SPACING_M, TUBES
 from tissue_sim.periods import CONTROL_PERIOD_S
@@ -19,7 +27,6 @@ from tissue_sim.surgery.clips.clip import (
     detach,
     grip_n,
     holding_forces_n,
-    retention_n,
 )
 from tissue_sim.surgery.clips.slip import SLIP_SPEED_M_S, Pull, apply_pull, slide, update_after_cut
 from tissue_sim.thresholds import CUFF_MIN_M, LUMEN_CLOSED, TEST_PULL_N
@@ -97,7 +104,7 @@ def test_a_good_clip_holds_the_highest_pressure(tube: str) -> None:
         ):
             np.add.at(load, corner, 0.25 * push)
         run(tubes, 1)
-    assert tubes.lumen_fraction(tube)[2 : clip.crossings[0].ring - 2].min() > 1.02  # it swells
+    assert lumen_shares(tubes, tube)[2 : clip.crossings[0].ring - 2].min() > 1.02  # it swells
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
 
 
@@ -190,7 +197,7 @@ def test_a_pull_along_beyond_the_hold_slides_the_clip_with_its_squeeze(
     assert abs(now.ring - start) >= 2
     assert closure(tubes, clip, tube) < LUMEN_CLOSED
     assert (
-        tubes.lumen_fraction(tube)[start - int(np.sign(sign)) * 1] > 0.8
+        lumen_shares(tubes, tube)[start - int(np.sign(sign)) * 1] > 0.8
     )  # the lumen is open again behind it
     assert len(clip.vertices) == covered == tubes.tissue.host("covered").sum()
     point, _ = tubes.point(tube, now.station_m)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.kinematics import inverse_kinematics
+from tests.tissue_sim.patients import retention_n
 from tissue_sim.frames import Array, inverse_pose
 from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import clip_placed, stumps_hold
@@ -14,7 +15,7 @@ from tissue_sim.patient.at_risk import HEPATIC_ARTERY
 from tissue_sim.patient.axes import AWAY
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.patient.textbook import textbook_from_seed
-from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch, retention_n
+from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, Clip, latch
 from tissue_sim.surgery.clips.loose_clip import GRAVITY_M_S2, PERITONEUM_AWAY_M
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.leak import leaks

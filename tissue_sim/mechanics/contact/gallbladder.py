@@ -10,8 +10,8 @@ from tissue_sim.mechanics.contact.touch import add_vertex_term, is_severed, ring
 wp.set_module_options({"enable_backward": False})
 
 RING_STIFFNESS = wp.constant(1000.0)  # N/m per ring, assumed: its corners against a tube, together
-# Tube radii. A deeper ring is in no contact: its nearest face could be that of the other side, by
-# turns, and it would not come to rest.
+# Tube radii, assumed. A deeper ring is in no contact: its nearest face could be that of the other
+# side, by turns, and it would not come to rest.
 DEEPEST = wp.constant(0.5)
 
 

@@ -23,7 +23,7 @@ POINT = wp.constant(
     1.0e-12
 )  # |F|^2 below which powers of the invariants leave the range of float32
 MAX_NEWTON = wp.constant(20)
-ROUNDING = wp.constant(3.0e-5)  # of the stretches: a margin that keeps every axis stable
+ROUNDING = wp.constant(1.0e-5)  # of the stretches: a margin that keeps every axis stable
 
 
 @wp.struct
@@ -169,7 +169,7 @@ def element(F: wp.mat33, mu: float, lam: float):
     pressure = lam * (J - 1.0)
     bound = mu / wp.max(s[0], 1.0)
     e.pressure = wp.clamp(pressure, -bound, bound)
-    least = (2.0 + 1e-5) / (1.0 + wp.min(e.pressure, 0.0) * s[0] / (2.0 * mu))
+    least = (2.0 + ROUNDING) / (1.0 + wp.min(e.pressure, 0.0) * s[0] / (2.0 * mu))
     e.spin = spin_of(V, s, least)
     e.mu = mu
     e.lam = lam

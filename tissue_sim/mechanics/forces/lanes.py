@@ -12,7 +12,7 @@ import warp as wp
 from numpy.polynomial import Chebyshev, Polynomial
 
 from tissue_sim.mechanics.arrays import TissueArrays
-from tissue_sim.mechanics.forces.elasticity import COLLAPSED, MAX_NEWTON, POINT
+from tissue_sim.mechanics.forces.elasticity import COLLAPSED, MAX_NEWTON, POINT, ROUNDING
 
 wp.set_module_options({"enable_backward": False})
 
@@ -24,7 +24,7 @@ _TERMS = _THIRD.convert(kind=Polynomial).coef
 
 _TYPES = f"""
     constexpr int n_lane = {LANES}, max_newton = {MAX_NEWTON};
-    constexpr float collapsed = {COLLAPSED}f, point = {POINT}f;
+    constexpr float collapsed = {COLLAPSED}f, point = {POINT}f, rounding = {ROUNDING}f;
     constexpr int n_term = {len(_TERMS)};
     constexpr float series[n_term] = {{{", ".join(f"{c:.9e}f" for c in _TERMS)}}};
     typedef float lanes __attribute__((ext_vector_type(n_lane)));
@@ -142,7 +142,7 @@ _STIFFNESS = """
         const lanes free = bulk * (J - 1.0f);
         const lanes pressure = free < -bound ? -bound : (free > bound ? bound : free);
         const lanes pushed = pressure < 0.0f ? pressure : 0.0f;
-        const lanes least = (2.0f + 1.0e-5f) / (1.0f + pushed * s0 / two_mu);
+        const lanes least = (2.0f + rounding) / (1.0f + pushed * s0 / two_mu);
         const auto secant = [&](lanes p, lanes q) {
             const lanes across = (1.0f / q - 1.0f / least) / (q - p);
             const lanes slope = p >= least ? -1.0f / (p * q) : across;
@@ -156,10 +156,10 @@ _STIFFNESS = """
         spin = mul(add(spin, mul(mul(first_gap, second_gap), third)), two_mu);
 
         // blocks
-        const lanes slack = over > 0.0f ? scale : 0.0f;
+        const lanes taut = over > 0.0f ? scale : 0.0f;
         const lanes curve = 3.0f * collagen * over * over;
         const vector n = mul(drawn, 1.0f / larger(stretch, 1.0e-9f));
-        const matrix M = mul(add(diagonal(tension), mul(outer(n, n), curve - tension)), slack);
+        const matrix M = mul(add(diagonal(tension), mul(outer(n, n), curve - tension)), taut);
         vector grown[3];
         matrix turn[3], spun[3];
         lanes along[3];

@@ -9,12 +9,13 @@ import sapien
 from numpy.typing import NDArray
 
 from tissue_sim.field import Field
+from tissue_sim.mechanics.topology import surface_faces
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY
 from tissue_sim.patient.axes import RIGHT, UP
 from tissue_sim.patient.organ import Organ
 from tissue_sim.rendering.drawn.drawing import Drawn, Surface
-from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin, surface_faces
+from tissue_sim.rendering.skin import CUT_LUMEN, CUT_WALL, Floats, Skin, build_skin
 from tissue_sim.rendering.textures import TILE_M, Colour, Look
 
 FLARE = 0.8  # assumed: of a tube's radius, by which it widens at its root

@@ -17,7 +17,7 @@ from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.tools.instruments import PATCH_LINKS
 
 BASELINE_M = 0.0045  # between the endoscope's eyes
-NEAR_M, FAR_M = 0.003, 0.6
+NEAR_PLANE_M, FAR_PLANE_M = 0.003, 0.6  # what is nearer or farther is not drawn
 WRIST_BACK_M = 0.035  # behind the wrist's pitch axis, clear of the shaft
 WRIST_ASIDE_M = 0.016  # along that axis
 

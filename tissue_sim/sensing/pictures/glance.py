@@ -35,10 +35,21 @@ class Picture:
         ahead below a millimetre, have no meaningful pixel.
         """
         R, t = self.T_endoscope_camera[:3, :3], self.T_endoscope_camera[:3, 3]
-        ahead, left, up = ((points - t) @ R).T
-        scale = self.focal_px / np.maximum(ahead, 1e-3)
         height, width = self.rgb.shape[:2]
-        return np.stack([0.5 * width - scale * left, 0.5 * height - scale * up], axis=1), ahead
+        return pixels_of((points - t) @ R, self.focal_px, width, height)
+
+
+def pixels_of(
+    points_camera: Array, focal_px: float, width: int, height: int
+) -> tuple[Array, Array]:
+    """Return pixels (n, 2), column and row, and distances ahead (n,) of points (n, 3).
+
+    The points are in the camera's frame: x ahead, y left, z up. One less than a millimetre ahead
+    has no meaningful pixel.
+    """
+    ahead, left, up = points_camera.T
+    scale = focal_px / np.maximum(ahead, 1e-3)
+    return np.stack([0.5 * width - scale * left, 0.5 * height - scale * up], axis=1), ahead
 
 
 @dataclass(frozen=True, kw_only=True)

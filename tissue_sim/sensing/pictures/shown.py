@@ -11,6 +11,7 @@ from tissue_sim.rendering.shader_pack import MICROMETRE
 from tissue_sim.sensing.observation import MAX_CLIPS, N_POINTS, Observation
 from tissue_sim.sensing.occlusion import DEPTH_M, depths_m
 from tissue_sim.sensing.pictures.cameras import CameraSpec
+from tissue_sim.sensing.pictures.glance import pixels_of
 
 N_ENDS = 4  # of the cut of the left and of the right tube, each below and above it
 N_SHOWN = N_POINTS + N_ENDS
@@ -40,9 +41,8 @@ def shown_points(field: Field, seen: Observation) -> tuple[Array, NDArray[np.boo
 
 def project(spec: CameraSpec, T_world_eye: Array, points: Array) -> tuple[Array, Array]:
     """Return pixels (n, 2), column and row, and distances ahead (n,) of points of the world."""
-    ahead, left, up = transform(inverse_pose(T_world_eye), points).T
-    scale = spec.focal_px / np.maximum(ahead, 1e-3)
-    return np.stack([0.5 * spec.width - scale * left, 0.5 * spec.height - scale * up], 1), ahead
+    points_camera = transform(inverse_pose(T_world_eye), points)
+    return pixels_of(points_camera, spec.focal_px, spec.width, spec.height)
 
 
 def visible(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, inverse_pose, rigid_fit, transform
-from tissue_sim.structures.tubes import Crossing, Tubes
+from tissue_sim.structures.tubes import TIP_EDGE_M, Crossing, Tubes
 from tissue_sim.surgery.clips.squeeze import Spring, release, springs_across, squeeze, tension_n
 from tissue_sim.thresholds import CUFF_MIN_M
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M, CLIP_WIDTH_M
@@ -153,11 +153,6 @@ def grip_n(tubes: Tubes, clip: Clip) -> float:
     return tension_n(tubes, clip.links) * CLIP_WIDTH_M / rings_m
 
 
-def retention_n(tubes: Tubes, clip: Clip) -> float:
-    """Return the largest pull along its tube that a clip holds now, N."""
-    return holding_forces_n(tubes, clip, grip_n(tubes, clip))[0]
-
-
 def holding_forces_n(tubes: Tubes, clip: Clip, grip: float) -> tuple[float, float]:
     """Return the largest pulls that a clip holds along its tube and across it, N.
 
@@ -209,4 +204,4 @@ def _rings_under(tubes: Tubes, centres: Array, crossing: Crossing) -> NDArray[np
 
 
 def _between_legs(local: Array) -> NDArray[np.bool_]:
-    return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < 2.0e-4)
+    return (local[..., 2] > -CLIP_LENGTH_M) & (local[..., 2] < TIP_EDGE_M)

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from tissue_sim.frames import Array
 from tissue_sim.structures.tubes import Tubes
 
-SQUEEZES = (  # layer of a ring, stiffness of a spring (N/m), rest distance over tube radius
+# Layer of a ring, stiffness of a spring (N/m), rest distance over tube radius. Assumed: so stiff
+# that the lumen closes (`tissue_sim/verification/clip_closure.py`), the walls pressed flat.
+SQUEEZES = (
     ("inner", 15000.0, 0.002),
     ("outer", 5000.0, 0.30),
 )
-UNBREAKABLE_N = 1.0e9
+UNBREAKABLE_N = 1.0e9  # no pull comes near it: a clip gives way by its lock and by friction
 
 Spring = tuple[int, int, float, float]  # vertices, rest (m), stiffness (N/m)
 
