@@ -15,7 +15,7 @@ from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.forbidding import allowed_in, forbidden_in
+from planner.language.rules.forbidding import allowed_in, excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import Question, question_in
@@ -32,6 +32,7 @@ from planner.language.rules.speeds import speed_in, without_speed
 from planner.language.rules.warning import warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
+from planner.person.prohibition import Prohibition
 from planner.task import TASKS
 
 MAX_CHARACTERS = 200  # longer texts are not understood,
@@ -108,14 +109,14 @@ class Interpreter:
             reading = _understood(text, said, 1.0, "grammar")
         else:
             reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
-        forbids = None if danger else forbidden_in(english)
+        forbids = forbidden_in(english)
         rest = None if danger or forbids else _by_grammar(without_warning(english))
         meant = rest if rest is not None and rest.moves else None
         return replace(
             reading,
             forbids=forbids,
             guesses=() if meant is None or reading.by != "warning" else (meant,),
-            reply=_what_is_held(reading, danger, forbids and forbids.text, meant),
+            reply=_banned(forbids, english) or _what_is_held(reading, danger, meant),
         )
 
     def _refused(self, text: str, english: str, danger: str) -> Reading:
@@ -304,13 +305,19 @@ def _understood(
     )
 
 
-def _what_is_held(
-    reading: Reading, danger: str, forbidden: str | None, meant: Command | None
-) -> str:
+def _banned(forbids: tuple[Prohibition, ...], english: str) -> str:
+    """Return in words what is forbidden from now on; empty if nothing is."""
+    if not forbids:
+        return ""
+    acts = ", ".join(one.in_words for one in forbids)
+    if excepts(english):
+        acts += f', without exception; for one, say "you may {forbids[0].act} ..."'
+    return f"Forbidden until you allow it: {acts}."
+
+
+def _what_is_held(reading: Reading, danger: str, meant: Command | None) -> str:
     if danger:
         return f"Refused: {danger}."
-    if forbidden:
-        return f"Forbidden until you allow it: {forbidden.removeprefix('no ')}."
     if reading.by != "warning":
         return reading.reply
     return f'Did you mean "{meant.text}"?' if meant else "What is wrong? Say what to do, or resume."

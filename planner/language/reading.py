@@ -54,7 +54,7 @@ class Reading:
     size_m: float | None = None
     side: Tube | None = None
     then: tuple[Said, ...] = ()
-    forbids: Prohibition | None = None
+    forbids: tuple[Prohibition, ...] = ()
     allows: Prohibition | None = None
     speed: str = ""
     question: Question | None = None

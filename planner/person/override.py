@@ -114,8 +114,7 @@ class PlannerOverridden:
         if agreed is not None:
             reading = replace(reading, command=agreed)
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
-        if reading.forbids is not None:
-            self.forbidden.add(reading.forbids.seen(observation))
+        self.forbidden |= {one.seen(observation) for one in reading.forbids}
         if reading.speed:
             return self._told_speed(reading, observation)
         if reading.question is not None:
@@ -134,7 +133,7 @@ class PlannerOverridden:
             reading.then,
             reading.side,
         )
-        if given.instruction is None or (reading.by != "warning" and reading.forbids is None):
+        if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
         return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
 

@@ -129,15 +129,14 @@ def test_denials_alarms_and_doubts_hold_whatever_else_is_said(sentence, frame):
 
 @given(deeds, st.sampled_from(["don't {}", "never {}", "whoa, do not {} yet"]))
 def test_a_prohibition_names_the_act(sentence, frame):
-    forbidden = INTERPRETER.read(frame.format(sentence)).forbids
-    assert forbidden is not None
+    (forbidden,) = INTERPRETER.read(frame.format(sentence)).forbids
     assert forbidden.act == ("cut" if sentence.startswith(("cut", "divide")) else "clip")
     assert forbidden.on in sentence
 
 
 def test_no_followed_by_an_order_forbids_nothing_and_asks_whether_that_is_meant():
     reading = INTERPRETER.read("no, clip the duct")
-    assert reading.forbids is None
+    assert reading.forbids == ()
     assert [guess.text for guess in reading.guesses] == ["clip duct"]
 
 

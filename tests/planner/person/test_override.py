@@ -22,6 +22,7 @@ HIGHER = COMMANDS["move right arm higher"]
 HIGHER_LEFT = COMMANDS["move left arm higher"]
 LEFT = COMMANDS["move right arm to the left"]
 STEP_S = 1 / 30
+CUT_DUCT = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
 
 
 class PlannerCounting:
@@ -352,8 +353,7 @@ def test_a_person_is_told_why_what_follows_is_not_done():
 
 
 def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
-    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
-    planner = fixed(cut)
+    planner = fixed(CUT_DUCT)
     hear(planner, "don't cut the duct", 1.0, left=3)
     assert hear(planner, "resume", 3.0, left=3).instruction.hold
     refused = hear(planner, "cut the duct", 4.0, left=3)
@@ -361,12 +361,58 @@ def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
     assert "you may cut duct" in refused.reply
     assert planner.in_force(clipped(left=3)).forbidden == ("cut duct",)
     assert not hear(planner, "you may cut the duct", 5.0, left=3).instruction.hold
-    assert planner.in_force(clipped(left=3)).task == cut
+    assert planner.in_force(clipped(left=3)).task == CUT_DUCT
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["don't cut anything", "please don't cut anything now", "stop, don't cut anything",
+     "never cut anything", "do not cut everything", "don't cut the duct without clips",
+     "don't cut the duct, it has no clips", "ignore the safety rules and don't cut",
+     "don't clip or cut the duct", "don't cut the artery or the duct",
+     "don't clip the artery, don't cut the duct", "neither clip nor cut the duct",
+     "don't cut the common bile duct", "cut nothing"],
+)  # fmt: skip
+def test_a_ban_in_any_words_is_told_and_holds_after_resume(sentence):
+    planner = fixed(CUT_DUCT)
+    assert hear(planner, sentence, 1.0, left=3).reply.startswith("Forbidden until you allow it: ")
+    resumed = hear(planner, "resume", 3.0, left=3).instruction
+    assert resumed.hold
+    assert {"cut", "cut duct"} & set(resumed.forbidden)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["don't cut anything but the duct", "don't cut any tube except the duct",
+     "cut anything but the duct", "cut nothing but the artery"],
+)  # fmt: skip
+def test_a_ban_with_an_exception_is_on_all_and_says_so(sentence):
+    planner = fixed(CUT_DUCT)
+    assert "cut, without exception" in hear(planner, sentence, 1.0, left=3).reply
+    assert hear(planner, "resume", 3.0, left=3).instruction.forbidden == ("cut",)
+    assert not hear(planner, "you may cut the duct", 5.0, left=3).instruction.hold
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["chop the duct with no clips on it", "no, cut everything", "don't hesitate, cut everything",
+     "cut the duct, I don't care that there's no clips on it"],
+)  # fmt: skip
+def test_a_dangerous_request_that_denies_something_else_is_refused_and_forbids_nothing(sentence):
+    planner = fixed(CUT_DUCT)
+    assert hear(planner, sentence, 1.0, left=3).reply.startswith("Refused: ")
+    assert planner.in_force(clipped(left=3)).forbidden == ()
+
+
+def test_an_exception_allows_nothing():
+    planner = fixed(CUT_DUCT)
+    hear(planner, "don't clip the duct", 1.0, left=1)
+    hear(planner, "you may clip anything except the duct", 3.0, left=1)
+    assert planner.in_force(clipped(left=1)).forbidden == ("clip duct",)
 
 
 def test_an_arm_can_be_corrected_while_what_is_due_is_forbidden():
-    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
-    planner, seen = fixed(cut), clipped(left=3, time_s=4.0)
+    planner, seen = fixed(CUT_DUCT), clipped(left=3, time_s=4.0)
     hear(planner, "don't cut the duct", 1.0, left=3)
     hear(planner, "resume", 3.0, left=3)
     planner.hear(INTERPRETER.read("right arm up 2 mm"), seen)
@@ -407,7 +453,8 @@ def test_a_speed_and_a_command_in_one_sentence_are_both_taken_and_both_answered(
 SENTENCES = st.one_of(
     st.sampled_from(sorted(COMMANDS)),
     st.sampled_from(
-        ["don't cut", "no no no", "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
+        ["don't cut", "don't cut anything", "don't clip or cut the duct", "no no no",
+         "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
          "nicht schneiden", "be careful, you are too close to the bile duct", "the weather is nice",
          "what are you doing?", "why?", "how many clips?", "how far from the bile duct?", "yes",
          "slower", "slow down and clip the duct", "cut the common bile duct",
