@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from planner.base import Planner
-from planner.command import TUBES, Command
+from planner.command import Command
 from planner.correction import Correction, correction_from_text, opposite
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
@@ -19,7 +19,7 @@ from planner.person.answers import answer, doing_in_words
 from planner.person.orders import DEFAULT_M, Order, OrderProgress
 from planner.person.prohibition import Prohibition, act_of
 from planner.seen.done import is_back
-from planner.seen.duct_side import duct_side
+from planner.seen.duct_side import duct_side, tube_of
 from planner.seen.next_task import DoneAlreadyError, NotNowError, next_task
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
@@ -120,8 +120,8 @@ class PlannerOverridden:
         if reading.question is not None:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
-        if reading.allows is not None and (lifted := self._lift(reading.allows.seen(observation))):
-            reply = f"Allowed again: {lifted}. {self._doing(observation)}"
+        if reading.allows is not None and (told := self._allow(reading.allows.seen(observation))):
+            reply = f"{told} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
             return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
@@ -259,11 +259,15 @@ class PlannerOverridden:
     def _forbids(self, act: Prohibition) -> bool:
         return any(one.covers(act) for one in self.forbidden)
 
-    def _lift(self, allowed: Prohibition) -> str:
-        """Lift what an allowance covers; return it in words, "" if nothing was forbidden."""
-        lifted = {one for one in self.forbidden if allowed.covers(one) or one.covers(allowed)}
-        self.forbidden -= lifted
-        return ", ".join(sorted(one.in_words for one in lifted))
+    def _allow(self, allowed: Prohibition) -> str:
+        """Lift what an allowance covers; return it in words, "" if nothing of it was forbidden."""
+        left = {part for one in self.forbidden for part in one.without(allowed)}
+        if left == self.forbidden:
+            return ""
+        lifted = {one for one in self.forbidden - left if allowed.covers(one)} or {allowed}
+        self.forbidden = left
+        still = f" Still forbidden: {_listed(left)}." if left else ""
+        return f"Allowed again: {_listed(lifted)}.{still}"
 
     def _set_speed(self, speed: str) -> None:
         factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
@@ -344,9 +348,13 @@ def order_in_words(order: Order, instruction: Instruction) -> str:
     return order.correction.text if order.correction else (order.task or instruction.task).text
 
 
+def _listed(forbidden: set[Prohibition]) -> str:
+    return ", ".join(sorted(one.in_words for one in forbidden))
+
+
 def _require_side(command: Command, side: Tube | None, observation: Observation) -> None:
-    seen = TUBES[(duct_side(observation) == "right") != (command.structure == "artery")]
-    if side and command.structure and side != seen:
+    seen = command.structure and tube_of(command.structure, observation)
+    if side and seen and side != seen:
         raise NotNowError(f"the {command.structure} is the {seen} tube here; say which you mean")
 
 

@@ -404,6 +404,39 @@ def test_a_dangerous_request_that_denies_something_else_is_refused_and_forbids_n
     assert planner.in_force(clipped(left=3)).forbidden == ()
 
 
+@pytest.mark.parametrize(
+    ("bans", "allowed", "told", "left"),
+    [
+        (["don't cut"], "you may cut the artery", "Allowed again: cut artery. Still", ["cut duct"]),
+        (["don't cut"], "you may cut the left tube", "Allowed again: cut duct.", ["cut artery"]),
+        (["don't open"], "you may open the left gripper", "Allowed again: open left gripper. Still",
+         ["open right gripper"]),
+        (["don't cut", "don't clip the duct"], "you may cut the duct", "Allowed again: cut duct.",
+         ["clip duct", "cut artery"]),
+        (["don't cut the duct", "don't cut the artery"], "you may cut", "Allowed again: cut artery,"
+         " cut duct. I", []),
+        (["don't cut", "don't cut the duct"], "you may cut the duct", "Allowed again: cut duct.",
+         ["cut artery"]),
+    ],
+)  # fmt: skip
+def test_what_is_allowed_again_is_allowed_alone_and_what_is_left_is_told(bans, allowed, told, left):
+    planner = fixed()
+    for text in bans:
+        hear(planner, text)
+    answer = hear(planner, allowed, 3.0)
+    assert answer.reply.startswith(told)
+    assert answer.instruction.forbidden == tuple(left)
+    assert f"Still forbidden: {', '.join(left)}. " in answer.reply or not left
+
+
+def test_who_allows_the_artery_does_not_release_the_duct():
+    planner = fixed(CUT_DUCT)
+    for k, text in enumerate(["don't cut", "resume", "you may cut the artery"]):
+        answer = hear(planner, text, 2.0 * k, left=3)
+    assert answer.instruction.hold
+    assert answer.reply.endswith("Still forbidden: cut duct. I hold.")
+
+
 def test_an_exception_allows_nothing():
     planner = fixed(CUT_DUCT)
     hear(planner, "don't clip the duct", 1.0, left=1)
