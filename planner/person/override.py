@@ -104,7 +104,7 @@ class PlannerOverridden:
         forbidden = tuple(sorted(one.in_words for one in self.forbidden))
         act = act_of(instruction.task, observation) if instruction.correction is None else None
         if act and not instruction.hold and self._forbids(act):
-            why = f"you forbade: {act.in_words}"
+            why = f"You forbade: {act.in_words}."
             instruction = replace(instruction, hold=True, remark=why)
         return replace(instruction, forbidden=forbidden, speed=self.speed)
 

@@ -455,6 +455,14 @@ def test_an_arm_can_be_corrected_while_what_is_due_is_forbidden():
     assert planner.in_force(there).hold
 
 
+def test_arms_that_a_ban_holds_say_so_when_asked():
+    planner = fixed(CUT_DUCT)
+    hear(planner, "don't cut the duct", 1.0, left=3)
+    hear(planner, "resume", 3.0, left=3)
+    asked = [hear(planner, text, 4.0, left=3).reply for text in ("what are you doing?", "why?")]
+    assert asked == ["You forbade: cut duct. I hold.", "Because: You forbade: cut duct. I hold."]
+
+
 def test_what_is_forbidden_on_one_tube_is_allowed_on_the_other():
     clip = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
     planner = fixed(clip)
