@@ -1,7 +1,7 @@
 """A person's word comes before the planner's: warnings, orders, prohibitions, questions.
 
-The planner is asked all the time but in a hold and under an ordered task, so that it resumes from
-what it sees.
+The planner is asked all the time but in a hold, under an ordered task, and where a person forbade
+what it asks for, so that it resumes from what it sees.
 """
 
 from __future__ import annotations
@@ -73,10 +73,10 @@ class PlannerOverridden:
     def plan(self, observation: Observation) -> Instruction:
         """Ask the other planner, and return the instruction in force.
 
-        While a person holds the arms, or has ordered a task, it is not asked: its clock stands
-        still, and what others try counts for nothing.
+        While a person holds the arms, has ordered a task, or has forbidden what it asks for, it is
+        not asked: its clock stands still, and what others try, or nobody may, counts for nothing.
         """
-        if self._rests and self._planned is not None:
+        if self._rests(observation):
             return self.in_force(observation)
         before, self._planned = self._planned, self._planner.plan(observation)
         if self._progress is None and (before is None or before.text != self._planned.text):
@@ -102,10 +102,11 @@ class PlannerOverridden:
         """Return the instruction in force: a person's, else the planner's last one."""
         instruction = self._ordered(observation) or self.planned
         forbidden = tuple(sorted(one.in_words for one in self.forbidden))
-        act = act_of(instruction.task, observation) if instruction.correction is None else None
-        if act and not instruction.hold and self._forbids(act):
+        corrected = instruction.source == "human" and instruction.correction is not None
+        act = None if corrected or instruction.hold else act_of(instruction.task, observation)
+        if act and self._forbids(act):
             why = f"You forbade: {act.in_words}."
-            instruction = replace(instruction, hold=True, remark=why)
+            instruction = replace(instruction, correction=None, hold=True, remark=why)
         return replace(instruction, forbidden=forbidden, speed=self.speed)
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
@@ -175,10 +176,13 @@ class PlannerOverridden:
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
 
-    @property
-    def _rests(self) -> bool:
-        """Whether the planner's clock stands still."""
-        return self._held or (self._progress is not None and self._progress.task is not None)
+    def _rests(self, observation: Observation) -> bool:
+        """Return whether the planner's clock stands still: what it asks for is not done now."""
+        if self._planned is None:
+            return False
+        ordered = self._progress is not None and self._progress.task is not None
+        act = act_of(self._planned.task, observation)
+        return self._held or ordered or (act is not None and self._forbids(act))
 
     @property
     def _held(self) -> bool:

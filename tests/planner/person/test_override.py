@@ -168,6 +168,33 @@ def test_under_an_ordered_task_the_planner_is_not_asked_and_what_is_tried_counts
     assert inner.asked_s == [0.0]
 
 
+def test_while_a_ban_holds_the_arms_the_planner_is_not_asked_and_once_it_is_allowed_it_is():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    for time_s in (0.0, 1.0):  # the second task is a clip on the duct
+        planner.plan(clipped(time_s=time_s))
+    hear(planner, "don't clip anything", 1.5)
+    hear(planner, "resume", 3.0)
+    for k in range(4, 90):
+        held = planner.plan(clipped(time_s=float(k)))
+        assert (held.hold, held.call, held.task) == (True, False, TASKS[1])
+    say(planner, HIGHER.text, 90.0)
+    assert planner.plan(clipped(time_s=91.0)).correction == HIGHER.correction
+    assert inner.asked_s == [0.0, 1.0]
+    hear(planner, "you may clip", 92.0)
+    planner.plan(clipped(time_s=93.0))
+    assert inner.asked_s == [0.0, 1.0, 93.0]
+
+
+@pytest.mark.parametrize("correction", [None, LEFT.correction])
+def test_a_ban_holds_the_arms_also_where_the_planner_corrects_what_is_forbidden(correction):
+    asked = Instruction(task=CUT_DUCT, correction=correction)
+    planner, seen = PlannerOverridden(PlannerFixed(instruction=asked)), clipped(left=3)
+    planner.plan(seen)
+    assert not planner.in_force(seen).hold
+    hear(planner, "don't cut", left=3)
+    assert hear(planner, "resume", 3.0, left=3).instruction.hold
+
+
 @given(taskless)
 def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_nothing_said(spoken):
     inner, alone = PlannerCounting(), PlannerCounting()
