@@ -163,7 +163,7 @@ class Interpreter:
         if any(one is None for one in read):
             return self._half(text, said)
         first, *then = said
-        words = ", then ".join(_in_words(one) for one in said)
+        words = ", then ".join(one.text for one in said)
         return Reading(
             text=text,
             command=first.command,
@@ -272,11 +272,6 @@ def _way_back(part: str, before: Said | None) -> Said | None:
     return Said(command=COMMANDS[back])
 
 
-def _in_words(said: Said) -> str:
-    size = "" if said.size_m is None else f" by {1e3 * said.size_m:g} mm"
-    return f"{said.command.text}{size}"
-
-
 def _trouble(text: str, english: str) -> str:
     """Return why a text cannot be read at all; empty if it can."""
     if not text.strip():
@@ -301,7 +296,7 @@ def _understood(
         size_m=said.size_m,
         confidence=confidence,
         by=by,
-        reply=f"Understood: {_in_words(said)}.",
+        reply=f"Understood: {said.text}.",
     )
 
 

@@ -26,6 +26,12 @@ class Said:
     size_m: float | None = None
     side: Tube | None = None
 
+    @property
+    def text(self) -> str:
+        """Return it in words: "move left arm higher by 2 mm"."""
+        size = "" if self.size_m is None else f" by {1e3 * self.size_m:g} mm"
+        return f"{self.command.text}{size}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:

@@ -7,7 +7,7 @@ what it asks for, so that it resumes from what it sees.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.base import Planner
@@ -152,7 +152,8 @@ class PlannerOverridden:
             _require_side(command, side, observation)
             order = self._interpret(command.seen(duct_side(observation)), observation, size_m)
         except NotNowError as refusal:
-            reply = f"Not done: {refusal}. {self._doing(observation)}"
+            after = f"; nor what was to follow: {_in_order(then)}" if then else ""
+            reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
             return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
@@ -163,7 +164,7 @@ class PlannerOverridden:
         instruction = self.in_force(observation)
         if order.hold:
             return Answer(instruction=instruction, reply=f"I hold, {order.lasts}.")
-        after = "".join(f", then {said.command.text}" for said in then)
+        after = f", then {_in_order(then)}" if then else ""
         reply = f"{order_in_words(order, instruction)}, {order.lasts}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
@@ -171,7 +172,6 @@ class PlannerOverridden:
         """Return control to the planner."""
         self._interrupt(Order(hold=True))
         self._progress, self._stopped_s, self._hold_after = None, None, False
-        self._then = deque[Said]()
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
@@ -219,12 +219,25 @@ class PlannerOverridden:
         )
 
     def _interrupt(self, order: Order) -> None:
-        """Keep an ordered task for after a correction; tell that anything else ends it."""
+        """Keep an ordered task for after a correction; tell that anything else ends it.
+
+        What was to follow a task is kept with it. What was to follow a correction is not done: its
+        place may be another one now, and a clip or a cut there cannot be undone.
+        """
         if self._progress is not None and self._progress.is_task:
             self._interrupted = self._progress, self._then
+        else:
+            self._drop(self._then)
         if order.correction is None and self._interrupted is not None:
-            self._left.append(self._interrupted[0].left())
+            progress, then = self._interrupted
+            self._left.append(progress.left())
+            self._drop(then)
             self._interrupted = None
+        self._then = deque[Said]()
+
+    def _drop(self, then: deque[Said]) -> None:
+        if then:
+            self._left.append(f"Not done: {_in_order(then)}; something else was said.")
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
         tips_m = observation.tips_endoscope[:, :3, 3].copy()
@@ -248,16 +261,19 @@ class PlannerOverridden:
         What is done already is passed over; where something cannot be done now, all that follows it
         is dropped.
         """
-        told = list[str]()
-        while self._then:
-            said = self._then.popleft()
-            rest = tuple(self._then)
-            given = self.instruct(said.command, observation, 1.0, said.size_m, rest, said.side)
+        told, rest = list[str](), self._then
+        self._then = deque[Said]()
+        while rest:
+            said = rest.popleft()
+            then = tuple(rest)
+            given = self.instruct(said.command, observation, 1.0, said.size_m, then, said.side)
             if given.refusal is None:
                 break
-            told.append(f"Not done: {said.command.text}; {given.refusal}.")
-            if not isinstance(given.refusal, DoneAlreadyError):
-                self._then.clear()
+            passed_over = isinstance(given.refusal, DoneAlreadyError)
+            dropped = (said,) if passed_over else (said, *rest)
+            told.append(f"Not done: {_in_order(dropped)}; {given.refusal}.")
+            if not passed_over:
+                break
         return told
 
     def _forbids(self, act: Prohibition) -> bool:
@@ -350,6 +366,10 @@ class PlannerOverridden:
 def order_in_words(order: Order, instruction: Instruction) -> str:
     """Return what is ordered, as an instruction says it."""
     return order.correction.text if order.correction else (order.task or instruction.task).text
+
+
+def _in_order(said: Iterable[Said]) -> str:
+    return ", then ".join(one.text for one in said)
 
 
 def _listed(forbidden: set[Prohibition]) -> str:

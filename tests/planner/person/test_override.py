@@ -375,8 +375,40 @@ def test_a_person_is_told_why_what_follows_is_not_done():
     planner.hear(INTERPRETER.read("move left arm higher, then cut the duct, then down"), seen)
     told = planner.follow(moved(seen, HIGHER_LEFT.correction, DEFAULT_M))
     assert len(told) == 2
-    assert "the left tube has 1 of the 3 clips a cut needs" in told[1]
+    assert told[1].startswith(
+        "Not done: cut duct, then move left arm lower; the left tube has 1 of"
+    )
     assert planner.in_force(seen).source == "planner"
+
+
+def test_what_was_to_follow_a_correction_is_told_not_to_be_done_after_another_word():
+    for word in ("right arm up 1 mm", "stop", "resume", "clip the artery"):
+        planner, seen = fixed(), clipped()
+        promised = hear(planner, "move left arm up 2 mm, then clip the duct").reply
+        assert "by 2 mm, then clip duct." in promised
+        hear(planner, word)
+        (told,) = planner.follow(seen)
+        assert told.startswith("Not done: clip duct; something else was said. I ")
+        planner.follow(moved(seen, HIGHER.correction, 0.001))
+        assert planner.in_force(seen).text != "clipping first clip left tube"
+
+
+def test_what_was_to_follow_a_task_is_kept_through_a_correction_and_told_when_the_task_is_left():
+    planner, seen = fixed(), clipped(left=2, right=2)
+    hear(planner, "clip the duct, then right arm up 2 mm, then clip the artery", left=2, right=2)
+    hear(planner, "left arm up 1 mm", left=2, right=2)
+    assert len(planner.follow(moved(seen, HIGHER_LEFT.correction, 0.001))) == 1
+    assert planner.in_force(seen).text == "clipping third clip left tube"
+    hear(planner, "stop")
+    given_up, not_done = planner.follow(seen)
+    assert given_up.startswith("Given up: clipping third clip left tube; something else was said.")
+    assert not_done.startswith("Not done: move right arm higher by 2 mm, then clip artery; some")
+
+
+def test_of_a_refused_sentence_all_is_told_not_to_be_done():
+    planner = fixed()
+    reply = hear(planner, "cut the duct, then clip the artery", left=1).reply
+    assert "1 of the 3 clips a cut needs; nor what was to follow: clip artery. I go on" in reply
 
 
 def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
