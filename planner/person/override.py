@@ -113,7 +113,8 @@ class PlannerOverridden:
         """Take in what a person said; the reply says what comes of it."""
         agreed = self._offered if reading.agrees else None
         if agreed is not None:
-            reading = replace(reading, command=agreed)
+            said = {"command": agreed.command, "size_m": agreed.size_m, "side": agreed.side}
+            reading = replace(reading, confidence=1.0, **said)
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
         self.forbidden |= {one.seen(observation) for one in reading.forbids}
         if reading.speed:
@@ -197,7 +198,7 @@ class PlannerOverridden:
         self._hold_after = False  # a correction in a hold ends in it
         self._latest = Order()
         self._stopped_s: float | None = None
-        self._offered: Command | None = None
+        self._offered: Said | None = None
         self.forbidden: set[Prohibition] = set()
         self.speed = 1.0
 

@@ -537,6 +537,14 @@ def test_yes_accepts_what_was_asked_back():
     assert hear(planner, "yes", 3.0).instruction is None
 
 
+def test_yes_accepts_the_size_and_the_side_that_were_said():
+    planner = fixed()
+    assert "by 1 mm" in hear(planner, "no, left arm higher by 1 mm", 0.0).reply
+    assert hear(planner, "yes", 2.0).instruction.left_m == pytest.approx(0.001)
+    hear(planner, "no, clip the right duct", 3.0)
+    assert "the duct is the left tube" in hear(planner, "yes", 5.0).reply
+
+
 def test_slower_scales_the_speed_and_normal_restores_it():
     planner = fixed()
     assert hear(planner, "slower please").instruction.speed == 0.5
