@@ -75,10 +75,14 @@ class PlannerOverridden:
 
         While a person holds the arms, has ordered a task, or has forbidden what it asks for, it is
         not asked: its clock stands still, and what others try, or nobody may, counts for nothing.
+        Where arms are to move slower, its clock runs slower, too.
         """
-        if self._rests(observation):
+        rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
+        self._seen_s = observation.time_s
+        if rests:
             return self.in_force(observation)
-        before, self._planned = self._planned, self._planner.plan(observation)
+        self._late_s += (1.0 - self.speed) * passed_s
+        before, self._planned = self._planned, self._asked(observation)
         if self._progress is None and (before is None or before.text != self._planned.text):
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
         return self.in_force(observation)
@@ -86,7 +90,9 @@ class PlannerOverridden:
     def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
         told, self._left = self._left, []
-        if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
+        progress = self._progress
+        ended = progress and progress.see(observation, exchanging=exchanging, speed=self.speed)
+        if ended:
             again = self._hold_after
             self._progress = None
             told += [ended, *self._begin_next(observation)]
@@ -164,9 +170,10 @@ class PlannerOverridden:
         self._begin(order, observation, confidence)
         instruction = self.in_force(observation)
         if order.hold:
-            return Answer(instruction=instruction, reply=f"I hold, {order.lasts}.")
+            return Answer(instruction=instruction, reply=f"I hold, {order.lasts(self.speed)}.")
         after = f", then {_in_order(then)}" if then else ""
-        reply = f"{order_in_words(order, instruction)}, {order.lasts}{after}."
+        what = order_in_words(order, instruction)
+        reply = f"{what}, {order.lasts(self.speed)}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
@@ -176,6 +183,14 @@ class PlannerOverridden:
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
+
+    def _asked(self, observation: Observation) -> Instruction:
+        """Return the planner's instruction for what is seen, at the time by its own clock."""
+        if self._late_s == 0.0:
+            return self._planner.plan(observation)
+        by_its_clock_s = observation.time_s - self._late_s
+        planned = self._planner.plan(replace(observation, time_s=by_its_clock_s))
+        return replace(planned, time_s=planned.time_s + self._late_s)
 
     def _rests(self, observation: Observation) -> bool:
         """Return whether the planner's clock stands still: what it asks for is not done now."""
@@ -191,6 +206,7 @@ class PlannerOverridden:
 
     def _forget(self) -> None:
         self._planned: Instruction | None = None
+        self._seen_s, self._late_s = 0.0, 0.0  # of the planner's clock, where arms are slower
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None

@@ -1,5 +1,6 @@
 """Tests of a person's word: it comes before the planner's, and the replies are true."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -94,6 +95,23 @@ def test_a_correction_that_cannot_go_on_is_given_up_and_the_person_told_how_far_
     assert "1.0 of 4 mm" in told[0]
 
 
+def test_a_slow_correction_has_as_much_more_time_as_it_is_slower():
+    for speed, given_up_s in ((1.0, 9.0), (0.5, 18.0), (0.125, 72.0)):
+        planner, seen = fixed(), clipped()
+        planner.speed = speed
+        planner.instruct(HIGHER, seen, 1.0, 0.008)
+        told = [k for k in range(80) for _ in planner.follow(replace(seen, time_s=float(k)))]
+        assert told == [pytest.approx(given_up_s)]
+
+
+def test_slow_jaws_move_as_far_as_usual_ones_and_the_reply_says_for_how_long(planner):
+    for _ in range(2):
+        hear(planner, "slower")
+    assert say(planner, "open left gripper").reply.startswith("open left gripper, for 4.8 s.")
+    assert planner.follow(clipped(time_s=4.7)) == ()
+    assert len(planner.follow(clipped(time_s=4.8))) == 1
+
+
 def test_jaws_move_for_their_time(planner):
     say(planner, "open left gripper")
     for k in range(round(JAWS_S / STEP_S)):
@@ -133,6 +151,53 @@ def test_an_ordered_clip_that_is_never_seen_is_tried_again_and_then_given_up_wit
     assert told == [
         "Given up: clipping first clip right tube; tried 3 times. I go on: grabbing gallbladder."
     ]
+
+
+@pytest.mark.parametrize("speed", [0.5, 0.125])
+def test_a_slow_task_has_as_much_more_time_for_its_tries_as_it_is_slower(speed):
+    ends_s = []
+    for share, words in itertools.product((1.0, speed), (TASKS[0].text, TASKS[9].text)):
+        planner = fixed()
+        say(planner, words)
+        planner.speed = share
+        near = clipped()
+        near.tips_endoscope[1, :3, 3] = near.right_tube_m[3]
+        near = replace(near, pinch_n=0.0)
+        times_s = (k / share for k in range(100))
+        ended = ((t, told) for t in times_s for told in planner.follow(replace(near, time_s=t)))
+        end_s, told = next(ended)
+        ends_s.append(end_s)
+        assert told.startswith("Given up")
+        assert "grab" not in words or f"not held after {end_s:.0f} s" in told
+    assert [end_s * speed for end_s in ends_s[2:]] == pytest.approx(ends_s[:2])
+
+
+def test_the_planners_clock_runs_as_slowly_as_the_arms_and_as_ever_at_the_usual_speed():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    for time_s, words in (
+        (0.0, ""),
+        (1.0, "half speed"),
+        (2.0, ""),
+        (4.0, "normal speed"),
+        (5.0, ""),
+    ):
+        given = planner.plan(clipped(time_s=time_s))
+        assert given.time_s == time_s
+        if words:
+            hear(planner, words, time_s)
+    assert inner.asked_s == [0.0, 1.0, 1.5, 2.5, 3.5]
+
+
+def test_a_hold_is_one_also_by_a_slow_clock():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    planner.plan(clipped())
+    hear(planner, "half speed")
+    hear(planner, "pause")
+    for k in range(1, 11):
+        planner.plan(clipped(time_s=float(k)))
+    hear(planner, "resume", 10.0)
+    planner.plan(clipped(time_s=11.0))
+    assert inner.asked_s == [0.0, 10.5]
 
 
 def test_tool_exchanges_do_not_count_against_an_order():
