@@ -12,22 +12,18 @@ from dataclasses import dataclass, replace
 
 from planner.base import Planner
 from planner.command import Command
-from planner.correction import Correction, correction_from_text, opposite
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
-from planner.person.orders import DEFAULT_M, Order, OrderProgress
-from planner.person.prohibition import Prohibition, act_of
+from planner.person.interpretation import Moment, acts_of, order_of
+from planner.person.orders import Order, OrderProgress
+from planner.person.standing import Standing
 from planner.seen.done import is_back
-from planner.seen.duct_side import duct_side, tube_of
-from planner.seen.next_task import DoneAlreadyError, NotNowError, next_task
+from planner.seen.next_task import DoneAlreadyError, NotNowError
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
-LET_GO = "open left gripper"  # the grasper: the only tool that holds tissue for long
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
-SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
-SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is the limits'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +77,7 @@ class PlannerOverridden:
         self._seen_s = observation.time_s
         if rests:
             return self.in_force(observation)
-        self._late_s += (1.0 - self.speed) * passed_s
+        self._late_s += (1.0 - self.standing.speed) * passed_s
         before, self._planned = self._planned, self._asked(observation)
         if self._progress is None and (before is None or before.text != self._planned.text):
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
@@ -91,7 +87,9 @@ class PlannerOverridden:
         """Take in a moment; return what the person is to be told: orders that ended."""
         told, self._left = self._left, []
         progress = self._progress
-        ended = progress and progress.see(observation, exchanging=exchanging, speed=self.speed)
+        ended = progress and progress.see(
+            observation, exchanging=exchanging, speed=self.standing.speed
+        )
         if ended:
             again = self._hold_after
             self._progress = None
@@ -106,14 +104,8 @@ class PlannerOverridden:
 
     def in_force(self, observation: Observation) -> Instruction:
         """Return the instruction in force: a person's, else the planner's last one."""
-        instruction = self._ordered(observation) or self.planned
-        forbidden = tuple(sorted(one.in_words for one in self.forbidden))
-        corrected = instruction.source == "human" and instruction.correction is not None
-        act = None if corrected or instruction.hold else act_of(instruction.task, observation)
-        if act and self._forbids(act):
-            why = f"You forbade: {act.in_words}."
-            instruction = replace(instruction, correction=None, hold=True, remark=why)
-        return replace(instruction, forbidden=forbidden, speed=self.speed)
+        asked = self._ordered(observation) or self.planned
+        return self.standing.applied_to(asked, observation)
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
@@ -122,13 +114,13 @@ class PlannerOverridden:
             said = {"command": agreed.command, "size_m": agreed.size_m, "side": agreed.side}
             reading = replace(reading, confidence=1.0, **said)
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
-        self.forbidden |= {one.seen(observation) for one in reading.forbids}
+        self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
         if reading.question is not None:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
-        if reading.allows is not None and (told := self._allow(reading.allows.seen(observation))):
+        if reading.allows and (told := self.standing.allow(reading.allows, observation)):
             reply = f"{told} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
@@ -156,8 +148,8 @@ class PlannerOverridden:
     ) -> Answer:
         """Take a person's command, and those that follow it; a refused one changes nothing."""
         try:
-            _require_side(command, side, observation)
-            order = self._interpret(command.seen(duct_side(observation)), observation, size_m)
+            said = Said(command=command, size_m=size_m, side=side)
+            order = self._interpret(said, observation)
         except NotNowError as refusal:
             after = f"; nor what was to follow: {_in_order(then)}" if then else ""
             reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
@@ -170,10 +162,12 @@ class PlannerOverridden:
         self._begin(order, observation, confidence)
         instruction = self.in_force(observation)
         if order.hold:
-            return Answer(instruction=instruction, reply=f"I hold, {order.lasts(self.speed)}.")
+            return Answer(
+                instruction=instruction, reply=f"I hold, {order.lasts(self.standing.speed)}."
+            )
         after = f", then {_in_order(then)}" if then else ""
         what = order_in_words(order, instruction)
-        reply = f"{what}, {order.lasts(self.speed)}{after}."
+        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
@@ -197,8 +191,8 @@ class PlannerOverridden:
         if self._planned is None:
             return False
         ordered = self._progress is not None and self._progress.task is not None
-        act = act_of(self._planned.task, observation)
-        return self._held or ordered or (act is not None and self._forbids(act))
+        forbidden = self.standing.forbidden_in(self._planned.task, observation)
+        return self._held or ordered or forbidden is not None
 
     @property
     def _held(self) -> bool:
@@ -215,8 +209,7 @@ class PlannerOverridden:
         self._latest = Order()
         self._stopped_s: float | None = None
         self._offered: Said | None = None
-        self.forbidden: set[Prohibition] = set()
-        self.speed = 1.0
+        self.standing = Standing()
 
     def _doing(self, observation: Observation) -> str:
         return doing_in_words(self.in_force(observation))
@@ -293,27 +286,10 @@ class PlannerOverridden:
                 break
         return told
 
-    def _forbids(self, act: Prohibition) -> bool:
-        return any(one.covers(act) for one in self.forbidden)
-
-    def _allow(self, allowed: Prohibition) -> str:
-        """Lift what an allowance covers; return it in words, "" if nothing of it was forbidden."""
-        left = {part for one in self.forbidden for part in one.without(allowed)}
-        if left == self.forbidden:
-            return ""
-        lifted = {one for one in self.forbidden - left if allowed.covers(one)} or {allowed}
-        self.forbidden = left
-        still = f" Still forbidden: {_listed(left)}." if left else ""
-        return f"Allowed again: {_listed(lifted)}.{still}"
-
-    def _set_speed(self, speed: str) -> None:
-        factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
-        self.speed = min(max(factor, SLOWEST), FASTEST)
-
     def _told_speed(self, reading: Reading, observation: Observation) -> Answer:
         """Take in words about speed, and what is asked for besides; the answer names both."""
-        self._set_speed(reading.speed)
-        speed = f"Speed {self.speed:.0%} of the usual."
+        self.standing.set_speed(reading.speed)
+        speed = f"Speed {self.standing.speed:.0%} of the usual."
         if reading.command is not None:
             given = self.hear(replace(reading, speed=""), observation)
             instruction = given.instruction or self.in_force(observation)
@@ -322,11 +298,9 @@ class PlannerOverridden:
         reply = f"{speed} {remark}{self._doing(observation)}"
         return Answer(instruction=self.in_force(observation), reply=reply)
 
-    def _interpret(
-        self, command: Command, observation: Observation, size_m: float | None
-    ) -> Order | None:
+    def _interpret(self, said: Said, observation: Observation) -> Order | None:
         """Interpret a command; None returns control to the planner."""
-        now_s, word = observation.time_s, command.word
+        now_s, word = observation.time_s, said.command.word
         if word == "resume":
             return None
         if word in ("stop", "pause"):
@@ -334,50 +308,16 @@ class PlannerOverridden:
             return Order(hold=True)
         if self._stopped_s is not None and now_s < self._stopped_s + STOP_WINS_S - 1e-9:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
-        order = self._order_to_act(command, observation)
-        self._refuse_forbidden(order, observation)
-        return replace(order, distance_m=order.distance_m if size_m is None else size_m)
+        order = order_of(said, self._moment(observation))
+        for act in acts_of(order, observation):
+            if self.standing.forbids(act):
+                raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
+        return order
 
-    def _refuse_forbidden(self, order: Order, observation: Observation) -> None:
-        act = act_of(order.task, observation) if order.task else None
-        opens = order.correction is not None and order.correction.jaw == "open"
-        if opens and order.correction is not None:
-            sides = ("left", "right") if order.correction.arm == "both" else (order.correction.arm,)
-            acts = [Prohibition(act="open", on=f"{side} gripper") for side in sides]
-        else:
-            acts = [] if act is None or order.correction else [act]
-        for one in acts:
-            if self._forbids(one):
-                raise NotNowError(f'you forbade it; to allow it say "you may {one.in_words}"')
-
-    def _order_to_act(self, command: Command, observation: Observation) -> Order:
+    def _moment(self, observation: Observation) -> Moment:
+        ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
-        if command.task is not None:
-            return Order(task=command.task)
-        if command.correction is not None:
-            return self._order_to_correct(command.correction)
-        if command.deed is not None and command.tube is not None:
-            return Order(task=next_task(command.deed, command.tube, observation))
-        if command.word == "repeat":
-            return self._latest
-        if command.word == "undo":
-            return self._order_to_undo(observation)
-        if command.word == "let go":
-            return self._order_to_correct(correction_from_text(LET_GO))
-        return Order(task=_neighbour(task, 1))
-
-    def _order_to_correct(self, correction: Correction) -> Order:
-        return Order(
-            task=None if self._progress is None or self._held else self._progress.task,
-            correction=correction,
-            distance_m=DEFAULT_M,
-        )
-
-    def _order_to_undo(self, observation: Observation) -> Order:
-        if self._latest.correction is not None:
-            return replace(self._latest, correction=opposite(self._latest.correction))
-        task = self._latest.task or self.in_force(observation).task
-        return Order(task=_neighbour(task, -1))
+        return Moment(seen=observation, task=task, ordered=ordered, latest=self._latest)
 
 
 def order_in_words(order: Order, instruction: Instruction) -> str:
@@ -387,21 +327,3 @@ def order_in_words(order: Order, instruction: Instruction) -> str:
 
 def _in_order(said: Iterable[Said]) -> str:
     return ", then ".join(one.text for one in said)
-
-
-def _listed(forbidden: set[Prohibition]) -> str:
-    return ", ".join(sorted(one.in_words for one in forbidden))
-
-
-def _require_side(command: Command, side: Tube | None, observation: Observation) -> None:
-    seen = command.structure and tube_of(command.structure, observation)
-    if side and seen and side != seen:
-        raise NotNowError(f"the {command.structure} is the {seen} tube here; say which you mean")
-
-
-def _neighbour(task: Task, n: int) -> Task:
-    """Return the task n places further in the procedure."""
-    at = TASKS.index(task) + n
-    if not 0 <= at < len(TASKS):
-        raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
-    return TASKS[at]

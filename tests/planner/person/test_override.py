@@ -98,7 +98,7 @@ def test_a_correction_that_cannot_go_on_is_given_up_and_the_person_told_how_far_
 def test_a_slow_correction_has_as_much_more_time_as_it_is_slower():
     for speed, given_up_s in ((1.0, 9.0), (0.5, 18.0), (0.125, 72.0)):
         planner, seen = fixed(), clipped()
-        planner.speed = speed
+        planner.standing.speed = speed
         planner.instruct(HIGHER, seen, 1.0, 0.008)
         told = [k for k in range(80) for _ in planner.follow(replace(seen, time_s=float(k)))]
         assert told == [pytest.approx(given_up_s)]
@@ -159,7 +159,7 @@ def test_a_slow_task_has_as_much_more_time_for_its_tries_as_it_is_slower(speed):
     for share, words in itertools.product((1.0, speed), (TASKS[0].text, TASKS[9].text)):
         planner = fixed()
         say(planner, words)
-        planner.speed = share
+        planner.standing.speed = share
         near = clipped()
         near.tips_endoscope[1, :3, 3] = near.right_tube_m[3]
         near = replace(near, pinch_n=0.0)
