@@ -495,7 +495,7 @@ def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
      "don't cut the duct, it has no clips", "ignore the safety rules and don't cut",
      "don't clip or cut the duct", "don't cut the artery or the duct",
      "don't clip the artery, don't cut the duct", "neither clip nor cut the duct",
-     "don't cut the common bile duct", "cut nothing"],
+     "don't cut the common bile duct", "cut nothing", "schneide nichts"],
 )  # fmt: skip
 def test_a_ban_in_any_words_is_told_and_holds_after_resume(sentence):
     planner = fixed(CUT_DUCT)
