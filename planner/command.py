@@ -50,8 +50,13 @@ class Command:
         """Return the command with the structure replaced by its tube; `duct` is the duct's tube."""
         if self.structure is None:
             return self
-        tube = next(one for one in TUBES if (one == duct) == (self.structure == "duct"))
+        tube = tube_where(self.structure, duct)
         return COMMANDS[self.text.replace(self.structure, f"{tube} tube")]
+
+
+def tube_where(structure: Structure, duct: Tube) -> Tube:
+    """Return the tube of a structure; `duct` is the duct's tube."""
+    return next(tube for tube in TUBES if (tube == duct) == (structure == "duct"))
 
 
 def _of_structures() -> Iterator[Command]:

@@ -144,8 +144,8 @@ class Episode:
 
     def _answer(self, reading: Reading) -> Heard:
         answer = self._override.hear(reading, self.observation)
-        if reading.forbids is not None:
-            self.guarded_driver.forbid(reading.forbids.in_words, self._time_s)
+        for forbidden in reading.forbids:
+            self.guarded_driver.forbid(forbidden.in_words, self._time_s)
         return Heard(
             time_s=self._time_s,
             reading=reading,

@@ -12,10 +12,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file
+from safetensors.numpy import save as to_bytes
 
 from planner.language.phrases import normalised
 from planner.language.sentence_encoder import embed
+from planner.learning.whole_file import write_whole
 from tissue_sim.frames import Array
 
 SHIPPED = Path(__file__).with_name("alarm_head.safetensors")
@@ -59,7 +61,7 @@ def fit(rows: Array, warns: Array) -> Array:
 
 def save(weights: Array, path: Path = SHIPPED) -> None:
     """Write weights (385,)."""
-    save_file({"weights": weights.astype(np.float32)}, path)
+    write_whole(path, to_bytes({"weights": weights.astype(np.float32)}))
 
 
 @cache

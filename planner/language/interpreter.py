@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -15,7 +16,7 @@ from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.forbidding import allowed_in, forbidden_in
+from planner.language.rules.forbidding import allowed_in, excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import Question, question_in
@@ -26,13 +27,20 @@ from planner.language.rules.rewriting.foreign import in_english
 from planner.language.rules.rewriting.misheard import as_meant
 from planner.language.rules.rewriting.relative import without_other_arm
 from planner.language.rules.sides import without_side
-from planner.language.rules.sizes import without_size
+from planner.language.rules.sizes import (
+    Sized,
+    out_of_range,
+    unclear_length,
+    without_size,
+    without_unit,
+)
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
 from planner.language.rules.warning import warns, without_warning
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
-from planner.task import TASKS
+from planner.person.prohibition import Prohibition
+from planner.task import TASKS, Tube
 
 MAX_CHARACTERS = 200  # longer texts are not understood,
 LONGEST = 1000  # but warnings are heard in them
@@ -77,7 +85,7 @@ class Interpreter:
             return self._refused(text, english, danger)
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
-        reading = self._several(text, english) or self._one(text, english)
+        reading = self._commanded(text, english)
         if self._alarms(reading, english):
             return self._warned(text, english, danger)
         return replace(reading, allows=allowed_in(english))
@@ -105,17 +113,18 @@ class Interpreter:
         if question and said is None and not danger and _asks_calmly(english):
             return _asked(text, question)
         if said in (STOP, PAUSE):
-            reading = _understood(text, said, 1.0, "grammar")
+            reading = _understood(text, Said(command=said), 1.0, "grammar")
         else:
             reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
-        forbids = None if danger else forbidden_in(english)
-        rest = None if danger or forbids else _by_grammar(without_warning(english))
-        meant = rest if rest is not None and rest.moves else None
+        forbids = forbidden_in(english)
+        rest = None if danger or forbids else _sized(without_warning(english))
+        clear = rest is not None and rest.command.moves and not _not_so_far(text, (rest,))
+        meant = rest if clear else None
         return replace(
             reading,
             forbids=forbids,
             guesses=() if meant is None or reading.by != "warning" else (meant,),
-            reply=_what_is_held(reading, danger, forbids and forbids.text, meant),
+            reply=_banned(forbids, english) or _what_is_held(reading, danger, meant),
         )
 
     def _refused(self, text: str, english: str, danger: str) -> Reading:
@@ -131,9 +140,16 @@ class Interpreter:
         alone = Reading(text=text, speed=speed, confidence=1.0, by="rule", reply=told)
         if not rest:
             return alone
-        read = self._several(text, rest) or self._one(text, rest)
+        read = self._commanded(text, rest)
         besides = replace(read, speed=speed, reply=f"{told} {read.reply}")
         return besides if read.command or names_an_act(rest) else alone
+
+    def _commanded(self, text: str, english: str) -> Reading:
+        """Return the reading of commands, or the question how far where that is not clear."""
+        reading = self._several(text, english) or self._one(text, english)
+        said = (*reading.said, *reading.guesses)
+        why = _not_so_far(text, said)
+        return Reading(text=text, reply=f"How far? {why}.") if why else reading
 
     def _several(self, text: str, english: str) -> Reading | None:
         """Return the reading of several commands in order, all of them or none."""
@@ -162,7 +178,7 @@ class Interpreter:
         if any(one is None for one in read):
             return self._half(text, said)
         first, *then = said
-        words = ", then ".join(_in_words(one) for one in said)
+        words = ", then ".join(one.text for one in said)
         return Reading(
             text=text,
             command=first.command,
@@ -176,7 +192,7 @@ class Interpreter:
 
     def _half(self, text: str, said: tuple[Said, ...]) -> Reading:
         """Ask back where only some parts of a sentence are understood: half is never done."""
-        return _asked_back(text, tuple(one.command for one in said)[:MAX_GUESSES], 0.5)
+        return _asked_back(text, said[:MAX_GUESSES], 0.5)
 
     def _one(self, text: str, english: str) -> Reading:
         sized = without_size(english)
@@ -184,24 +200,26 @@ class Interpreter:
         parsed = parse(plain)
         command = None if parsed.refusal else spelt_out(parsed.filled)
         if command and not (parsed.unknown and command.moves):
-            return replace(_understood(text, command, 1.0, "grammar", sized.size_m), side=side)
+            return _understood(text, _said(command, sized.size_m, side), 1.0, "grammar")
         if (question := question_in(english)) is not None:
             return _asked(text, question)
         if parsed.refusal:
             return _not_understood(text, parsed.refusal)
-        return self._guess(text, sized.text, parsed, sized.size_m)
+        return self._guess(text, sized, parsed, side)
 
-    def _guess(self, text: str, english: str, parsed: Parse, size_m: float | None) -> Reading:
+    def _guess(self, text: str, sized: Sized, parsed: Parse, side: Tube | None) -> Reading:
         from planner.language.sentence_encoder import embed  # PyTorch: seconds, once
 
         if not parsed.filled:
             return _not_understood(text, "no word of it names a motion, a clip, a cut or a side")
-        ranked = self._heads.ranked(embed(normalised(english)).numpy(), parsed.filled)
+        ranked = self._heads.ranked(embed(normalised(sized.text)).numpy(), parsed.filled)
         confidence, best = ranked[0] if ranked else (0.0, None)
         sure = self._heads.thresholds[openness(parsed)]
         if best and confidence >= sure and may_be_filled(parsed, best):
-            return _understood(text, best, confidence, "classifier", size_m)
-        guesses = tuple(c for chance, c in ranked[:MAX_GUESSES] if chance >= MIN_CHANCE)
+            said = _said(best, sized.size_m, side)
+            return _understood(text, said, confidence, "classifier")
+        likely = (c for chance, c in ranked[:MAX_GUESSES] if chance >= MIN_CHANCE)
+        guesses = tuple(_said(command, sized.size_m, side) for command in likely)
         return _asked_back(text, guesses, confidence)
 
 
@@ -230,9 +248,21 @@ def _sized(part: str) -> Said | None:
     sized = without_size(part)
     plain, side = without_side(sized.text)
     command = _by_grammar(plain)
-    if command is None:
-        return None
-    return Said(command=command, size_m=sized.size_m if command.correction else None, side=side)
+    return None if command is None else _said(command, sized.size_m, side)
+
+
+def _said(command: Command, size_m: float | None, side: Tube | None) -> Said:
+    return Said(command=command, size_m=size_m if command.correction else None, side=side)
+
+
+def _not_so_far(text: str, said: Sequence[Said]) -> str:
+    """Return why it is not clear how far an arm shall go, or it does not go so far; or ""."""
+    sizes_m = [one.size_m for one in said if one.command.correction]
+    if not sizes_m:
+        return ""
+    if None in sizes_m and (number := without_unit(text)):
+        return f"{number!r} is no length in mm, cm or inches"
+    return unclear_length(text) or next(filter(None, map(out_of_range, sizes_m)), "")
 
 
 def _as_before(part: str, before: Said | None) -> Said | None:
@@ -271,11 +301,6 @@ def _way_back(part: str, before: Said | None) -> Said | None:
     return Said(command=COMMANDS[back])
 
 
-def _in_words(said: Said) -> str:
-    size = "" if said.size_m is None else f" by {1e3 * said.size_m:g} mm"
-    return f"{said.command.text}{size}"
-
-
 def _trouble(text: str, english: str) -> str:
     """Return why a text cannot be read at all; empty if it can."""
     if not text.strip():
@@ -290,27 +315,31 @@ def _trouble(text: str, english: str) -> str:
     return ""
 
 
-def _understood(
-    text: str, command: Command, confidence: float, by: By, size_m: float | None = None
-) -> Reading:
-    said = Said(command=command, size_m=size_m if command.correction else None)
+def _understood(text: str, said: Said, confidence: float, by: By) -> Reading:
     return Reading(
         text=text,
-        command=command,
+        command=said.command,
         size_m=said.size_m,
+        side=said.side,
         confidence=confidence,
         by=by,
-        reply=f"Understood: {_in_words(said)}.",
+        reply=f"Understood: {said.text}.",
     )
 
 
-def _what_is_held(
-    reading: Reading, danger: str, forbidden: str | None, meant: Command | None
-) -> str:
+def _banned(forbids: tuple[Prohibition, ...], english: str) -> str:
+    """Return in words what is forbidden from now on; empty if nothing is."""
+    if not forbids:
+        return ""
+    acts = ", ".join(one.in_words for one in forbids)
+    if excepts(english):
+        acts += f', without exception; for one, say "you may {forbids[0].act} ..."'
+    return f"Forbidden until you allow it: {acts}."
+
+
+def _what_is_held(reading: Reading, danger: str, meant: Said | None) -> str:
     if danger:
         return f"Refused: {danger}."
-    if forbidden:
-        return f"Forbidden until you allow it: {forbidden.removeprefix('no ')}."
     if reading.by != "warning":
         return reading.reply
     return f'Did you mean "{meant.text}"?' if meant else "What is wrong? Say what to do, or resume."
@@ -326,7 +355,7 @@ def _not_understood(text: str, why: str) -> Reading:
     return Reading(text=text, reply=f"Not understood: {why}.")
 
 
-def _asked_back(text: str, guesses: tuple[Command, ...], confidence: float) -> Reading:
+def _asked_back(text: str, guesses: tuple[Said, ...], confidence: float) -> Reading:
     if not guesses:
         return _not_understood(text, "it may mean too many things, or none")
     meant = " or ".join(f'"{guess.text}"' for guess in guesses)

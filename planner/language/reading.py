@@ -26,6 +26,12 @@ class Said:
     size_m: float | None = None
     side: Tube | None = None
 
+    @property
+    def text(self) -> str:
+        """Return it in words: "move left arm higher by 2 mm"."""
+        size = "" if self.size_m is None else f" by {1e3 * self.size_m:g} mm"
+        return f"{self.command.text}{size}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
@@ -42,7 +48,7 @@ class Reading:
         speed: "slower", "faster", "half" or "normal"; "" if it is not about speed.
         question: What is asked.
         agrees: It says yes to what was asked back.
-        guesses: Possible commands, the likeliest first; empty if there is a command but no warning.
+        guesses: What may be meant, the likeliest first; empty if there is a command but no warning.
         confidence: Of the command, or of the first guess, 0 to 1.
         by: What found the command.
         reply: To the person, one line, which says nothing of what the arms do: the reader of the
@@ -54,12 +60,19 @@ class Reading:
     size_m: float | None = None
     side: Tube | None = None
     then: tuple[Said, ...] = ()
-    forbids: Prohibition | None = None
+    forbids: tuple[Prohibition, ...] = ()
     allows: Prohibition | None = None
     speed: str = ""
     question: Question | None = None
     agrees: bool = False
-    guesses: tuple[Command, ...] = ()
+    guesses: tuple[Said, ...] = ()
     confidence: float = 0.0
     by: By = "nobody"
     reply: str
+
+    @property
+    def said(self) -> tuple[Said, ...]:
+        """Return the command with what was said with it, and those that follow; empty if none."""
+        if self.command is None:
+            return ()
+        return (Said(command=self.command, size_m=self.size_m, side=self.side), *self.then)

@@ -3,35 +3,77 @@
 from __future__ import annotations
 
 import csv
+import re
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from planner.command import COMMANDS
+from planner.language.rules.questions import QUESTIONS
 
 OUT_OF_SCOPE, ASK_BACK = "-", "?"
-_EXPECTED = {*COMMANDS, OUT_OF_SCOPE, ASK_BACK}
+_BY_PROTOCOL = re.compile(
+    r"hold(: no (clip|cut)( (duct|artery|(left|right) tube))?|: no open( (left|right) gripper)?)?"
+    rf"|speed: (slower|faster|half|normal)|question: ({'|'.join(QUESTIONS)})|ask|refuse|none"
+)
+_SIZE = re.compile(r"small|large|\d+(\.\d+)? mm")
 
 
 class Row(NamedTuple):
-    """A sentence and its expected meaning: a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
+    """A sentence and its expected meaning, as its set writes it."""
 
     sentence: str
     expected: str
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Return the rows of a tab-separated file with the columns of `Row`.
+def names_a_command(expected: str) -> bool:
+    """Return whether it is a command's text, `OUT_OF_SCOPE` or `ASK_BACK`."""
+    return expected in (*COMMANDS, OUT_OF_SCOPE, ASK_BACK)
+
+
+def keeps_the_protocol(expected: str) -> bool:
+    """Return whether it is a meaning, or several, of the protocol of the sentence sets."""
+    return all(map(_is_of_protocol, expected.split(" ; ")))
+
+
+def _is_of_protocol(part: str) -> bool:
+    text, at, size = part.partition(" @ ")
+    command = COMMANDS.get(text)
+    if command is None or not at:
+        return command is not None or _BY_PROTOCOL.fullmatch(part) is not None
+    return command.correction is not None and _SIZE.fullmatch(size) is not None
+
+
+def read_rows(path: Path, is_meaning: Callable[[str], bool] = names_a_command) -> list[Row]:
+    """Return the rows of a tab-separated file with the columns of `Row`; blank lines are none.
 
     Raises:
-        ValueError: An expected meaning is not a command.
+        OSError: the file cannot be read.
+        ValueError: it lacks a column, or an expected meaning is none.
     """
     with path.open(encoding="utf-8", newline="") as file:
         lines = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
-        rows = [Row(line["sentence"], line["expected"]) for line in lines]
+        if lines.fieldnames != [*Row._fields]:
+            raise ValueError(f"{path}: its first line must be {' and '.join(Row._fields)!r}")
+        said = [(line["sentence"], line["expected"]) for line in lines if any(line.values())]
+    rows = [Row(sentence, expected or "") for sentence, expected in said]
     for row in rows:
-        if row.expected not in _EXPECTED:
-            raise ValueError(f"{row.sentence!r}: no command is {row.expected!r}")
+        if not is_meaning(row.expected):
+            raise ValueError(f"{path}: {row.sentence!r}: no command is {row.expected!r}")
     return rows
+
+
+def rows_named(
+    names: Sequence[str], script: str, is_meaning: Callable[[str], bool] = names_a_command
+) -> list[Row]:
+    """Return the rows of the sets that a script was given; end it in one line if it cannot."""
+    if not names:
+        sys.exit(f"usage: python -m {script} SET.tsv ...")
+    try:
+        return [row for name in names for row in read_rows(Path(name), is_meaning)]
+    except (OSError, ValueError) as error:
+        sys.exit(str(error))
 
 
 def holds(meaning: str) -> bool:

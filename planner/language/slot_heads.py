@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 from safetensors import safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save as to_bytes
 
 from planner.command import COMMANDS, Command
 from planner.language.slots import SLOTS, Filled, candidates
+from planner.learning.whole_file import write_whole
 
 SHIPPED = Path(__file__).with_name("slot_heads.safetensors")
 NOTHING = "nothing"
@@ -78,9 +79,8 @@ def _softmax(logits: np.ndarray) -> np.ndarray:
 
 def save(path: Path, heads: SlotHeads) -> None:
     """Write the heads."""
-    save_file(
-        dict(heads.weights), path, {k: f"{least:.3f}" for k, least in heads.thresholds.items()}
-    )
+    thresholds = {k: f"{least:.3f}" for k, least in heads.thresholds.items()}
+    write_whole(path, to_bytes(dict(heads.weights), thresholds))
 
 
 def load(path: Path = SHIPPED) -> SlotHeads:

@@ -1,4 +1,4 @@
-"""Train the slot heads: `python -m planner.language.train_heads SENTENCES.tsv`.
+"""Train the slot heads: `python -m planner.language.train_heads SET.tsv ...`.
 
 The threshold is chosen on sentences that the heads were not trained on. The grammar knows most
 words of these, so it is made to forget one word at a time: this imitates sentences that nobody
@@ -10,7 +10,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.lexicon import LEXICON
 from planner.language.phrases import normalised
 from planner.language.sentence_encoder import embed
-from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
+from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, rows_named
 from planner.language.slot_heads import CLASSES, SHIPPED, SlotHeads, labels, save
 from planner.language.templates import other_sentences, wordings
 
@@ -166,8 +165,8 @@ def _threshold(found: Sequence[GapGuess]) -> float:
 
 def main() -> None:
     """Choose the thresholds by cross-validation, then train on all."""
+    rows = rows_named(sys.argv[1:], "planner.language.train_heads")
     torch.set_num_threads(1)
-    rows = read_rows(Path(sys.argv[1]))
     found = outcomes(rows)
     thresholds = chosen_thresholds(found)
     taken = [one.right for one in found if one.confidence >= thresholds[one.openness]]

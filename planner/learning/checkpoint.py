@@ -13,6 +13,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
+from planner.learning.whole_file import write_whole
+
 Config = TypeVar("Config")
 Model = TypeVar("Model", bound=nn.Module)
 
@@ -56,12 +58,9 @@ class Checkpoints(Generic[Config, Model]):
 
     def save(self, path: Path, model: Model) -> None:
         """Write a model atomically; its weights in half precision, which halves the file."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(".partial")
         config = json.dumps(asdict(self.config_of(model)))  # pyright: ignore[reportArgumentType]
         said = {"config": config, "fits": json.dumps(dict(self.fits))}
-        partial.write_bytes(save(_kept(model), said))
-        partial.replace(path)
+        write_whole(path, save(_kept(model), said))
 
     def load(self, path: str | Path | None = None) -> Model:
         """Return the model of a file, by default of the one shipped, ready for inference.

@@ -1,1 +1,1 @@
-"""A person's word: orders, prohibitions, questions, and what the robot answers."""
+"""What comes of a person's word, and what does the robot answer?"""

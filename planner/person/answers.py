@@ -42,12 +42,14 @@ def doing_in_words(instruction: Instruction) -> str:
 
 def _doing(instruction: Instruction, seen: Observation) -> str:
     del seen
+    if instruction.hold and instruction.remark:
+        return _sentence(instruction.remark)
     return "You asked for it." if instruction.source == "human" else "The planner asks for it."
 
 
 def _why(instruction: Instruction, seen: Observation) -> str:
     if instruction.remark:
-        return f"Because: {instruction.remark}"
+        return f"Because: {_sentence(instruction.remark)}"
     if instruction.source == "human":
         return "Because a person asked for it."
     if instruction.correction is not None:
@@ -79,13 +81,14 @@ def _on(instruction: Instruction, seen: Observation) -> str:
         return f"I see {_counts(seen)}."
     clips = np.flatnonzero(lying_on(tube, seen))
     last_m = seen.std_m[N_LINE + clips[-1:]]
-    how = f", the last one to within {_within_mm(last_m)}" if len(last_m) else ""
+    placed = len(last_m) and not seen.severed[TUBES.index(tube)]
+    how = f", the last one to within {_within_mm(last_m)}" if placed else ""
     return f"I see {_on_tube(tube, seen)}{how}. Whether a clip would hold a pull I cannot see."
 
 
 def _wrong(instruction: Instruction, seen: Observation) -> str:
     if instruction.call:
-        return f"Yes: {instruction.remark}"
+        return f"Yes: {_sentence(instruction.remark)}"
     if has_slipped(seen) and instruction.task.kind != "grab":
         return "Yes: the grasper does not hold the gallbladder."
     if (judged := instruction.assessment) is not None:
@@ -99,6 +102,11 @@ def _sure(instruction: Instruction, seen: Observation) -> str:
     std_m = seen.std_m[there][~seen.hidden[there]]
     points = f"points to within about {_within_mm(std_m)}" if len(std_m) else "nothing"
     return f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."
+
+
+def _sentence(remark: str) -> str:
+    """Return a remark that ends as a sentence does."""
+    return remark if remark.endswith((".", "!", "?")) else f"{remark}."
 
 
 def _within_mm(std_m: Array) -> str:

@@ -18,7 +18,7 @@ DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
 REACHED_M = 1e-4  # this close, a distance is gone
 JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
 SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
-LEAST_S = 5.0  # before a correction is given up
+LEAST_S = 5.0  # before a correction is given up: an arm must get under way; assumed
 GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
 
 
@@ -41,20 +41,19 @@ class Order:
     given_s: float = 0.0
     start_m: Array = field(default_factory=lambda: np.zeros((2, 3)))
 
-    @property
-    def lasts(self) -> str:
-        """Return in words how long it is in force."""
+    def lasts(self, speed: float) -> str:
+        """Return in words how long it is in force, at a share of the usual speed."""
         if self.hold:
             return "until something else is said"
         if self.correction is None:
             return "until it is done"
         if self.correction.direction is None:
-            return f"for {self.jaws_s:.2g} s"
+            return f"for {self.jaws_s / speed:.2g} s"
         return f"by {1e3 * self.distance_m:.3g} mm"
 
     @property
     def jaws_s(self) -> float:
-        """Return how long jaws open or close: "a bit" takes less time."""
+        """Return how long jaws open or close at the usual speed: "a bit" takes less time."""
         return JAWS_S * self.distance_m / DEFAULT_M
 
     def left_m(self, seen: Observation) -> float | None:
@@ -71,7 +70,8 @@ class OrderProgress:
 
     A clip or a cut that is not seen to be done in `PATIENCE_S` is tried again from further away.
     Once it is done, the arm goes back; before, too, if it is `leaving` another place. Tool
-    exchanges, of which the robot knows, do not count.
+    exchanges, of which the robot knows, do not count. Its clocks run as slowly as the arms do at
+    the speed that a person wants.
     """
 
     def __init__(self, order: Order, leaving: Task | None = None) -> None:
@@ -85,9 +85,9 @@ class OrderProgress:
         """The task to ask for now; None for the planner's."""
         return self._stage
 
-    def see(self, seen: Observation, *, exchanging: bool) -> str | None:
+    def see(self, seen: Observation, *, exchanging: bool, speed: float) -> str | None:
         """Take in a moment; return in words how the order ended, None if it is not over."""
-        passed_s = 0.0 if exchanging else max(seen.time_s - self._seen_s, 0.0)
+        passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
         self._seen_s = seen.time_s
         self._lasted_s += passed_s
         self._stage_s += passed_s
@@ -152,7 +152,7 @@ class OrderProgress:
         if self._held_s >= HELD_S:
             return _end(task, True, "")
         if self._lasted_s > GRAB_S:
-            return _end(task, False, f"not held after {GRAB_S:g} s")
+            return _end(task, False, f"not held after {seen.time_s - self.order.given_s:.0f} s")
         return None
 
     def _go_on_with(self, stage: Task) -> None:

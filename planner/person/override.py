@@ -1,33 +1,29 @@
 """A person's word comes before the planner's: warnings, orders, prohibitions, questions.
 
-The planner is asked all the time but in a hold and under an ordered task, so that it resumes from
-what it sees.
+The planner is asked all the time but in a hold, under an ordered task, and where a person forbade
+what it asks for, so that it resumes from what it sees.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.base import Planner
-from planner.command import TUBES, Command
-from planner.correction import Correction, correction_from_text, opposite
+from planner.command import Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
-from planner.person.orders import DEFAULT_M, Order, OrderProgress
-from planner.person.prohibition import Prohibition, act_of
+from planner.person.interpretation import Moment, acts_of, order_of
+from planner.person.orders import Order, OrderProgress
+from planner.person.standing import Standing
 from planner.seen.done import is_back
-from planner.seen.duct_side import duct_side
-from planner.seen.next_task import DoneAlreadyError, NotNowError, next_task
+from planner.seen.next_task import DoneAlreadyError, NotNowError
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
-LET_GO = "open left gripper"  # the grasper: the only tool that holds tissue for long
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
-SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
-SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is the limits'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,12 +69,16 @@ class PlannerOverridden:
     def plan(self, observation: Observation) -> Instruction:
         """Ask the other planner, and return the instruction in force.
 
-        While a person holds the arms, or has ordered a task, it is not asked: its clock stands
-        still, and what others try counts for nothing.
+        While a person holds the arms, has ordered a task, or has forbidden what it asks for, it is
+        not asked: its clock stands still, and what others try, or nobody may, counts for nothing.
+        Where arms are to move slower, its clock runs slower, too.
         """
-        if self._rests and self._planned is not None:
+        rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
+        self._seen_s = observation.time_s
+        if rests:
             return self.in_force(observation)
-        before, self._planned = self._planned, self._planner.plan(observation)
+        self._late_s += (1.0 - self.standing.speed) * passed_s
+        before, self._planned = self._planned, self._asked(observation)
         if self._progress is None and (before is None or before.text != self._planned.text):
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
         return self.in_force(observation)
@@ -86,7 +86,11 @@ class PlannerOverridden:
     def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
         told, self._left = self._left, []
-        if self._progress and (ended := self._progress.see(observation, exchanging=exchanging)):
+        progress = self._progress
+        ended = progress and progress.see(
+            observation, exchanging=exchanging, speed=self.standing.speed
+        )
+        if ended:
             again = self._hold_after
             self._progress = None
             told += [ended, *self._begin_next(observation)]
@@ -100,29 +104,24 @@ class PlannerOverridden:
 
     def in_force(self, observation: Observation) -> Instruction:
         """Return the instruction in force: a person's, else the planner's last one."""
-        instruction = self._ordered(observation) or self.planned
-        forbidden = tuple(sorted(one.in_words for one in self.forbidden))
-        act = act_of(instruction.task, observation) if instruction.correction is None else None
-        if act and not instruction.hold and self._forbids(act):
-            why = f"you forbade: {act.in_words}"
-            instruction = replace(instruction, hold=True, remark=why)
-        return replace(instruction, forbidden=forbidden, speed=self.speed)
+        asked = self._ordered(observation) or self.planned
+        return self.standing.applied_to(asked, observation)
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
         agreed = self._offered if reading.agrees else None
         if agreed is not None:
-            reading = replace(reading, command=agreed)
+            said = {"command": agreed.command, "size_m": agreed.size_m, "side": agreed.side}
+            reading = replace(reading, confidence=1.0, **said)
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
-        if reading.forbids is not None:
-            self.forbidden.add(reading.forbids.seen(observation))
+        self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
         if reading.question is not None:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
-        if reading.allows is not None and (lifted := self._lift(reading.allows.seen(observation))):
-            reply = f"Allowed again: {lifted}. {self._doing(observation)}"
+        if reading.allows and (told := self.standing.allow(reading.allows, observation)):
+            reply = f"{told} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
             return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
@@ -134,7 +133,7 @@ class PlannerOverridden:
             reading.then,
             reading.side,
         )
-        if given.instruction is None or (reading.by != "warning" and reading.forbids is None):
+        if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
         return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
 
@@ -149,10 +148,11 @@ class PlannerOverridden:
     ) -> Answer:
         """Take a person's command, and those that follow it; a refused one changes nothing."""
         try:
-            _require_side(command, side, observation)
-            order = self._interpret(command.seen(duct_side(observation)), observation, size_m)
+            said = Said(command=command, size_m=size_m, side=side)
+            order = self._interpret(said, observation)
         except NotNowError as refusal:
-            reply = f"Not done: {refusal}. {self._doing(observation)}"
+            after = f"; nor what was to follow: {_in_order(then)}" if then else ""
+            reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
             return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
@@ -162,24 +162,37 @@ class PlannerOverridden:
         self._begin(order, observation, confidence)
         instruction = self.in_force(observation)
         if order.hold:
-            return Answer(instruction=instruction, reply=f"I hold, {order.lasts}.")
-        after = "".join(f", then {said.command.text}" for said in then)
-        reply = f"{order_in_words(order, instruction)}, {order.lasts}{after}."
+            return Answer(
+                instruction=instruction, reply=f"I hold, {order.lasts(self.standing.speed)}."
+            )
+        after = f", then {_in_order(then)}" if then else ""
+        what = order_in_words(order, instruction)
+        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
         self._interrupt(Order(hold=True))
         self._progress, self._stopped_s, self._hold_after = None, None, False
-        self._then = deque[Said]()
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
 
-    @property
-    def _rests(self) -> bool:
-        """Whether the planner's clock stands still."""
-        return self._held or (self._progress is not None and self._progress.task is not None)
+    def _asked(self, observation: Observation) -> Instruction:
+        """Return the planner's instruction for what is seen, at the time by its own clock."""
+        if self._late_s == 0.0:
+            return self._planner.plan(observation)
+        by_its_clock_s = observation.time_s - self._late_s
+        planned = self._planner.plan(replace(observation, time_s=by_its_clock_s))
+        return replace(planned, time_s=planned.time_s + self._late_s)
+
+    def _rests(self, observation: Observation) -> bool:
+        """Return whether the planner's clock stands still: what it asks for is not done now."""
+        if self._planned is None:
+            return False
+        ordered = self._progress is not None and self._progress.task is not None
+        forbidden = self.standing.forbidden_in(self._planned.task, observation)
+        return self._held or ordered or forbidden is not None
 
     @property
     def _held(self) -> bool:
@@ -187,6 +200,7 @@ class PlannerOverridden:
 
     def _forget(self) -> None:
         self._planned: Instruction | None = None
+        self._seen_s, self._late_s = 0.0, 0.0  # of the planner's clock, where arms are slower
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
@@ -194,9 +208,8 @@ class PlannerOverridden:
         self._hold_after = False  # a correction in a hold ends in it
         self._latest = Order()
         self._stopped_s: float | None = None
-        self._offered: Command | None = None
-        self.forbidden: set[Prohibition] = set()
-        self.speed = 1.0
+        self._offered: Said | None = None
+        self.standing = Standing()
 
     def _doing(self, observation: Observation) -> str:
         return doing_in_words(self.in_force(observation))
@@ -216,12 +229,25 @@ class PlannerOverridden:
         )
 
     def _interrupt(self, order: Order) -> None:
-        """Keep an ordered task for after a correction; tell that anything else ends it."""
+        """Keep an ordered task for after a correction; tell that anything else ends it.
+
+        What was to follow a task is kept with it. What was to follow a correction is not done: its
+        place may be another one now, and a clip or a cut there cannot be undone.
+        """
         if self._progress is not None and self._progress.is_task:
             self._interrupted = self._progress, self._then
+        else:
+            self._drop(self._then)
         if order.correction is None and self._interrupted is not None:
-            self._left.append(self._interrupted[0].left())
+            progress, then = self._interrupted
+            self._left.append(progress.left())
+            self._drop(then)
             self._interrupted = None
+        self._then = deque[Said]()
+
+    def _drop(self, then: deque[Said]) -> None:
+        if then:
+            self._left.append(f"Not done: {_in_order(then)}; something else was said.")
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
         tips_m = observation.tips_endoscope[:, :3, 3].copy()
@@ -245,35 +271,25 @@ class PlannerOverridden:
         What is done already is passed over; where something cannot be done now, all that follows it
         is dropped.
         """
-        told = list[str]()
-        while self._then:
-            said = self._then.popleft()
-            rest = tuple(self._then)
-            given = self.instruct(said.command, observation, 1.0, said.size_m, rest, said.side)
+        told, rest = list[str](), self._then
+        self._then = deque[Said]()
+        while rest:
+            said = rest.popleft()
+            then = tuple(rest)
+            given = self.instruct(said.command, observation, 1.0, said.size_m, then, said.side)
             if given.refusal is None:
                 break
-            told.append(f"Not done: {said.command.text}; {given.refusal}.")
-            if not isinstance(given.refusal, DoneAlreadyError):
-                self._then.clear()
+            passed_over = isinstance(given.refusal, DoneAlreadyError)
+            dropped = (said,) if passed_over else (said, *rest)
+            told.append(f"Not done: {_in_order(dropped)}; {given.refusal}.")
+            if not passed_over:
+                break
         return told
-
-    def _forbids(self, act: Prohibition) -> bool:
-        return any(one.covers(act) for one in self.forbidden)
-
-    def _lift(self, allowed: Prohibition) -> str:
-        """Lift what an allowance covers; return it in words, "" if nothing was forbidden."""
-        lifted = {one for one in self.forbidden if allowed.covers(one) or one.covers(allowed)}
-        self.forbidden -= lifted
-        return ", ".join(sorted(one.in_words for one in lifted))
-
-    def _set_speed(self, speed: str) -> None:
-        factor = SPEEDS[speed] if speed in ("normal", "half") else self.speed * SPEEDS[speed]
-        self.speed = min(max(factor, SLOWEST), FASTEST)
 
     def _told_speed(self, reading: Reading, observation: Observation) -> Answer:
         """Take in words about speed, and what is asked for besides; the answer names both."""
-        self._set_speed(reading.speed)
-        speed = f"Speed {self.speed:.0%} of the usual."
+        self.standing.set_speed(reading.speed)
+        speed = f"Speed {self.standing.speed:.0%} of the usual."
         if reading.command is not None:
             given = self.hear(replace(reading, speed=""), observation)
             instruction = given.instruction or self.in_force(observation)
@@ -282,11 +298,9 @@ class PlannerOverridden:
         reply = f"{speed} {remark}{self._doing(observation)}"
         return Answer(instruction=self.in_force(observation), reply=reply)
 
-    def _interpret(
-        self, command: Command, observation: Observation, size_m: float | None
-    ) -> Order | None:
+    def _interpret(self, said: Said, observation: Observation) -> Order | None:
         """Interpret a command; None returns control to the planner."""
-        now_s, word = observation.time_s, command.word
+        now_s, word = observation.time_s, said.command.word
         if word == "resume":
             return None
         if word in ("stop", "pause"):
@@ -294,50 +308,16 @@ class PlannerOverridden:
             return Order(hold=True)
         if self._stopped_s is not None and now_s < self._stopped_s + STOP_WINS_S - 1e-9:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
-        order = self._order_to_act(command, observation)
-        self._refuse_forbidden(order, observation)
-        return replace(order, distance_m=order.distance_m if size_m is None else size_m)
+        order = order_of(said, self._moment(observation))
+        for act in acts_of(order, observation):
+            if self.standing.forbids(act):
+                raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
+        return order
 
-    def _refuse_forbidden(self, order: Order, observation: Observation) -> None:
-        act = act_of(order.task, observation) if order.task else None
-        opens = order.correction is not None and order.correction.jaw == "open"
-        if opens and order.correction is not None:
-            sides = ("left", "right") if order.correction.arm == "both" else (order.correction.arm,)
-            acts = [Prohibition(act="open", on=f"{side} gripper") for side in sides]
-        else:
-            acts = [] if act is None or order.correction else [act]
-        for one in acts:
-            if self._forbids(one):
-                raise NotNowError(f'you forbade it; to allow it say "you may {one.in_words}"')
-
-    def _order_to_act(self, command: Command, observation: Observation) -> Order:
+    def _moment(self, observation: Observation) -> Moment:
+        ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
-        if command.task is not None:
-            return Order(task=command.task)
-        if command.correction is not None:
-            return self._order_to_correct(command.correction)
-        if command.deed is not None and command.tube is not None:
-            return Order(task=next_task(command.deed, command.tube, observation))
-        if command.word == "repeat":
-            return self._latest
-        if command.word == "undo":
-            return self._order_to_undo(observation)
-        if command.word == "let go":
-            return self._order_to_correct(correction_from_text(LET_GO))
-        return Order(task=_neighbour(task, 1))
-
-    def _order_to_correct(self, correction: Correction) -> Order:
-        return Order(
-            task=None if self._progress is None or self._held else self._progress.task,
-            correction=correction,
-            distance_m=DEFAULT_M,
-        )
-
-    def _order_to_undo(self, observation: Observation) -> Order:
-        if self._latest.correction is not None:
-            return replace(self._latest, correction=opposite(self._latest.correction))
-        task = self._latest.task or self.in_force(observation).task
-        return Order(task=_neighbour(task, -1))
+        return Moment(seen=observation, task=task, ordered=ordered, latest=self._latest)
 
 
 def order_in_words(order: Order, instruction: Instruction) -> str:
@@ -345,15 +325,5 @@ def order_in_words(order: Order, instruction: Instruction) -> str:
     return order.correction.text if order.correction else (order.task or instruction.task).text
 
 
-def _require_side(command: Command, side: Tube | None, observation: Observation) -> None:
-    seen = TUBES[(duct_side(observation) == "right") != (command.structure == "artery")]
-    if side and command.structure and side != seen:
-        raise NotNowError(f"the {command.structure} is the {seen} tube here; say which you mean")
-
-
-def _neighbour(task: Task, n: int) -> Task:
-    """Return the task n places further in the procedure."""
-    at = TASKS.index(task) + n
-    if not 0 <= at < len(TASKS):
-        raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
-    return TASKS[at]
+def _in_order(said: Iterable[Said]) -> str:
+    return ", then ".join(one.text for one in said)

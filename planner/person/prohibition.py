@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from planner.seen.duct_side import duct_side
+from planner.command import TUBES
+from planner.seen.duct_side import structure_seen
 from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 
 Act = Literal["clip", "cut", "open"]
 ACTS: tuple[Act, ...] = get_args(Act)
+_OTHER = {
+    "duct": "artery", "artery": "duct", "left tube": "right tube", "right tube": "left tube",
+    "left gripper": "right gripper", "right gripper": "left gripper",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,20 +43,24 @@ class Prohibition:
 
     def seen(self, observation: Observation) -> Prohibition:
         """Return it with a tube replaced by the structure that is seen there."""
-        side = self.on.removesuffix(" tube")
-        if side == self.on:
-            return self
-        structure = "duct" if side == duct_side(observation) else "artery"
-        return Prohibition(act=self.act, on=structure)
+        for tube in TUBES:
+            if self.on == f"{tube} tube":
+                return replace(self, on=structure_seen(tube, observation))
+        return self
 
     def covers(self, other: Prohibition) -> bool:
         """Return whether who forbids, or allows, this does so for the other."""
         return self.act == other.act and self.on in ("", other.on)
+
+    def without(self, allowed: Prohibition) -> tuple[Prohibition, ...]:
+        """Return what is left where a part is allowed: "cut" without "cut duct": "cut artery"."""
+        if allowed.covers(self):
+            return ()
+        return (replace(self, on=_OTHER[allowed.on]) if self.covers(allowed) else self,)
 
 
 def act_of(task: Task, observation: Observation) -> Prohibition | None:
     """Return the act of a task, as it would be forbidden; None if it only grabs or goes back."""
     if task.kind not in ("clip", "cut") or task.tube is None:
         return None
-    on = "duct" if task.tube == duct_side(observation) else "artery"
-    return Prohibition(act="clip" if task.kind == "clip" else "cut", on=on)
+    return Prohibition(act=task.kind, on=structure_seen(task.tube, observation))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.command import Structure
+from planner.command import Structure, tube_where
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
@@ -26,3 +26,8 @@ def duct_side(observation: Observation) -> Tube:
 def structure_seen(tube: Tube, observation: Observation) -> Structure:
     """Return what a tube is."""
     return "duct" if tube == duct_side(observation) else "artery"
+
+
+def tube_of(structure: Structure, observation: Observation) -> Tube:
+    """Return which tube a structure is."""
+    return tube_where(structure, duct_side(observation))

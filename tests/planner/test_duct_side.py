@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.seen.duct_side import duct_side, structure_seen
+from planner.seen.duct_side import duct_side, structure_seen, tube_of
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import VARIANTS, variant
 from tissue_sim.world import World
@@ -18,3 +18,4 @@ def test_the_duct_is_found_from_what_is_observed(name: str) -> None:
     assert anatomy.structure(duct_side(seen)) == "duct"
     for tube in ("left", "right"):
         assert structure_seen(tube, seen) == anatomy.structure(tube)
+        assert tube_of(structure_seen(tube, seen), seen) == tube

@@ -1,1 +1,1 @@
-"""What is read by rule, before the grammar: warnings, prohibitions, sizes, questions, dangers."""
+"""What is read by rule, before the grammar?"""

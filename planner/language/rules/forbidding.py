@@ -3,48 +3,104 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
+from planner.language.rules.dangers import danger_in
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.person.prohibition import ACTS, Act, Prohibition
 
 _CLAUSE = re.compile(r"[,;.!?:]|\bbut\b|\binstead\b")
+_IMPERATIVE = r"(?:please )?(?:don't|dont|do not|never)\b"
+_COMMANDS = re.compile(rf"(?:and |or )?{_IMPERATIVE}")
+_OR = re.compile(rf" (?:or|nor|and(?= {_IMPERATIVE})) ")
+_AND = r"(?:and|or|nor) (?:(?:the|your|cystic|on|of) )*"
 
 
-def forbidden_in(text: str) -> Prohibition | None:
-    """Return what an English sentence forbids; None if it names no act."""
-    for clause in _CLAUSE.split(text.lower().replace("’", "'")):
-        words = in_plain_letters(clause)
-        never = _find(phrase_lists("forbidding")["who"]["never"], words)
-        if never and (act := _act(words[never.end() :]) or _act(words)):
-            return Prohibition(act=act, on=_on(act, words) or _on(act, in_plain_letters(text)))
-    return None
+def forbidden_in(text: str) -> tuple[Prohibition, ...]:
+    """Return what an English sentence forbids; empty if it names no act.
+
+    A denial in a request for what is dangerous, "cut it, I don't mind the clips", forbids nothing.
+    What is excepted, "anything but the duct", is forbidden with the rest: an exception that is
+    misread could not be undone, and a person soon allows one thing.
+    """
+    whole = in_plain_letters(text)
+    if excepts(text):
+        return tuple(Prohibition(act=act) for act in _acts(whole)[:1])
+    clauses = [in_plain_letters(clause) for clause in _CLAUSE.split(text.lower())]
+    found = list[Prohibition]()
+    for k, words in enumerate(clauses):
+        never = _find("never", words)
+        if never is None or not _acts(words) or (found and not _COMMANDS.match(words)):
+            continue
+        denied = words[never.end() :].strip()
+        asked = danger_in(text) and not danger_in(" ".join((denied, *clauses[k + 1 :])))
+        if not asked or _says_not_to_act(words[never.start() :]):
+            found += _denied_in(denied if _acts(denied) else words, words, whole)
+    return tuple(dict.fromkeys(found))
+
+
+def excepts(text: str) -> bool:
+    """Return whether a sentence about acts makes an exception: "anything but the duct"."""
+    words = in_plain_letters(text)
+    found = _find("except", words)
+    return found is not None and any(_on(act, words[found.end() :]) for act in _acts(words))
 
 
 def allowed_in(text: str) -> Prohibition | None:
-    """Return what an English sentence allows again; None if it names no act."""
+    """Return what an English sentence allows again; None if it names no act, or an exception."""
     words = in_plain_letters(text)
-    act = _act(words) if _find(phrase_lists("forbidding")["who"]["may"], words) else None
-    return Prohibition(act=act, on=_on(act, words)) if act else None
+    acts = _acts(words) if _find("may", words) and not excepts(text) else ()
+    return Prohibition(act=acts[0], on=_on(acts[0], words)) if acts else None
 
 
-def _act(words: str) -> Act | None:
-    """Return the act that is named first."""
-    listed = phrase_lists("forbidding")["acts"]
-    found = [
-        (match.start(), k) for k, act in enumerate(ACTS) if (match := _find(listed[act], words))
-    ]
-    return ACTS[min(found)[1]] if found else None
+def _says_not_to_act(words: str) -> bool:
+    """Return whether words begin like "don't cut"; "no clips on it" says how things are."""
+    begun = re.match(rf"{_IMPERATIVE} (\w+)", words)
+    return begun is not None and bool(_acts(begun[1]))
 
 
-def _find(phrases: tuple[str, ...], words: str) -> re.Match[str] | None:
-    return whole_words(phrases).search(words)
+def _denied_in(denied: str, words: str, whole: str) -> Iterator[Prohibition]:
+    """Yield what the denied words of a clause forbid: "clip the duct or cut the artery".
+
+    What an act is on may be said elsewhere in the clause, or in the `whole` sentence.
+    """
+    parts = list[str]()
+    for part in _OR.split(denied):
+        if parts and not _acts(part):  # "cut the duct or the artery"
+            parts[-1] += f" or {part}"
+        else:
+            parts.append(part)
+    for part in parts:
+        for act in _acts(part):
+            yield Prohibition(act=act, on=_on(act, part) or _on(act, words) or _on(act, whole))
+
+
+def _acts(words: str) -> tuple[Act, ...]:
+    """Return the act that is named first, and one that is joined to it: "clip and cut"."""
+    listed = {act: whole_words(ps) for act, ps in phrase_lists("forbidding")["acts"].items()}
+    found = [(*m.span(), k) for k, act in enumerate(ACTS) for m in listed[act].finditer(words)]
+    acts, end = list[Act](), 0
+    for start, stop, k in sorted(found):
+        if acts and words[end:start].strip() not in ("and", "or", "nor"):
+            break
+        acts.append(ACTS[k])
+        end = stop
+    return tuple(dict.fromkeys(acts))
+
+
+def _find(kind: str, words: str) -> re.Match[str] | None:
+    return whole_words(phrase_lists("forbidding")["who"][kind]).search(words)
 
 
 def _on(act: Act, words: str) -> str:
-    """Return which gripper or tube is named; "" for none."""
-    lists, kind = phrase_lists("forbidding"), "gripper" if act == "open" else "tube"
-    for name, phrases in lists[f"{kind}s"].items():
+    """Return which gripper or tube is named; "" for none, and for two of them."""
+    kind = "gripper" if act == "open" else "tube"
+    names = phrase_lists("forbidding")[f"{kind}s"]
+    one = "|".join(phrase for phrases in names.values() for phrase in phrases)
+    if whole_words((f"(?:{one}|left|right) {_AND}(?:{one})",)).search(words):
+        return ""
+    for name, phrases in names.items():
         if whole_words(phrases).search(words):
             return f"{name} {kind}" if name in ("left", "right") else name
     return ""

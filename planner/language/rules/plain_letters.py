@@ -6,13 +6,17 @@ import re
 import unicodedata
 
 _DRAWN_OUT = re.compile(r"([a-z])\1{2,}")
+_WORDS = re.compile(r"\d+[.,/]\d+|(?<!\S)\.\d+|[\w']+")  # 2.5, 1/4 and .5 are words
 
 
 def in_plain_letters(text: str) -> str:
-    """Return a text in lower case, without accents or punctuation, with single spaces."""
+    """Return a text in lower case, without accents or punctuation, with single spaces.
+
+    A number stays whole: "2.5".
+    """
     plain = unicodedata.normalize("NFKD", text.lower().replace("’", "'"))
     plain = "".join(one for one in plain if not unicodedata.combining(one)).replace("ß", "ss")
-    return " ".join(re.findall(r"[\w']+", not_drawn_out(plain)))
+    return " ".join(_WORDS.findall(not_drawn_out(plain)))
 
 
 def not_drawn_out(text: str) -> str:

@@ -9,19 +9,24 @@ from planner.language.rules.phrase_lists import phrase_lists, whole_words
 from planner.language.rules.plain_letters import not_drawn_out
 
 SMALL_M, LARGE_M = 0.0015, 0.008  # "a bit", "much"; assumed
-LONGEST_M = 0.05  # nobody means more in Calot's triangle
+SHORTEST_M = 2e-4  # less is gone as soon as it is said (`planner.person.orders.REACHED_M`); assumed
+LONGEST_M = 0.05  # nobody means more in Calot's triangle, which is smaller; assumed
 
 _NUMBERS = {
     "a": 1.0, "an": 1.0, "another": 1.0, "one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0,
     "five": 5.0, "six": 6.0, "seven": 7.0, "eight": 8.0, "nine": 9.0, "ten": 10.0, "eleven": 11.0,
-    "twelve": 12.0, "fifteen": 15.0, "twenty": 20.0, "thirty": 30.0, "couple of": 2.0,
+    "twelve": 12.0, "thirteen": 13.0, "fourteen": 14.0, "fifteen": 15.0, "sixteen": 16.0,
+    "seventeen": 17.0, "eighteen": 18.0, "nineteen": 19.0, "twenty": 20.0, "thirty": 30.0,
+    "forty": 40.0, "fifty": 50.0, "zero": 0.0, "nought": 0.0, "couple of": 2.0,
     "couple": 2.0, "few": 3.0, "half": 0.5, "half a": 0.5, "half an": 0.5, "quarter": 0.25,
     "quarter of a": 0.25, "quarter of an": 0.25, "eighth of an": 0.125,
     "sixteenth of an": 0.0625, "third of a": 1 / 3, "tenth of a": 0.1, "tenth of an": 0.1,
     "three quarters of a": 0.75, "three quarters of an": 0.75, "to": 2.0, "too": 2.0,
 }  # fmt: skip
-_TENTHS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-_NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _TENTHS}
+_ONES = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+_TENS = ("twenty", "thirty", "forty", "fifty")
+_NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _ONES}
+_NUMBERS |= {f"{ten} {one}": _NUMBERS[ten] + _NUMBERS[one] for ten in _TENS for one in _ONES}
 _UNITS_M = {
     r"(?:mms?|mils?|millis?|mil+im(?:et(?:er|re)s?))": 1e-3,
     r"(?:cms?|cent(?:i|e)m(?:et(?:er|re)s?)|centis?)": 1e-2,
@@ -32,10 +37,10 @@ _UNITS_M = {
     r"hair(?: |'s )?breadths?": 5e-4,
 }
 _WORDS = "|".join(sorted(_NUMBERS, key=len, reverse=True))
-_DIGITS = "(?:one|two|three|four|five|six|seven|eight|nine)"
+_COUNTED = "|".join(one for one in _NUMBERS if _NUMBERS[one] > 1.0 and one not in ("to", "too"))
 _NUMBER = (
-    r"\d+(?:[.,]\d+)?(?: ?/ ?\d+)?"
-    rf"|(?:(?:{_DIGITS}|zero|nought|oh) )?point (?:\d+|{_DIGITS})|\.\d+|{_WORDS}"
+    rf"(?:(?:\d+|{_COUNTED}|one|zero|nought|oh) )?point (?:\d+|{'|'.join(_ONES)})"
+    rf"|\d+(?:[.,]\d+)?(?: ?/ ?\d+)?|\.\d+|{_WORDS}"
 )
 _HALVES = {"half": 0.5, "quarter": 0.25}
 _AND_HALF = r"(?: and (?:a )?(half|quarter))?"
@@ -44,6 +49,12 @@ _ABOUT = (
     r"|some|maybe|up to|at most|at least) (?:an? )?|\ban? )?"
 )
 _MORE = r"(?:(?:more|good|full|whole|mere|bare|further|extra|additional) )?"
+_MINUS = re.compile(rf"(?:(?<!\S)[-−–]|\b(?:minus|negative) )(?=(?:{_NUMBER})(?!\w))")
+_OTHER_NUMBER = re.compile(rf"(?:\d|\b(?:{_COUNTED}))(?: ?[.,/]| (?:to|or|and))?$")
+_NO_UNIT = re.compile(
+    rf"(?<![\w.])((?:\d[\w.,/]*|{_COUNTED}) ?(?:m|met(?:er|re)s?|feet|foot)?)[.!]*$"
+)
+_THOUSANDS = re.compile(r"(?<![\d.,])([1-9]\d{0,2}),(\d{3})(?!\d)")
 _LENGTH = {
     re.compile(
         rf"{_ABOUT}(?<![\w.])({_NUMBER}){_AND_HALF} ?{_MORE}(?:of an? )?{_MORE}{unit}(?!\w)"
@@ -67,15 +78,42 @@ class Sized:
 
 def without_size(text: str) -> Sized:
     """Return a text with its size taken out; of two lengths the first counts."""
-    plain = not_drawn_out(" ".join(text.lower().replace("-", " ").split()))
+    plain = _plain(text)
     for pattern, unit_m in _LENGTH.items():
         if found := pattern.search(plain):
             count = _number(found[1]) + _HALVES.get(found[2] or found[3] or "", 0.0)
-            return Sized(text=_without(found, plain), size_m=min(count * unit_m, LONGEST_M))
+            return Sized(text=_without(found, plain), size_m=count * unit_m)
     for vague, size_m in (("much", LARGE_M), ("a bit", SMALL_M)):
         if found := whole_words(phrase_lists("sizes")["sizes"][vague]).search(plain):
             return Sized(text=_without(found, plain), size_m=size_m)
     return Sized(text=text)
+
+
+def unclear_length(text: str) -> str:
+    """Return why a length in a text cannot be told; "" if each can: "-3 mm", "2 to 3 mm"."""
+    lengths = (found for pattern in _LENGTH for found in pattern.finditer(_plain(text)))
+    if any(_OTHER_NUMBER.search(found.string[: found.start()].rstrip()) for found in lengths):
+        return "there is more than one number before the unit"
+    return "a length has no minus, say the other direction" if _MINUS.search(text.lower()) else ""
+
+
+def without_unit(text: str) -> str:
+    """Return the number at the end of a text that no unit of an arm's motion follows; or ""."""
+    found = _NO_UNIT.search(_plain(text))
+    return found[1] if found else ""
+
+
+def out_of_range(size_m: float | None) -> str:
+    """Return why an arm does not go so far at a time; "" if it does."""
+    if size_m is None or SHORTEST_M <= size_m <= LONGEST_M:
+        return ""
+    allowed = f"{1e3 * SHORTEST_M:g} to {1e3 * LONGEST_M:g} mm"
+    return f"{1e3 * size_m:g} mm is not within {allowed}"
+
+
+def _plain(text: str) -> str:
+    plain = not_drawn_out(" ".join(text.lower().replace("-", " ").split()))
+    return _THOUSANDS.sub(r"\1\2", plain)
 
 
 def _without(found: re.Match[str], text: str) -> str:
@@ -87,6 +125,7 @@ def _number(said: str) -> float:
         return _NUMBERS[said]
     if "point" in said:
         ones, digits = (part.strip() for part in said.split("point"))
-        return _NUMBERS.get(ones, 0.0) + float(f"0.{round(_NUMBERS.get(digits, 0)) or digits}")
+        whole = float(ones) if ones.isdecimal() else _NUMBERS.get(ones, 0.0)
+        return whole + float(f"0.{round(_NUMBERS.get(digits, 0)) or digits}")
     whole, _, under = said.replace(" ", "").replace(",", ".").partition("/")
     return float(whole) / float(under or 1.0) if float(under or 1.0) else 0.0

@@ -85,7 +85,6 @@ class Inbox:
             Reading(
                 text=command.text,
                 command=command,
-                guesses=(command,),
                 confidence=1.0,
                 by="button",
                 reply=command.text,

@@ -93,7 +93,7 @@ def is_right(expected: str, written: str) -> bool:
 
 
 def _held(reading: Reading) -> str:
-    return f"hold: {reading.forbids.text}" if reading.forbids else "hold"
+    return f"hold: {', '.join(one.text for one in reading.forbids)}" if reading.forbids else "hold"
 
 
 def _sized(said: Said) -> str:

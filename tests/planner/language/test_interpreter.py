@@ -129,15 +129,14 @@ def test_denials_alarms_and_doubts_hold_whatever_else_is_said(sentence, frame):
 
 @given(deeds, st.sampled_from(["don't {}", "never {}", "whoa, do not {} yet"]))
 def test_a_prohibition_names_the_act(sentence, frame):
-    forbidden = INTERPRETER.read(frame.format(sentence)).forbids
-    assert forbidden is not None
+    (forbidden,) = INTERPRETER.read(frame.format(sentence)).forbids
     assert forbidden.act == ("cut" if sentence.startswith(("cut", "divide")) else "clip")
     assert forbidden.on in sentence
 
 
 def test_no_followed_by_an_order_forbids_nothing_and_asks_whether_that_is_meant():
     reading = INTERPRETER.read("no, clip the duct")
-    assert reading.forbids is None
+    assert reading.forbids == ()
     assert [guess.text for guess in reading.guesses] == ["clip duct"]
 
 
@@ -392,13 +391,61 @@ def test_questions_of_other_languages_are_heard(sentence, question):
     [("2 mm", 2), ("two millimetres", 2), ("0,5 mm", 0.5), ("half a centimetre", 5),
      ("1/4 inch", 6.35),
      ("an inch and a half", 38.1), ("half an inch", 12.7), ("twelve mils", 12),
-     ("a couple of mm", 2),
+     ("a couple of mm", 2), ("2 point 5 mm", 2.5), ("ten point five mm", 10.5),
+     ("twenty-five mm", 25), ("three and a half mm", 3.5), (".5 mm", 0.5), ("50 mm", 50),
      ("a tiny bit", 1.5), ("a lot", 8), ("", None)],
 )  # fmt: skip
 def test_a_size_is_read_as_a_length(said, mm):
     reading = INTERPRETER.read(f"move the right arm higher {said}")
     assert reading.command == COMMANDS["move right arm higher"]
     assert reading.size_m == (None if mm is None else pytest.approx(1e-3 * mm))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["-3 mm", "−3 mm", "0 mm", "zero mm", "1/0 mm", "0.05 mm", "100 mm", "10 cm", "1,000 mm",
+     "2-3 mm", "2 to 3 mm", "3 1/2 mm", "2 . 5 mm"],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "sentence", ["left arm up {}", "right arm down 1 mm, left arm up {}", "slower, left arm up {}"]
+)
+def test_who_says_no_length_that_an_arm_goes_is_asked_how_far(sentence, said):
+    reading = INTERPRETER.read(sentence.format(said))
+    assert (reading.command, reading.guesses, reading.then) == (None, (), ())
+    assert "How far? " in reading.reply
+
+
+@pytest.mark.parametrize("said", ["2", "by 2.5", "2 m", "3 feet"])
+def test_a_number_without_a_unit_of_such_lengths_is_asked_back(said):
+    reading = INTERPRETER.read(f"left arm up {said}")
+    assert reading.command is None
+    assert (
+        reading.reply == f"How far? {said.removeprefix('by ')!r} is no length in mm, cm or inches."
+    )
+
+
+def test_twice_a_length_is_asked_back_where_it_is_too_long():
+    reading = INTERPRETER.read("left arm up 40 mm, right arm twice that")
+    assert reading.command is None
+    assert reading.reply == "How far? 80 mm is not within 0.2 to 50 mm."
+
+
+@pytest.mark.parametrize(
+    "sentence", ["left arm slower up 2.5 mm", "linker arm hoch 2,5 mm", "slowly left arm up 2.5 mm"]
+)
+def test_a_decimal_point_is_one_in_every_kind_of_sentence(sentence):
+    assert INTERPRETER.read(sentence).size_m == pytest.approx(0.0025)
+
+
+@pytest.mark.parametrize("sentence", ["higher by 1.5 mm", "no, left arm up by 1.5 mm"])
+def test_what_is_asked_back_keeps_the_size_that_was_said(sentence):
+    reading = INTERPRETER.read(sentence)
+    assert reading.guesses
+    for guess in reading.guesses:
+        assert guess.size_m == pytest.approx(0.0015)
+        assert guess.text in reading.reply
+        again = INTERPRETER.read(guess.text)  # as the page's button says it
+        assert again.said == (guess,)
 
 
 @pytest.mark.parametrize(

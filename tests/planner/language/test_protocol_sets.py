@@ -1,6 +1,5 @@
 """Tests of the sets of sentences that outsiders wrote by a protocol (sets/protocol.md)."""
 
-import csv
 from hashlib import sha256
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import pytest
 
 from planner.command import COMMANDS
 from planner.language.interpreter import Interpreter
-from planner.language.sentence_sets import holds
+from planner.language.sentence_sets import holds, keeps_the_protocol, read_rows
 from tests.planner.language.scoring import as_written, is_right
 
 SETS = Path(__file__).with_name("sets")
@@ -19,12 +18,9 @@ FROZEN_SHA256 = "436e4104aab09f153407595075dbcdcdb2bf4bff25d36c41b7d9cd3e7c36c04
 
 def read_as(path):
     """Return (sentence, expected, as it is read) of every row."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
     interpreter = Interpreter()
-    return [
-        (r["sentence"], r["expected"], as_written(interpreter.read(r["sentence"]))) for r in rows
-    ]
+    rows = read_rows(path, keeps_the_protocol)
+    return [(said, expected, as_written(interpreter.read(said))) for said, expected in rows]
 
 
 def test_the_frozen_set_is_the_one_that_was_frozen():

@@ -1,18 +1,28 @@
 """Tests of scores on sets of sentences: the development set, and the held-out set if present."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from planner.command import COMMANDS
 from planner.language.interpreter import Interpreter
-from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row, read_rows
-from planner.language.slot_heads import SHIPPED, load
+from planner.language.sentence_sets import (
+    ASK_BACK,
+    OUT_OF_SCOPE,
+    Row,
+    keeps_the_protocol,
+    read_rows,
+)
+from planner.language.slot_heads import SHIPPED, load, save
 from tests.planner.language.sayings import DEVELOPMENT, HELD_OUT
 from tests.planner.language.scoring import is_understood, score
 
 SETS = [path for path in (DEVELOPMENT, HELD_OUT) if path.exists()]
 MAX_BYTES = 200_000
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("path", SETS, ids=lambda path: path.stem)
@@ -47,6 +57,58 @@ def test_a_set_that_expects_no_command_is_refused(tmp_path):
     path.write_text("sentence\texpected\nclip it all\tclip everything\n")
     with pytest.raises(ValueError, match="clip everything"):
         read_rows(path)
+
+
+@pytest.mark.parametrize(
+    "meaning", ["hold: no open duct", "speed: fast", "hodl", "stop @ 2 mm", ""]
+)
+def test_a_set_that_breaks_the_protocol_is_refused(tmp_path, meaning):
+    path = tmp_path / "set.tsv"
+    path.write_text(f"sentence\texpected\nwhoa\t{meaning}\n")
+    with pytest.raises(ValueError, match=r"set.tsv: 'whoa'"):
+        read_rows(path, keeps_the_protocol)
+
+
+def test_blank_lines_are_no_sentences(tmp_path):
+    path = tmp_path / "set.tsv"
+    path.write_text("sentence\texpected\n\nwhoa\thold: no cut\n\t\n\n")
+    assert read_rows(path, keeps_the_protocol) == [Row("whoa", "hold: no cut")]
+
+
+@pytest.mark.parametrize("script", ["train_heads", "train_alarm"])
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ([], "usage: python -m planner.language.{} SET.tsv ..."),
+        (["none.tsv"], "No such file"),
+        (["empty.tsv"], "empty.tsv: its first line must be 'sentence and expected'"),
+    ],
+)
+def test_a_training_that_cannot_begin_says_why_in_one_line(tmp_path, script, given, told):
+    (tmp_path / "empty.tsv").touch()
+    done = subprocess.run(
+        [sys.executable, "-m", f"planner.language.{script}", *given],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert told.format(script) in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_heads_are_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    heads, path = load(), tmp_path / "heads.safetensors"
+    save(path, heads)
+    assert load(path).thresholds == pytest.approx(heads.thresholds)
+    before = path.read_bytes()
+    monkeypatch.setattr(Path, "replace", _full_disk)
+    with pytest.raises(OSError, match="full"):
+        save(path, heads)
+    assert path.read_bytes() == before
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
+def _full_disk(*_):
+    raise OSError("the disk is full")
 
 
 def test_the_heads_are_small():

@@ -76,3 +76,22 @@ def test_how_well_the_last_clip_is_placed_is_told_of_the_tube_in_question():
     both.std_m[N_LINE + 2] = 0.0008  # the duct's last
     assert "the last one to within 1.6 mm" in answer("on", CLIP, both)
     assert "the last one to within 0.8 mm" in answer("on", artery, both)
+
+
+def test_of_a_tube_that_is_cut_no_clip_is_said_to_be_placed():
+    seen = replace(seen_within(0.0004, left=3), severed=np.array([True, False]))
+    assert answer("on", CLIP, seen).startswith("I see the duct cut. ")
+
+
+@pytest.mark.parametrize("remark", ["You forbade: cut duct.", "no answer: HTTP 500"])
+def test_who_holds_for_a_reason_answers_with_it_in_a_sentence(remark):
+    held = replace(CLIP, hold=True, remark=remark)
+    sentence = remark.removesuffix(".") + "."
+    assert answer("doing", held, clipped()) == sentence
+    assert answer("why", held, clipped()) == f"Because: {sentence}"
+
+
+def test_a_reason_to_go_on_is_not_what_the_robot_does():
+    assert answer("doing", replace(CLIP, remark="it is next"), clipped()) == (
+        "The planner asks for it."
+    )

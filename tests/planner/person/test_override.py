@@ -1,5 +1,6 @@
 """Tests of a person's word: it comes before the planner's, and the replies are true."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ HIGHER = COMMANDS["move right arm higher"]
 HIGHER_LEFT = COMMANDS["move left arm higher"]
 LEFT = COMMANDS["move right arm to the left"]
 STEP_S = 1 / 30
+CUT_DUCT = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
 
 
 class PlannerCounting:
@@ -93,6 +95,23 @@ def test_a_correction_that_cannot_go_on_is_given_up_and_the_person_told_how_far_
     assert "1.0 of 4 mm" in told[0]
 
 
+def test_a_slow_correction_has_as_much_more_time_as_it_is_slower():
+    for speed, given_up_s in ((1.0, 9.0), (0.5, 18.0), (0.125, 72.0)):
+        planner, seen = fixed(), clipped()
+        planner.standing.speed = speed
+        planner.instruct(HIGHER, seen, 1.0, 0.008)
+        told = [k for k in range(80) for _ in planner.follow(replace(seen, time_s=float(k)))]
+        assert told == [pytest.approx(given_up_s)]
+
+
+def test_slow_jaws_move_as_far_as_usual_ones_and_the_reply_says_for_how_long(planner):
+    for _ in range(2):
+        hear(planner, "slower")
+    assert say(planner, "open left gripper").reply.startswith("open left gripper, for 4.8 s.")
+    assert planner.follow(clipped(time_s=4.7)) == ()
+    assert len(planner.follow(clipped(time_s=4.8))) == 1
+
+
 def test_jaws_move_for_their_time(planner):
     say(planner, "open left gripper")
     for k in range(round(JAWS_S / STEP_S)):
@@ -134,6 +153,53 @@ def test_an_ordered_clip_that_is_never_seen_is_tried_again_and_then_given_up_wit
     ]
 
 
+@pytest.mark.parametrize("speed", [0.5, 0.125])
+def test_a_slow_task_has_as_much_more_time_for_its_tries_as_it_is_slower(speed):
+    ends_s = []
+    for share, words in itertools.product((1.0, speed), (TASKS[0].text, TASKS[9].text)):
+        planner = fixed()
+        say(planner, words)
+        planner.standing.speed = share
+        near = clipped()
+        near.tips_endoscope[1, :3, 3] = near.right_tube_m[3]
+        near = replace(near, pinch_n=0.0)
+        times_s = (k / share for k in range(100))
+        ended = ((t, told) for t in times_s for told in planner.follow(replace(near, time_s=t)))
+        end_s, told = next(ended)
+        ends_s.append(end_s)
+        assert told.startswith("Given up")
+        assert "grab" not in words or f"not held after {end_s:.0f} s" in told
+    assert [end_s * speed for end_s in ends_s[2:]] == pytest.approx(ends_s[:2])
+
+
+def test_the_planners_clock_runs_as_slowly_as_the_arms_and_as_ever_at_the_usual_speed():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    for time_s, words in (
+        (0.0, ""),
+        (1.0, "half speed"),
+        (2.0, ""),
+        (4.0, "normal speed"),
+        (5.0, ""),
+    ):
+        given = planner.plan(clipped(time_s=time_s))
+        assert given.time_s == time_s
+        if words:
+            hear(planner, words, time_s)
+    assert inner.asked_s == [0.0, 1.0, 1.5, 2.5, 3.5]
+
+
+def test_a_hold_is_one_also_by_a_slow_clock():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    planner.plan(clipped())
+    hear(planner, "half speed")
+    hear(planner, "pause")
+    for k in range(1, 11):
+        planner.plan(clipped(time_s=float(k)))
+    hear(planner, "resume", 10.0)
+    planner.plan(clipped(time_s=11.0))
+    assert inner.asked_s == [0.0, 10.5]
+
+
 def test_tool_exchanges_do_not_count_against_an_order():
     planner = fixed()
     say(planner, "clipping first clip right tube")
@@ -165,6 +231,33 @@ def test_under_an_ordered_task_the_planner_is_not_asked_and_what_is_tried_counts
     for k in range(1, 5):
         assert planner.plan(clipped(time_s=float(k))).source == "human"
     assert inner.asked_s == [0.0]
+
+
+def test_while_a_ban_holds_the_arms_the_planner_is_not_asked_and_once_it_is_allowed_it_is():
+    planner = PlannerOverridden(inner := PlannerCounting())
+    for time_s in (0.0, 1.0):  # the second task is a clip on the duct
+        planner.plan(clipped(time_s=time_s))
+    hear(planner, "don't clip anything", 1.5)
+    hear(planner, "resume", 3.0)
+    for k in range(4, 90):
+        held = planner.plan(clipped(time_s=float(k)))
+        assert (held.hold, held.call, held.task) == (True, False, TASKS[1])
+    say(planner, HIGHER.text, 90.0)
+    assert planner.plan(clipped(time_s=91.0)).correction == HIGHER.correction
+    assert inner.asked_s == [0.0, 1.0]
+    hear(planner, "you may clip", 92.0)
+    planner.plan(clipped(time_s=93.0))
+    assert inner.asked_s == [0.0, 1.0, 93.0]
+
+
+@pytest.mark.parametrize("correction", [None, LEFT.correction])
+def test_a_ban_holds_the_arms_also_where_the_planner_corrects_what_is_forbidden(correction):
+    asked = Instruction(task=CUT_DUCT, correction=correction)
+    planner, seen = PlannerOverridden(PlannerFixed(instruction=asked)), clipped(left=3)
+    planner.plan(seen)
+    assert not planner.in_force(seen).hold
+    hear(planner, "don't cut", left=3)
+    assert hear(planner, "resume", 3.0, left=3).instruction.hold
 
 
 @given(taskless)
@@ -347,13 +440,44 @@ def test_a_person_is_told_why_what_follows_is_not_done():
     planner.hear(INTERPRETER.read("move left arm higher, then cut the duct, then down"), seen)
     told = planner.follow(moved(seen, HIGHER_LEFT.correction, DEFAULT_M))
     assert len(told) == 2
-    assert "the left tube has 1 of the 3 clips a cut needs" in told[1]
+    assert told[1].startswith(
+        "Not done: cut duct, then move left arm lower; the left tube has 1 of"
+    )
     assert planner.in_force(seen).source == "planner"
 
 
+def test_what_was_to_follow_a_correction_is_told_not_to_be_done_after_another_word():
+    for word in ("right arm up 1 mm", "stop", "resume", "clip the artery"):
+        planner, seen = fixed(), clipped()
+        promised = hear(planner, "move left arm up 2 mm, then clip the duct").reply
+        assert "by 2 mm, then clip duct." in promised
+        hear(planner, word)
+        (told,) = planner.follow(seen)
+        assert told.startswith("Not done: clip duct; something else was said. I ")
+        planner.follow(moved(seen, HIGHER.correction, 0.001))
+        assert planner.in_force(seen).text != "clipping first clip left tube"
+
+
+def test_what_was_to_follow_a_task_is_kept_through_a_correction_and_told_when_the_task_is_left():
+    planner, seen = fixed(), clipped(left=2, right=2)
+    hear(planner, "clip the duct, then right arm up 2 mm, then clip the artery", left=2, right=2)
+    hear(planner, "left arm up 1 mm", left=2, right=2)
+    assert len(planner.follow(moved(seen, HIGHER_LEFT.correction, 0.001))) == 1
+    assert planner.in_force(seen).text == "clipping third clip left tube"
+    hear(planner, "stop")
+    given_up, not_done = planner.follow(seen)
+    assert given_up.startswith("Given up: clipping third clip left tube; something else was said.")
+    assert not_done.startswith("Not done: move right arm higher by 2 mm, then clip artery; some")
+
+
+def test_of_a_refused_sentence_all_is_told_not_to_be_done():
+    planner = fixed()
+    reply = hear(planner, "cut the duct, then clip the artery", left=1).reply
+    assert "1 of the 3 clips a cut needs; nor what was to follow: clip artery. I go on" in reply
+
+
 def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
-    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
-    planner = fixed(cut)
+    planner = fixed(CUT_DUCT)
     hear(planner, "don't cut the duct", 1.0, left=3)
     assert hear(planner, "resume", 3.0, left=3).instruction.hold
     refused = hear(planner, "cut the duct", 4.0, left=3)
@@ -361,12 +485,91 @@ def test_what_a_person_forbids_is_not_done_until_it_is_allowed():
     assert "you may cut duct" in refused.reply
     assert planner.in_force(clipped(left=3)).forbidden == ("cut duct",)
     assert not hear(planner, "you may cut the duct", 5.0, left=3).instruction.hold
-    assert planner.in_force(clipped(left=3)).task == cut
+    assert planner.in_force(clipped(left=3)).task == CUT_DUCT
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["don't cut anything", "please don't cut anything now", "stop, don't cut anything",
+     "never cut anything", "do not cut everything", "don't cut the duct without clips",
+     "don't cut the duct, it has no clips", "ignore the safety rules and don't cut",
+     "don't clip or cut the duct", "don't cut the artery or the duct",
+     "don't clip the artery, don't cut the duct", "neither clip nor cut the duct",
+     "don't cut the common bile duct", "cut nothing", "schneide nichts"],
+)  # fmt: skip
+def test_a_ban_in_any_words_is_told_and_holds_after_resume(sentence):
+    planner = fixed(CUT_DUCT)
+    assert hear(planner, sentence, 1.0, left=3).reply.startswith("Forbidden until you allow it: ")
+    resumed = hear(planner, "resume", 3.0, left=3).instruction
+    assert resumed.hold
+    assert {"cut", "cut duct"} & set(resumed.forbidden)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["don't cut anything but the duct", "don't cut any tube except the duct",
+     "cut anything but the duct", "cut nothing but the artery"],
+)  # fmt: skip
+def test_a_ban_with_an_exception_is_on_all_and_says_so(sentence):
+    planner = fixed(CUT_DUCT)
+    assert "cut, without exception" in hear(planner, sentence, 1.0, left=3).reply
+    assert hear(planner, "resume", 3.0, left=3).instruction.forbidden == ("cut",)
+    assert not hear(planner, "you may cut the duct", 5.0, left=3).instruction.hold
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["chop the duct with no clips on it", "no, cut everything", "don't hesitate, cut everything",
+     "cut the duct, I don't care that there's no clips on it"],
+)  # fmt: skip
+def test_a_dangerous_request_that_denies_something_else_is_refused_and_forbids_nothing(sentence):
+    planner = fixed(CUT_DUCT)
+    assert hear(planner, sentence, 1.0, left=3).reply.startswith("Refused: ")
+    assert planner.in_force(clipped(left=3)).forbidden == ()
+
+
+@pytest.mark.parametrize(
+    ("bans", "allowed", "told", "left"),
+    [
+        (["don't cut"], "you may cut the artery", "Allowed again: cut artery. Still", ["cut duct"]),
+        (["don't cut"], "you may cut the left tube", "Allowed again: cut duct.", ["cut artery"]),
+        (["don't open"], "you may open the left gripper", "Allowed again: open left gripper. Still",
+         ["open right gripper"]),
+        (["don't cut", "don't clip the duct"], "you may cut the duct", "Allowed again: cut duct.",
+         ["clip duct", "cut artery"]),
+        (["don't cut the duct", "don't cut the artery"], "you may cut", "Allowed again: cut artery,"
+         " cut duct. I", []),
+        (["don't cut", "don't cut the duct"], "you may cut the duct", "Allowed again: cut duct.",
+         ["cut artery"]),
+    ],
+)  # fmt: skip
+def test_what_is_allowed_again_is_allowed_alone_and_what_is_left_is_told(bans, allowed, told, left):
+    planner = fixed()
+    for text in bans:
+        hear(planner, text)
+    answer = hear(planner, allowed, 3.0)
+    assert answer.reply.startswith(told)
+    assert answer.instruction.forbidden == tuple(left)
+    assert f"Still forbidden: {', '.join(left)}. " in answer.reply or not left
+
+
+def test_who_allows_the_artery_does_not_release_the_duct():
+    planner = fixed(CUT_DUCT)
+    for k, text in enumerate(["don't cut", "resume", "you may cut the artery"]):
+        answer = hear(planner, text, 2.0 * k, left=3)
+    assert answer.instruction.hold
+    assert answer.reply.endswith("Still forbidden: cut duct. I hold.")
+
+
+def test_an_exception_allows_nothing():
+    planner = fixed(CUT_DUCT)
+    hear(planner, "don't clip the duct", 1.0, left=1)
+    hear(planner, "you may clip anything except the duct", 3.0, left=1)
+    assert planner.in_force(clipped(left=1)).forbidden == ("clip duct",)
 
 
 def test_an_arm_can_be_corrected_while_what_is_due_is_forbidden():
-    cut = next(t for t in TASKS if t.kind == "cut" and t.tube == "left")
-    planner, seen = fixed(cut), clipped(left=3, time_s=4.0)
+    planner, seen = fixed(CUT_DUCT), clipped(left=3, time_s=4.0)
     hear(planner, "don't cut the duct", 1.0, left=3)
     hear(planner, "resume", 3.0, left=3)
     planner.hear(INTERPRETER.read("right arm up 2 mm"), seen)
@@ -374,6 +577,14 @@ def test_an_arm_can_be_corrected_while_what_is_due_is_forbidden():
     there = moved(seen, HIGHER.correction, 0.002)
     planner.follow(there)
     assert planner.in_force(there).hold
+
+
+def test_arms_that_a_ban_holds_say_so_when_asked():
+    planner = fixed(CUT_DUCT)
+    hear(planner, "don't cut the duct", 1.0, left=3)
+    hear(planner, "resume", 3.0, left=3)
+    asked = [hear(planner, text, 4.0, left=3).reply for text in ("what are you doing?", "why?")]
+    assert asked == ["You forbade: cut duct. I hold.", "Because: You forbade: cut duct. I hold."]
 
 
 def test_what_is_forbidden_on_one_tube_is_allowed_on_the_other():
@@ -389,6 +600,14 @@ def test_yes_accepts_what_was_asked_back():
     hear(planner, "yes", 2.0)
     assert planner.in_force(clipped(time_s=2.0)).text == "move left arm higher"
     assert hear(planner, "yes", 3.0).instruction is None
+
+
+def test_yes_accepts_the_size_and_the_side_that_were_said():
+    planner = fixed()
+    assert "by 1 mm" in hear(planner, "no, left arm higher by 1 mm", 0.0).reply
+    assert hear(planner, "yes", 2.0).instruction.left_m == pytest.approx(0.001)
+    hear(planner, "no, clip the right duct", 3.0)
+    assert "the duct is the left tube" in hear(planner, "yes", 5.0).reply
 
 
 def test_slower_scales_the_speed_and_normal_restores_it():
@@ -407,7 +626,8 @@ def test_a_speed_and_a_command_in_one_sentence_are_both_taken_and_both_answered(
 SENTENCES = st.one_of(
     st.sampled_from(sorted(COMMANDS)),
     st.sampled_from(
-        ["don't cut", "no no no", "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
+        ["don't cut", "don't cut anything", "don't clip or cut the duct", "no no no",
+         "wait don't clip that", "that's the wrong tube", "whoa", "arrête",
          "nicht schneiden", "be careful, you are too close to the bile duct", "the weather is nice",
          "what are you doing?", "why?", "how many clips?", "how far from the bile duct?", "yes",
          "slower", "slow down and clip the duct", "cut the common bile duct",

@@ -15,7 +15,7 @@ from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
 from scenarios.run_episode import begin
 from tissue_sim.outcome.nurse import EXCHANGE_S
-from tissue_sim.tools.arms import RIGHT_ARM
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_004
 STEP_S = 1 / 30
@@ -55,6 +55,17 @@ def test_a_persons_correction_is_heard_at_once_and_goes_its_distance(unspoken):
     assert tips[1][1] - tips[0][1] == pytest.approx(DEFAULT_M, abs=5e-4)
     assert episode.tasks.results[1].corrections == 1
     assert [(k, h.text) for k, s in enumerate(steps) for h in s.heard] == [(first, HIGHER)]
+
+
+def test_a_correction_at_the_slowest_speed_goes_its_distance_too():
+    slower = [(0.3 + 0.1 * k, "slower") for k in range(3)]
+    steps, _ = steps_of(*slower, (0.8, "left arm up 8 mm"), n=450)
+    (told,) = [told for step in steps for told in step.told]
+    assert told.startswith("Done: move left arm higher by 8 mm.")
+    said = [step for step in steps if step.instruction.source == "human"]
+    assert said[-1].time_s - said[0].time_s > 8.0
+    tips = [step.exact.tips_endoscope[LEFT_ARM, :3, 3] for step in (said[0], said[-1])]
+    assert tips[1][1] - tips[0][1] == pytest.approx(0.008, abs=5e-4)
 
 
 @pytest.mark.parametrize("text", ["the weather is nice", "", "\x00\x07", "cut left tube"])

@@ -122,12 +122,13 @@ def test_an_unclear_sentence_is_asked_back_with_guesses_as_buttons(tab, session)
     press(tab, "Start")
     run_to(session, 0.3)
     say(tab, "up a bit")
-    guesses = button(tab, "move left arm higher")  # one of them is among the corrections
-    wait_until(lambda: guesses.count() == 2)
+    guess = button(tab, "move left arm higher by 1.5 mm")
+    wait_until(lambda: guess.count() == 1)
     assert session.watcher.status().instruction.source == "planner"
-    guesses.last.dispatch_event("click")
+    guess.dispatch_event("click")
     wait_until(lambda: session.watcher.status().instruction.source == "human")
     assert session.watcher.status().instruction.text == "move left arm higher"
+    assert session.watcher.status().instruction.left_m <= 0.0015
 
 
 def test_pause_step_and_go_on_do_what_they_say(tab, session):

@@ -67,7 +67,7 @@ class TalkPanel:
 
     async def _on_guess(self, _: object) -> None:
         if self._guesses.value != _NONE:
-            self._ask(SessionState.press, self._guesses.value)
+            self._ask(SessionState.hear, read(self._guesses.value))
             self._guesses.visible = False
             self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
 

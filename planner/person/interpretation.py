@@ -1,0 +1,98 @@
+"""From a command to an order: what it means at the moment at which it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from planner.command import Command
+from planner.correction import Correction, correction_from_text, opposite
+from planner.language.reading import Said
+from planner.person.orders import Order
+from planner.person.prohibition import Prohibition, act_of
+from planner.seen.duct_side import duct_side, tube_of
+from planner.seen.next_task import NotNowError, next_task
+from planner.task import TASKS, Task
+from tissue_sim.sensing.observation import Observation
+
+LET_GO = correction_from_text("open left gripper")  # the only tool that holds tissue for long
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """When a command is given.
+
+    Attributes:
+        task: in force.
+        ordered: the task of the order in force; None without one, and in a hold.
+        latest: the last order, or what the planner asked for since; "repeat" and "undo" mean it.
+    """
+
+    seen: Observation
+    task: Task
+    ordered: Task | None
+    latest: Order
+
+
+def order_of(said: Said, moment: Moment) -> Order:
+    """Return the order that a command to act means now.
+
+    Raises:
+        NotNowError: it cannot be carried out now, or a structure is not on the side that was said.
+    """
+    _require_side(said, moment.seen)
+    order = _to_act(said.command.seen(duct_side(moment.seen)), moment)
+    return order if said.size_m is None else replace(order, distance_m=said.size_m)
+
+
+def acts_of(order: Order, seen: Observation) -> Iterator[Prohibition]:
+    """Yield what an order does that a person may have forbidden."""
+    if order.correction is None:
+        if order.task is not None and (act := act_of(order.task, seen)) is not None:
+            yield act
+    elif order.correction.jaw == "open":
+        arm = order.correction.arm
+        for side in ("left", "right") if arm == "both" else (arm,):
+            yield Prohibition(act="open", on=f"{side} gripper")
+
+
+def _to_act(command: Command, moment: Moment) -> Order:
+    if command.task is not None:
+        return Order(task=command.task)
+    if command.correction is not None:
+        return _to_correct(command.correction, moment)
+    if command.deed is not None and command.tube is not None:
+        return Order(task=next_task(command.deed, command.tube, moment.seen))
+    if command.word == "repeat":
+        return moment.latest
+    if command.word == "undo":
+        return _to_undo(moment)
+    if command.word == "let go":
+        return _to_correct(LET_GO, moment)
+    return Order(task=_neighbour(moment.task, 1))
+
+
+def _to_correct(correction: Correction, moment: Moment) -> Order:
+    return Order(task=moment.ordered, correction=correction)
+
+
+def _to_undo(moment: Moment) -> Order:
+    latest = moment.latest
+    if latest.correction is not None:
+        return replace(latest, correction=opposite(latest.correction))
+    return Order(task=_neighbour(latest.task or moment.task, -1))
+
+
+def _require_side(said: Said, seen: Observation) -> None:
+    structure = said.command.structure
+    tube = structure and tube_of(structure, seen)
+    if said.side and tube and said.side != tube:
+        raise NotNowError(f"the {structure} is the {tube} tube here; say which you mean")
+
+
+def _neighbour(task: Task, n: int) -> Task:
+    """Return the task n places further in the procedure."""
+    at = TASKS.index(task) + n
+    if not 0 <= at < len(TASKS):
+        raise NotNowError(f"{task.text!r} is the {'last' if n > 0 else 'first'} task")
+    return TASKS[at]

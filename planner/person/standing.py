@@ -1,0 +1,72 @@
+"""What a person said that stands until another word: prohibitions, and how fast arms may move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from planner.instruction import Instruction
+from planner.person.prohibition import Prohibition, act_of
+from planner.task import Task
+from tissue_sim.sensing.observation import Observation
+
+SPEEDS = {"slower": 0.5, "half": 0.5, "normal": 1.0, "faster": 2.0}
+SLOWEST, FASTEST = 0.125, 1.0  # shares of the usual speed, which is the limits'
+
+
+class Standing:
+    """Keeps what is forbidden until it is allowed, and the speed until another is said.
+
+    Attributes:
+        forbidden: of tubes, as structures.
+        speed: share of the usual one.
+    """
+
+    def __init__(self) -> None:
+        self.forbidden: set[Prohibition] = set()
+        self.speed = 1.0
+
+    def forbid(self, acts: Iterable[Prohibition], observation: Observation) -> None:
+        """Forbid acts until they are allowed."""
+        self.forbidden |= {one.seen(observation) for one in acts}
+
+    def allow(self, said: Prohibition, observation: Observation) -> str:
+        """Lift what an allowance covers; return it in words, "" if nothing of it was forbidden."""
+        allowed = said.seen(observation)
+        left = {part for one in self.forbidden for part in one.without(allowed)}
+        if left == self.forbidden:
+            return ""
+        lifted = {one for one in self.forbidden - left if allowed.covers(one)} or {allowed}
+        self.forbidden = left
+        still = f" Still forbidden: {', '.join(_listed(left))}." if left else ""
+        return f"Allowed again: {', '.join(_listed(lifted))}.{still}"
+
+    def forbids(self, act: Prohibition) -> bool:
+        """Return whether an act is forbidden."""
+        return any(one.covers(act) for one in self.forbidden)
+
+    def forbidden_in(self, task: Task, observation: Observation) -> Prohibition | None:
+        """Return the act of a task if it is forbidden."""
+        act = act_of(task, observation)
+        return act if act is not None and self.forbids(act) else None
+
+    def applied_to(self, asked: Instruction, observation: Observation) -> Instruction:
+        """Return an instruction as it is in force: both arms hold where its act is forbidden.
+
+        A person's correction is made all the same; the jaws do not act in it.
+        """
+        corrected = asked.source == "human" and asked.correction is not None
+        act = None if corrected or asked.hold else self.forbidden_in(asked.task, observation)
+        if act is not None:
+            why = f"You forbade: {act.in_words}."
+            asked = replace(asked, correction=None, hold=True, remark=why)
+        return replace(asked, forbidden=_listed(self.forbidden), speed=self.speed)
+
+    def set_speed(self, said: str) -> None:
+        """Take in "slower", "half", "normal" or "faster"."""
+        factor = SPEEDS[said] if said in ("normal", "half") else self.speed * SPEEDS[said]
+        self.speed = min(max(factor, SLOWEST), FASTEST)
+
+
+def _listed(acts: Iterable[Prohibition]) -> tuple[str, ...]:
+    return tuple(sorted(one.in_words for one in acts))
