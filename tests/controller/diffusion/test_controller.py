@@ -80,7 +80,7 @@ def test_each_chunk_is_given_the_motions_that_lead_up_to_it(sampler, delay):
 
 
 def test_a_new_chunk_fades_in_step_by_step():
-    """Play chunks with jaws at 1 rad, then at 2 rad: the first jaw angle tells which chunk is played."""
+    """Play chunks with jaws at 1 rad, then at 2: the jaw angle tells which chunk is played."""
     chunks = iter([resting(1.0), resting(2.0)])
     rows = played(controller(lambda inputs: next(chunks)), CONFIG.play + FADE + 2)
     jaws = rows[:, JAWS][:, 0]
