@@ -7,7 +7,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,6 +130,8 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
         cameras=cameras,
+        sense=demonstration.sense,
+        checkpoints=checkpoints_of(demonstration),
     )
     return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
 
@@ -174,6 +176,22 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
         planner=_planner(demonstration, config, world, rng),
         controller=_controller(demonstration, config, world, rng),
     )
+
+
+def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
+    """Return the SHA-256 of the checkpoint of each learned policy in it, by role.
+
+    Raises:
+        CheckpointError, OSError: as `checkpoint_digests`.
+    """
+    from scenarios.loop.episode_config import EpisodeConfig
+    from scenarios.recording.checkpoint_digests import checkpoint_digests
+
+    if demonstration.family not in OF_THE_LEARNED:
+        return {}
+    config = EpisodeConfig(**_choices(demonstration))
+    learner = replace(config, controller="diffusion", checkpoint=demonstration.checkpoint)
+    return checkpoint_digests(learner)
 
 
 def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:

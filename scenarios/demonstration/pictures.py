@@ -9,6 +9,7 @@ passed over: they are few.
 from __future__ import annotations
 
 import io
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,6 +23,7 @@ from scenarios.demonstration.demonstrate import (
     DemonstrationOutcome,
     begun,
     broken_off_in,
+    checkpoints_of,
     trace_path,
     written,
 )
@@ -37,6 +39,7 @@ from scenarios.demonstration.mix import (
 )
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.version import WORLD_VERSION
 
 if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
@@ -61,6 +64,7 @@ GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
 AIM_M = 0.002  # standard deviation each way; assumed
+MADE_WITH = "made_with"  # the array in which the frames tell how they were made, as JSON
 
 
 def pictured(first_seed: int, episodes: int, checkpoint: str = "") -> list[PlannedDemonstration]:
@@ -108,10 +112,12 @@ def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutc
     trace_path(demonstration, out).unlink(missing_ok=True)
     try:
         frames = list(_frames(demonstration))
+        made = {"world_version": WORLD_VERSION, "checkpoints": checkpoints_of(demonstration)}
     except Exception as error:
         return broken_off_in(out, demonstration, error)
     content = io.BytesIO()
     columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
+    columns[MADE_WITH] = np.array(json.dumps(made))
     np.savez_compressed(content, **columns)
     outcome = DemonstrationOutcome(demonstration=demonstration, frames=len(frames))
     return written(outcome, frames_path(demonstration, out), content.getvalue())
