@@ -67,6 +67,22 @@ def require_alike(out: Path, asked: Sequence[PlannedDemonstration], cameras: Seq
         _require_same(part, header.checkpoints, made.get(family, header.checkpoints))
 
 
+def require_joinable(out: Path, sense: str) -> None:
+    """Check that interventions may join a folder's episodes.
+
+    Raises:
+        BadInputError: those were filmed or of another sense, or a part cannot be read.
+    """
+    for part, header in headers_in(out):
+        if header.cameras:
+            raise BadInputError(f"--save-interventions: {part} was filmed: choose another folder")
+        if header.sense not in ("", sense):
+            raise BadInputError(
+                f"--save-interventions: {part} is of the sense {header.sense}, these of {sense}:"
+                " choose another folder"
+            )
+
+
 def require_pictures_alike(out: Path, asked: Sequence[PlannedDemonstration]) -> None:
     """Check that a folder's pictures are of this world, and of the same learned controller.
 
