@@ -13,6 +13,7 @@ import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,7 @@ from scenarios.demonstration.mix import (
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
+from scenarios.files.atomic_write import write_atomic
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.version import WORLD_VERSION
@@ -109,7 +111,6 @@ def frames_path(demonstration: PlannedDemonstration, out: Path) -> Path:
 
 def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
     """Run the episode and write its labelled frames; an exception in it becomes its error."""
-    trace_path(demonstration, out).unlink(missing_ok=True)
     try:
         frames = list(_frames(demonstration))
         made = {"world_version": WORLD_VERSION, "checkpoints": checkpoints_of(demonstration)}
@@ -119,8 +120,13 @@ def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutc
     columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
     columns[MADE_WITH] = np.array(json.dumps(made))
     np.savez_compressed(content, **columns)
-    outcome = DemonstrationOutcome(demonstration=demonstration, frames=len(frames))
-    return written(outcome, frames_path(demonstration, out), content.getvalue())
+    path = frames_path(demonstration, out)
+    return written(
+        DemonstrationOutcome(demonstration=demonstration, frames=len(frames)),
+        path,
+        partial(write_atomic, path, content.getvalue()),
+        partial(trace_path(demonstration, out).unlink, missing_ok=True),
+    )
 
 
 def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:

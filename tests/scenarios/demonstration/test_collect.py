@@ -144,6 +144,22 @@ def test_the_trace_of_an_error_does_not_outlast_it(tmp_path, monkeypatch):
     assert not trace.exists()
 
 
+@pytest.mark.parametrize("success", [True, False])
+def test_files_that_cannot_be_moved_or_removed_are_told_as_those_that_cannot_be_written(
+    tmp_path, monkeypatch, success
+):
+    """A folder lies where the trace would, a file where the folder of failed ones would."""
+    (tmp_path / ERRORS / f"{ASKED[0].name}.txt" / "inside").mkdir(parents=True)
+    (tmp_path / FAILED).touch()
+    episode = random_episode(0)
+    episode = replace(episode, header=replace(episode.header, success=success))
+    monkeypatch.setattr(of_demonstrations, "run", lambda demonstration, part: episode)
+    outcome = demonstrate(ASKED[0], tmp_path)
+    assert outcome.error is None
+    path = part_path(ASKED[0], tmp_path, PARTS if success else FAILED)
+    assert outcome.unwritable in (f"{path}: Is a directory", f"{path}: File exists")
+
+
 def complaint(capfd, code, out):
     assert code == 2
     (line,) = filter(None, capfd.readouterr().err.splitlines())

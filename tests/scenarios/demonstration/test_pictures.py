@@ -134,7 +134,7 @@ def test_pictures_that_find_no_room_are_one_line(tmp_path, breaking, capfd, monk
     def no_room(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("scenarios.demonstration.demonstrate.write_atomic", no_room)
+    monkeypatch.setattr("scenarios.demonstration.pictures.write_atomic", no_room)
     assert collect(tmp_path) == 2
     first = frames_path(pictured(0, 3)[0], tmp_path)
     line = capfd.readouterr().err.splitlines()[-1]
