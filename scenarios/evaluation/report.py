@@ -171,7 +171,7 @@ def _of_suite(
         missing=len(plan.asked(arm, suite, mine)) - len(here),
         figures=figures(list(here.values())),
         conditions={c.name: _summary(here, c) for c in suite.conditions},
-        strata=strata(r for case, r in here.items() if case.condition in suite.conditions),
+        strata=strata({c: r for c, r in here.items() if c.condition in suite.conditions}),
         climbs=tuple(_climb(plan, arm, suite, ladder, here) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),

@@ -12,7 +12,7 @@ from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
 from scenarios.loop.results import EpisodeResult, InjuryResult, PeakResult, SafetyResult, TaskResult
 from scenarios.recording.recorder import Recorder
-from scenarios.suites import SUITES
+from scenarios.suites import suite_of
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
 NOWHERE = Path("nowhere")
@@ -20,7 +20,7 @@ MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
 
 
 def plan(*suites: str, arms=(FIRST, SECOND), seeds=range(10)) -> Plan:
-    return Plan(arms=tuple(arms), suites=tuple(SUITES[name] for name in suites), seeds=seeds)
+    return Plan(arms=tuple(arms), suites=tuple(map(suite_of, suites)), seeds=seeds)
 
 
 def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> EpisodeResult:
