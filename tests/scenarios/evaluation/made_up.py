@@ -32,8 +32,8 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
     if chance is not None:
         done = (*done[:-1], replace(done[-1], failure_chance=chance))
     force_n = float(rng.uniform(0.1, 1.9)) if passed else 2.4
-    peak = PeakResult(event="force on the liver", value=force_n, limit=2.0)
-    injury = InjuryResult(event="force on the liver", time_s=31.0, value=2.4, limit=2.0)
+    peak = PeakResult(event="liver force", value=force_n, limit=2.0)
+    injury = InjuryResult(event="liver force", time_s=31.0, value=2.4, limit=2.0)
     return EpisodeResult(
         scenario=case.condition.scenario,
         seed=case.seed,
