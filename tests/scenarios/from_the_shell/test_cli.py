@@ -57,6 +57,7 @@ HEAVY = (
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
         (["view", "--port", "58080", "--say-port", "58080"], ["--port", "--say-port is the same"]),
+        (["view", "--cameras", "ceiling"], ["--cameras", "ceiling", "wrist_left"]),
         (["run", "--overlay"], ["--overlay", "--video FILE.mp4"]),
         (["run", "--captions"], ["--captions", "--video FILE.mp4"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
