@@ -23,7 +23,7 @@ from scenarios.catalogue import (
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.output_path import require_writable_file, require_writable_folder
 from scenarios.commands.options.policy_option import (
     require_perception,
     require_policies,
@@ -195,7 +195,7 @@ class Run:
         if self.episodes != 1:
             raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
         require_renderer("--video")
-        require_writable_folder(video.parent, "--video")
+        require_writable_file(video, "--video")
 
     def _run(self, finished: list[EpisodeResult]) -> None:
         with ExitStack() as stack:
