@@ -111,9 +111,13 @@ class Collect:
             artery_below_m=math.inf if self.artery_below_mm is None else self.artery_below_mm / 1e3,
         )
         if len(asked) < self.episodes:
+            given, kept = f"--seed {self.seed} --episodes {self.episodes}", "are left"
+            if self.artery_below_mm is not None:
+                given += f" --artery-below-mm {self.artery_below_mm}"
+                kept += f" whose patient's artery is shorter than {self.artery_below_mm} mm"
             raise BadInputError(
-                f"--seed {self.seed} --episodes {self.episodes}: only {len(asked)} seeds are left;"
-                f" demonstrations take training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
+                f"{given}: only {len(asked)} seeds {kept}; demonstrations take training seeds, 0 to"
+                f" {TRAINING_SEEDS.stop - 1}"
             )
         require_alike(self.out, asked, self.cameras)
         waiting = [d for d in asked if not is_finished(d, self.out)]

@@ -16,6 +16,7 @@ from controller.dataset.part import part_bytes
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
+from scenarios.demonstration.mix import INTERVENTION
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
@@ -25,7 +26,6 @@ from scenarios.loop.step import Step
 from scenarios.recording.checkpoint_digests import checkpoint_digests
 from tissue_sim.world import World
 
-KIND = "intervention"
 _WRITING = Lock()  # a data set is written by one thread at a time
 
 
@@ -85,7 +85,7 @@ class Interventions:
         seed = self._anatomy.seed
         header = Header(
             seed=seed,
-            kind=KIND,
+            kind=INTERVENTION,
             scenario=self._config.scenario,
             success=success,
             failures=failures,
@@ -94,12 +94,12 @@ class Interventions:
             sense=self._config.sense,
             checkpoints=checkpoint_digests(self._config),
         )
-        episode = Demonstrated(header=header, columns=self._recorder.columns(seed, KIND))
+        episode = Demonstrated(header=header, columns=self._recorder.columns(seed, INTERVENTION))
         self._path = self._path or self._free_path(seed)
         write_atomic(self._path, part_bytes(episode))
         merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)
         return self._path
 
     def _free_path(self, seed: int) -> Path:
-        paths = (self._out / PARTS / f"{seed:05d}-{KIND}-{n:03d}.parquet" for n in count())
+        paths = (self._out / PARTS / f"{seed:05d}-{INTERVENTION}-{n:03d}.parquet" for n in count())
         return next(path for path in paths if not path.exists())

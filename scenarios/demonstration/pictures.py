@@ -47,7 +47,7 @@ if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
     from tissue_sim.world import World
 
-KINDS = (
+PICTURED = (
     NOMINAL,
     RECOVERY + FAILING,
     NOMINAL + FAILING + "swapped",
@@ -57,15 +57,16 @@ KINDS = (
     NOMINAL + FAILING + "swapped",
     NOMINAL + FAILING + "fat",
 )
+# Assumed, all of them.
 NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster
 NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
 ARTERY_M, DUCT_M = (0.016, 0.026, 0.036), (0.020,)  # between the strata of their lengths
 STRATA = tuple(product(range(len(ARTERY_M) + 1), range(len(DUCT_M) + 1)))
-AHEAD = 2  # how many more patients than the rarest a stratum may have
+AHEAD = 2  # a stratum with more than so many patients more than the rarest takes none
 GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
-AIM_M = 0.002  # standard deviation each way; assumed
+AIM_M = 0.002  # standard deviation each way
 MADE_WITH = "made_with"  # the array in which the frames tell how they were made, as JSON
 
 
@@ -97,8 +98,8 @@ def stratum_of(anatomy: Anatomy) -> tuple[int, int]:
 
 def _planned(seed: int, k: int, checkpoint: str) -> PlannedDemonstration:
     learned = bool(checkpoint) and k % 2 == 1
-    kind = (ROLLOUT, ROLLOUT + FAILING)[k // 2 % 2] if learned else KINDS[k % len(KINDS)]
-    failure = RECOVERIES[k // len(KINDS) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
+    kind = (ROLLOUT, ROLLOUT + FAILING)[k // 2 % 2] if learned else PICTURED[k % len(PICTURED)]
+    failure = RECOVERIES[k // len(PICTURED) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
     return PlannedDemonstration(
         seed=seed, kind=kind + failure, checkpoint=checkpoint if learned else ""
     )

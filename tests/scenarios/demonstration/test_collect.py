@@ -194,6 +194,10 @@ def test_a_full_disk_is_one_clear_line_and_nothing_whole_is_lost(out, capfd, req
         ([], ["--out"]),
         (["--out", "d", "--mix", "some"], ["--mix", "'some'", "nominal", "recovery"]),
         (["--out", "d", "--seed", "9990", "--episodes", "11"], ["--seed", "training", "9999"]),
+        (
+            ["--out", "d", "--seed", "9990", "--artery-below-mm", "16", "--mix", "nominal"],
+            ["--artery-below-mm 16", "artery is shorter than 16 mm", "training seeds, 0 to 9999"],
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, words, said):

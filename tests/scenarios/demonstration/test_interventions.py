@@ -14,6 +14,7 @@ from planner.person.orders import DEFAULT_M
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
+from scenarios.demonstration.mix import KINDS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
@@ -109,6 +110,7 @@ def test_a_dataset_grows_by_each_and_a_learned_controller_is_not_imitated(tmp_pa
 def test_it_tells_by_which_sense_and_checkpoints_it_is(tmp_path):
     read = read_part(watched(tmp_path, (0.2, HIGHER), n=10))
     assert (read.header.sense, read.header.checkpoints) == ("exact", {})
+    assert read.header.kind in KINDS
     assert read.header.scenario == "textbook"
 
 

@@ -62,6 +62,11 @@ HEAVY = (
         (["run", "--captions"], ["--captions", "--video FILE.mp4"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
         (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
+        (["train", "controller", "--leave-out", "zoo"], ["'zoo'", "nominal", "intervention"]),
+        (
+            ["train", "controller", "--leave-out", "intervention", "--data", "none"],
+            ["none: there is no dataset"],
+        ),
         (["evaluate", "--suite", "zoo"], ["--suite", "'zoo'", "nominal", "grasp-slip"]),
         (
             ["evaluate", "--suite", "registration", "--arms", "a=learned+diffusion,sense=exact"],
