@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ class Header:
         anatomy: of the patient, as plain data.
         versions: name to version of the software that made it.
         cameras: whose videos lie beside its frames.
+        sense: by which it was observed; "" if an older version wrote it.
+        checkpoints: the SHA-256 of the checkpoints of who acted, by role; without `sense`, unknown.
     """
 
     seed: int
@@ -35,6 +37,8 @@ class Header:
     anatomy: Mapping[str, Any]
     versions: Mapping[str, str]
     cameras: Sequence[str] = ()
+    sense: str = ""
+    checkpoints: Mapping[str, str] = field(default_factory=dict)
     world_version: int = WORLD_VERSION
     schema_version: int = SCHEMA_VERSION
 

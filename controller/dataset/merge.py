@@ -225,6 +225,7 @@ def _row(
         "failures": json.dumps(header["failures"]),
         "versions": json.dumps(header["versions"]),
         "cameras": json.dumps(header["cameras"]),
+        "checkpoints": json.dumps(header["checkpoints"]),
         **dict(_flat(statistics)),
     }
 

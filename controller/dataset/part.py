@@ -39,14 +39,14 @@ def video_path(part: Path, camera: str) -> Path:
     return part.with_suffix(f".{camera}.mp4")
 
 
-def cameras_of(part: Path) -> tuple[str, ...]:
-    """Return the cameras that filmed a part.
+def header_of(part: Path) -> Header:
+    """Return the header of a part, whose frames stay unread.
 
     Raises:
         ValueError: as in `read_part`.
     """
     try:
-        return tuple(_header_of(pq.read_schema(part)).cameras)
+        return _header_of(pq.read_schema(part))
     except (OSError, ValueError, TypeError, pa.ArrowException) as error:
         raise ValueError(f"{part}: {one_line(error)}") from error
 

@@ -19,6 +19,7 @@ from controller.dataset.tables import arrow_schema, columns_of
 
 _HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
 _JSON = ("anatomy", "failures", "versions", "cameras")
+_LATER = ("sense", "checkpoints")  # an older dataset does not have them
 _PLACE = ("data/chunk_index", "data/file_index")
 _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
@@ -92,7 +93,8 @@ def read_rows(root: Path, more: Sequence[str] = ()) -> list[dict[str, Any]]:
             raise ValueError(f"columns are missing: {', '.join(missing)}")
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ValueError(f"{path}: {one_line(error)}") from error
-    return table.select(columns).to_pylist()
+    later = [name for name in _LATER if name in table.column_names]
+    return table.select([*columns, *later]).to_pylist()
 
 
 def _episodes(
@@ -131,4 +133,6 @@ def _opened(path: Path, there: Mapping[str, Feature]) -> pq.ParquetFile:
 
 def _header(row: dict[str, Any]) -> Header:
     plain = {key: json.loads(row[key]) for key in _JSON}
+    if set(_LATER) <= row.keys():
+        plain |= {"sense": row["sense"], "checkpoints": json.loads(row["checkpoints"])}
     return Header(**{key: row[key] for key in _HEADER}, **plain)

@@ -49,8 +49,8 @@ def corrections_table(trials: Sequence[CorrectionTrial]) -> Table:
         f"task done in {WITHIN_S:g} s",
         *([c.done_s is not None for c in cs] for cs in (without, corrected)),
     )
-    injured = [[not c.injuries for c in courses] for courses in (without, corrected)]
-    _add_count(table, "nothing injured", *injured)
+    unhurt = [[not c.injuries for c in courses] for courses in (without, corrected)]
+    _add_count(table, "nothing injured", *unhurt)
     return table
 
 

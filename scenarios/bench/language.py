@@ -12,7 +12,7 @@ from planner.command import COMMANDS
 from planner.language.interpreter import Interpreter
 from planner.language.sentence_encoder import embed
 
-ALLOWED_MS = 30.0
+ALLOWED_MS = 30.0  # assumed: less than a control step
 FRAMES = {"grammar": "could you {} please", "heads on embeddings": "could you {} forthwith"}
 """No lexicon has the last word of the second sentence, so the encoder is used."""
 

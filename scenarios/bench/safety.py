@@ -34,7 +34,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.frames import Array
 
-ALLOWED_M = 1e-4
+ALLOWED_M = 1e-4  # assumed: no tissue is hurt by a tenth of a millimetre
 ROUNDING = 1e-9  # rad or m
 CROWDS = {"20 to 29 near pairs": ANY_NUMBER[20:30], "30 or more": ANY_NUMBER[30:]}
 CALLS, WARM_UP = 200, 20

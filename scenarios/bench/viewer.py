@@ -27,7 +27,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from scenarios.viewer.chromium import browser, enter, missing, open_tab, press, type_in
 from scenarios.viewer.pace import Pace
-from scenarios.viewer.page import FRAME_S
+from scenarios.viewer.scene import FRAME_S
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.session_state import SessionState
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 SETTLE_STEPS, STEPS = 300, 300  # 10 s each: the page draws a patient, then only updates it
 STILL_STEPS = 5  # without a change of command: the arms hold still
-WITHIN_S = 5.0  # longest wait
+WITHIN_S, WAITS = 5.0, 4  # longest wait, and how many there are for each click
 CORRECTIONS = (
     "move right arm higher",
     "move right arm lower",
@@ -60,13 +60,19 @@ def bench_viewer(*, seed: int, repeats: int, clicks: int) -> tuple[Table, Table]
     if missing():
         raise BadInputError(missing())
     with browser() as chromium, TemporaryDirectory() as out:
-        session = _session(EpisodeConfig(**WITNESS, scenario="textbook", seed=seed), Path(out))
+        session = _session(watched(seed, clicks), Path(out))
         with PageProcess(session, host=HOST, port=choose_port(HOST)) as page:
             address = f"http://{HOST}:{page.port}"
             _speed(session)  # loads libraries
             speeds = [_speeds(session, chromium, address) for _ in range(repeats)]
             waits = _waits(session, chromium, address, clicks)
     return _speed_table(speeds, seed), _wait_table(waits, seed)
+
+
+def watched(seed: int, clicks: int) -> EpisodeConfig:
+    """Return the episode to watch, whose one task lasts until the last click, in holds mostly."""
+    cap_s = EpisodeConfig.task_cap_s + clicks * WAITS * WITHIN_S
+    return EpisodeConfig(**WITNESS, scenario="textbook", seed=seed, task_cap_s=cap_s)
 
 
 def _session(config: EpisodeConfig, out: Path) -> SessionState:

@@ -23,6 +23,7 @@ from scenarios.commands.options.cluster_option import require_cluster
 from scenarios.commands.options.output_path import require_writable_folder
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.picture_collection import collect_pictures
+from scenarios.demonstration.alike import require_alike
 from scenarios.demonstration.demonstrate import (
     PARTS,
     DemonstrationOutcome,
@@ -80,7 +81,6 @@ class Collect:
     on. The exact state is recorded beside it."""
     artery_below_mm: Annotated[int | None, at_least(16)] = None
     """Only patients whose artery is shorter than this; the default is all."""
-
     cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
     """Cameras that film the episodes, a picture for each frame, for policies that see:
     endoscope_left, endoscope_right, wrist_left, wrist_right. Each stretch that the expert leads
@@ -111,10 +111,15 @@ class Collect:
             artery_below_m=math.inf if self.artery_below_mm is None else self.artery_below_mm / 1e3,
         )
         if len(asked) < self.episodes:
+            given, kept = f"--seed {self.seed} --episodes {self.episodes}", "are left"
+            if self.artery_below_mm is not None:
+                given += f" --artery-below-mm {self.artery_below_mm}"
+                kept += f" whose patient's artery is shorter than {self.artery_below_mm} mm"
             raise BadInputError(
-                f"--seed {self.seed} --episodes {self.episodes}: only {len(asked)} seeds are left;"
-                f" demonstrations take training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
+                f"{given}: only {len(asked)} seeds {kept}; demonstrations take training seeds, 0 to"
+                f" {TRAINING_SEEDS.stop - 1}"
             )
+        require_alike(self.out, asked, self.cameras)
         waiting = [d for d in asked if not is_finished(d, self.out)]
         start_s = time.perf_counter()
         outcomes = self._collect(waiting)
@@ -134,26 +139,8 @@ class Collect:
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
         require_writable_folder(self.out, "--out")
-        self._require_cameras()
-        require_cluster(self.cluster, self.out)
-
-    def _require_cameras(self) -> None:
         require_cameras(self.cameras)
-        self._require_same_cameras()
-
-    def _require_same_cameras(self) -> None:
-        from controller.dataset.part import cameras_of
-
-        for part in sorted((self.out / PARTS).glob("*.parquet"))[:1]:
-            try:
-                there = cameras_of(part)
-            except ValueError as error:
-                raise BadInputError(str(error)) from None
-            if there != self.cameras:
-                raise BadInputError(
-                    f"--cameras: the episodes in {self.out} were filmed by"
-                    f" {', '.join(there) or 'no camera'}: name the same, or choose another --out"
-                )
+        require_cluster(self.cluster, self.out)
 
     def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
         outcomes: list[DemonstrationOutcome] = []

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
+import re
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +27,7 @@ from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
-from scenarios.files.exit_codes import INTERRUPTED
+from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.strict_json import dumps, plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
@@ -39,7 +40,6 @@ if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.report import Report
     from scenarios.loop.results import EpisodeResult
 
-ERROR, BELOW = 3, 1
 DEFAULT = arm_from_text(f"{EpisodeConfig.planner}+{EpisodeConfig.controller}")
 
 
@@ -95,15 +95,16 @@ class Evaluate:
     def _require_possible(self) -> None:
         require_distinct(self.arms)
         for arm in self.arms:
-            require_policies(
-                arm.planner,
-                arm.controller,
-                _path(arm.checkpoint),
-                _path(arm.planner_checkpoint),
-                arm.cameras,
-            )
-            require_perception(arm.sense, _path(arm.perception_checkpoint))
-            require_cameras(arm.cameras)
+            with _named(arm):
+                require_policies(
+                    arm.planner,
+                    arm.controller,
+                    _path(arm.checkpoint),
+                    _path(arm.planner_checkpoint),
+                    arm.cameras,
+                )
+                require_perception(arm.sense, _path(arm.perception_checkpoint))
+                require_cameras(arm.cameras)
             self._require_sense(arm)
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
@@ -189,7 +190,19 @@ class Evaluate:
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
         Console().print(line, highlight=False, markup=False, soft_wrap=True)
-        return BELOW
+        return FAILED
+
+
+@contextmanager
+def _named(arm: StudyArm) -> Iterator[None]:
+    """Let what is refused name the arm, and options in the form that arms have."""
+    try:
+        yield
+    except BadInputError as error:
+        said = re.sub(r"--sense (\w+)", r",sense=\1", str(error))
+        said = re.sub(r"--((?:\w+-)?checkpoint|cameras)\b", r",\1=", said)
+        said = re.sub(r"--(planner|controller) ", r"\1 ", said)
+        raise BadInputError(f"--arms {arm.name}: {said}") from None
 
 
 def _path(checkpoint: str | None) -> Path | None:

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from scenarios.commands.collected import broken_lines, written_or_refused
 from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.demonstration.alike import require_pictures_alike
 from scenarios.demonstration.demonstrate import DemonstrationOutcome
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
@@ -22,7 +23,8 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
     An episode that broke off has none, and is tried again by the next call.
 
     Raises:
-        BadInputError: there is no renderer, too few training seeds are left, or the disk is full.
+        BadInputError: there is no renderer, too few training seeds are left, the pictures in `out`
+            were made in another way, or the disk is full.
     """
     require_renderer("--pictures")
     asked = pictured(first_seed, episodes, checkpoint)
@@ -31,6 +33,7 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
             f"--seed {first_seed} --episodes {episodes}: only {len(asked)} seeds are left;"
             f" pictures are of training seeds, 0 to {TRAINING_SEEDS.stop - 1}"
         )
+    require_pictures_alike(out, asked)
     outcomes: list[DemonstrationOutcome] = []
     waiting = [d for d in asked if not frames_path(d, out).exists()]
     with ProgressDisplay(len(waiting), Console(stderr=True)) as display:

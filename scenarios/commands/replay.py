@@ -15,7 +15,7 @@ from tyro.conf import Positional, arg
 
 from scenarios.commands.browser import LOCAL
 from scenarios.commands.options.arguments import at_least
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.output_path import require_writable_file
 from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import FAILED, INTERRUPTED
@@ -77,8 +77,10 @@ class Replay:
             raise BadInputError(
                 f"give one FILE, got {len(self.files)}; only --verify takes several"
             )
+        if self.view and self.export:
+            raise BadInputError("--view cannot be combined with --export")
         if self.export is not None:
-            require_writable_folder(self.export.parent, "--export")
+            require_writable_file(self.export, "--export")
         if self.beside is not None and not self.view:
             raise BadInputError("--beside needs --view")
 
@@ -132,7 +134,10 @@ class Replay:
         recording = _frames_of(self.files[0], every=EVERY)
         with Console(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
-        write_atomic(page, html.encode())
+        try:
+            write_atomic(page, html.encode())
+        except OSError as error:
+            raise BadInputError(f"--export: cannot write {page} ({error.strerror})") from None
         Console().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
         return _verdict(recording)
 

@@ -18,13 +18,12 @@ from scenarios.catalogue import (
     PLANNERS,
     SCENARIOS,
     SENSES,
-    WITNESS,
     usual_sense,
 )
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
 from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.output_path import require_writable_file, require_writable_folder
 from scenarios.commands.options.policy_option import (
     require_perception,
     require_policies,
@@ -32,6 +31,7 @@ from scenarios.commands.options.policy_option import (
 )
 from scenarios.commands.options.renderer_option import require_cameras, require_renderer
 from scenarios.commands.output import output
+from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
@@ -56,6 +56,7 @@ from scenarios.recording.video import VideoWriter
 from scenarios.workers.pool import run_side_by_side
 
 if TYPE_CHECKING:
+    from scenarios.demonstration.interventions import Interventions
     from scenarios.viewer.session_state import SessionState
 
 VIDEO_SUFFIX = ".mp4"
@@ -174,6 +175,7 @@ class Run:
                 f" got --seed {self.seed} --episodes {self.episodes}"
             )
         require_writable_folder(folder, "--save-interventions")
+        require_joinable(folder, self._sense)
 
     def _require_magnitude(self) -> None:
         try:
@@ -193,7 +195,7 @@ class Run:
         if self.episodes != 1:
             raise BadInputError(f"--video needs --episodes 1, got {self.episodes}")
         require_renderer("--video")
-        require_writable_folder(video.parent, "--video")
+        require_writable_file(video, "--video")
 
     def _run(self, finished: list[EpisodeResult]) -> None:
         with ExitStack() as stack:
@@ -205,13 +207,8 @@ class Run:
             if self.video is not None:
                 video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)
                 observers.append(stack.enter_context(video))
-            if self.save_interventions is not None:
-                from scenarios.demonstration.interventions import Interventions
-
-                expert = self.controller == WITNESS["controller"]
-                observers.append(
-                    Interventions(self.save_interventions, self.scenario, expert=expert)
-                )
+            interventions = self._interventions()
+            observers += [] if interventions is None else [interventions]
             attempts = stack.enter_context(closing(self._attempts(observers, session)))
             for attempt in attempts:
                 if attempt.unwritable is not None:
@@ -220,6 +217,18 @@ class Run:
                 finished.sort(key=lambda episode: episode.seed)
                 self._write(finished)
                 display.advance()
+                if interventions is not None and interventions.unsaved:
+                    raise BadInputError(
+                        f"--save-interventions: cannot save that of seed {attempt.result.seed}:"
+                        f" {interventions.unsaved}; finished episodes are kept"
+                    )
+
+    def _interventions(self) -> Interventions | None:
+        if self.save_interventions is None:
+            return None
+        from scenarios.demonstration.interventions import Interventions
+
+        return Interventions(self.save_interventions, self._configs()[0])
 
     def _configs(self) -> list[EpisodeConfig]:
         return [

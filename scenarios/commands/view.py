@@ -18,7 +18,7 @@ from scenarios.commands.options.policy_option import (
     require_policies,
     say_who_acts,
 )
-from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.commands.options.renderer_option import require_cameras, require_renderer
 from scenarios.files.errors import BadInputError
 from scenarios.loop.episode_config import EpisodeConfig
 
@@ -42,6 +42,8 @@ class View:
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
     Calot."""
+    cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
+    """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
     """The conditions of the first episode."""
     magnitude: Annotated[float | None, number()] = None
@@ -66,9 +68,12 @@ class View:
 
     def execute(self) -> int:
         """Serve the page until Ctrl-C; return 0."""
-        config = self._config()
-        require_policies(self.planner, self.controller, self.checkpoint, self.planner_checkpoint)
+        require_policies(
+            self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
+        )
         require_perception(self._sense, self.perception_checkpoint)
+        require_cameras(self.cameras)
+        config = self._config()
         require_writable_folder(self.out, "--out")
         if self.camera:
             require_renderer("--camera")
@@ -99,6 +104,7 @@ class View:
                 sense=self._sense,
                 perception_checkpoint=text_of(self.perception_checkpoint),
                 safety_filter=self.filter,
+                cameras=self.cameras,
             )
         except ValueError as error:
             raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None

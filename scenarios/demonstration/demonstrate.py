@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,10 +77,10 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from controller.dataset.part import part_bytes
 
-    start_s = time.perf_counter()
-    trace_path(demonstration, out).unlink(missing_ok=True)
+    start_s, part = time.perf_counter(), part_path(demonstration, out)
     try:
-        episode = run(demonstration, part_path(demonstration, out))
+        episode = run(demonstration, part)
+        content = part_bytes(episode)
     except Exception as error:
         return broken_off_in(out, demonstration, error)
     success = episode.header.success
@@ -89,20 +90,24 @@ def demonstrate(demonstration: PlannedDemonstration, out: Path) -> Demonstration
         frames=len(episode),
         wall_s=time.perf_counter() - start_s,
     )
-    path = part_path(demonstration, out)
-    if not (success or demonstration.is_rollout):
-        path = _moved_videos(demonstration, path, part_path(demonstration, out, FAILED))
-    return written(outcome, path, part_bytes(episode))
+    joins = success or demonstration.is_rollout
+    path = part if joins else part_path(demonstration, out, FAILED)
+    return written(
+        outcome,
+        path,
+        partial(_move_videos, demonstration, part, path),
+        partial(write_atomic, path, content),
+        partial(trace_path(demonstration, out).unlink, missing_ok=True),
+    )
 
 
-def _moved_videos(demonstration: PlannedDemonstration, part: Path, failed: Path) -> Path:
-    """Move the videos of a part that failed; return where its frames belong."""
+def _move_videos(demonstration: PlannedDemonstration, part: Path, path: Path) -> None:
+    """Move the videos that were filmed beside `part` to where its frames belong."""
     from controller.dataset.part import video_path
 
-    failed.parent.mkdir(parents=True, exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     for camera in demonstration.cameras:
-        video_path(part, camera).replace(video_path(failed, camera))
-    return failed
+        video_path(part, camera).replace(video_path(path, camera))
 
 
 def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
@@ -130,6 +135,8 @@ def run(demonstration: PlannedDemonstration, part: Path) -> Demonstrated:
         anatomy=plain(episode.world.anatomy),
         versions=versions(),
         cameras=cameras,
+        sense=demonstration.sense,
+        checkpoints=checkpoints_of(demonstration),
     )
     return DatasetEpisode(header=header, columns=recorder.columns(seed, kind))
 
@@ -174,6 +181,22 @@ def begun(demonstration: PlannedDemonstration, *, render: bool = False) -> Runni
         planner=_planner(demonstration, config, world, rng),
         controller=_controller(demonstration, config, world, rng),
     )
+
+
+def checkpoints_of(demonstration: PlannedDemonstration) -> dict[str, str]:
+    """Return the SHA-256 of the checkpoint of each learned policy in it, by role.
+
+    Raises:
+        CheckpointError, OSError: as `checkpoint_digests`.
+    """
+    from scenarios.loop.episode_config import EpisodeConfig
+    from scenarios.recording.checkpoint_digests import checkpoint_digests
+
+    if demonstration.family not in OF_THE_LEARNED:
+        return {}
+    config = EpisodeConfig(**_choices(demonstration))
+    learner = replace(config, controller="diffusion", checkpoint=demonstration.checkpoint)
+    return checkpoint_digests(learner)
 
 
 def _choices(demonstration: PlannedDemonstration) -> dict[str, Any]:
@@ -234,10 +257,13 @@ def failures_of(result: EpisodeResult) -> list[str]:
     return injuries + [f"not done: {t.instruction}" for t in result.tasks if not t.is_over]
 
 
-def written(outcome: DemonstrationOutcome, path: Path, content: bytes) -> DemonstrationOutcome:
-    """Write a demonstration's file; return its outcome, which tells whether that succeeded."""
+def written(
+    outcome: DemonstrationOutcome, path: Path, *writes: Callable[[], object]
+) -> DemonstrationOutcome:
+    """Write a demonstration's file `path`; return its outcome, which tells what failed."""
     try:
-        write_atomic(path, content)
+        for write in writes:
+            write()
     except OSError as error:
         return DemonstrationOutcome(
             demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}"
@@ -254,5 +280,7 @@ def broken_off_in(
     out: Path, demonstration: PlannedDemonstration, error: Exception
 ) -> DemonstrationOutcome:
     """Return the outcome of a demonstration that `error` ended; write its traceback to `out`."""
-    trace = "".join(traceback.format_exception(error)).encode()
-    return written(broken_off(demonstration, error), trace_path(demonstration, out), trace)
+    path, trace = trace_path(demonstration, out), "".join(traceback.format_exception(error))
+    return written(
+        broken_off(demonstration, error), path, partial(write_atomic, path, trace.encode())
+    )

@@ -19,6 +19,7 @@ from tissue_sim.thresholds import CLIPS_LEFT_MAX
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.world import World
 
+# Assumed, all of them.
 CHANCE = 0.25  # of a correction at each plan, which is made once a second
 LASTS_S = (1, 2)
 BETWEEN_S = 6.0  # minimum time from the end of one to the next
@@ -34,7 +35,7 @@ RARITY = {  # weight of each when it is possible; rarely possible ones get a lar
 }
 RARITY_WHILE_SHUT = RARITY | {("right", "open"): 0.3}  # then only this one is often possible
 CLIPS_TO_LOSE = CLIPS_LEFT_MAX - 1  # the last one is left to accidents
-WAITING_MAX_RAD = 0.2  # right jaws at work are open wider; assumed
+WAITING_MAX_RAD = 0.2  # right jaws at work are open wider
 
 
 class PlannerInterjecting:

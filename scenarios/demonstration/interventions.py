@@ -13,37 +13,42 @@ from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
+from scenarios.catalogue import WITNESS
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
+from scenarios.demonstration.mix import INTERVENTION
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
+from scenarios.recording.checkpoint_digests import checkpoint_digests
 from tissue_sim.world import World
 
-KIND = "intervention"
 _WRITING = Lock()  # a data set is written by one thread at a time
 
 
 class Interventions:
-    """Observes episodes of a scenario, and saves completed ones with an intervention.
+    """Observes episodes that differ in their seeds, and saves completed ones with an intervention.
 
     Guiding an arm is an intervention; commands such as stop and resume alone are not, and nothing
     is during a hold, of which no frame is kept.
 
     Attributes:
         intervened: whether a person has intervened in the current episode.
+        unsaved: why the last completed episode could not be saved; "" if it could, or need not be.
     """
 
-    def __init__(self, out: Path, scenario: str, *, expert: bool) -> None:
-        """Save to `out`; `expert` says whether the controller's motions are to be imitated."""
-        self._out, self._scenario, self._expert = out, scenario, expert
-        self.intervened = False
+    def __init__(self, out: Path, config: EpisodeConfig) -> None:
+        """Save to `out`; of the controllers' motions the expert's are to be imitated."""
+        self._out, self._config = out, config
+        self._expert = config.controller == WITNESS["controller"]
+        self.intervened, self.unsaved = False, ""
 
     def on_reset(self, world: World) -> None:
         """Begin an episode, without intervention so far."""
-        self._anatomy, self.intervened = world.anatomy, False
+        self._anatomy, self.intervened, self.unsaved = world.anatomy, False, ""
         self._path: Path | None = None  # once the episode has been saved
         self._recorder = DemonstrationRecorder(lambda: self._expert)
         self._recorder.on_reset(world)
@@ -55,8 +60,11 @@ class Interventions:
         self.intervened |= by_person and is_frame(step)
 
     def on_end(self, result: EpisodeResult) -> None:
-        """Save the episode with its result."""
-        self.save(result.success, failures_of(result))
+        """Save the episode with its result, which stays what it is if there is no room to."""
+        try:
+            self.save(result.success, failures_of(result))
+        except (OSError, ValueError) as error:
+            self.unsaved = " ".join(str(error).split())
 
     def save(self, success: bool, failures: list[str]) -> Path | None:
         """Save the episode so far to a file and the dataset; return None without intervention.
@@ -77,19 +85,21 @@ class Interventions:
         seed = self._anatomy.seed
         header = Header(
             seed=seed,
-            kind=KIND,
-            scenario=self._scenario,
+            kind=INTERVENTION,
+            scenario=self._config.scenario,
             success=success,
             failures=failures,
             anatomy=plain(self._anatomy),
             versions=versions(),
+            sense=self._config.sense,
+            checkpoints=checkpoint_digests(self._config),
         )
-        episode = Demonstrated(header=header, columns=self._recorder.columns(seed, KIND))
+        episode = Demonstrated(header=header, columns=self._recorder.columns(seed, INTERVENTION))
         self._path = self._path or self._free_path(seed)
         write_atomic(self._path, part_bytes(episode))
         merge(sorted((self._out / PARTS).glob("*.parquet")), self._out)
         return self._path
 
     def _free_path(self, seed: int) -> Path:
-        paths = (self._out / PARTS / f"{seed:05d}-{KIND}-{n:03d}.parquet" for n in count())
+        paths = (self._out / PARTS / f"{seed:05d}-{INTERVENTION}-{n:03d}.parquet" for n in count())
         return next(path for path in paths if not path.exists())

@@ -22,7 +22,8 @@ RECOVERIES = (
 NOMINAL, RECOVERY, CORRECTION = "nominal", "recovery", "correction"
 ORDER, TURNS = "order", "turns"
 ROLLOUT = "rollout"
-KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT
+INTERVENTION = "intervention"  # in no mix: of an episode in which a person intervened
+KINDS = NOMINAL, RECOVERY, CORRECTION, ORDER, TURNS, ROLLOUT, INTERVENTION
 OF_THE_LEARNED = TURNS, ROLLOUT
 FAILING = ":"  # between a kind and its scenario: a failure of the recovery set, or a variant
 MIXES: dict[str, tuple[str, ...]] = {  # the kinds alternate from seed to seed
@@ -47,7 +48,7 @@ class PlannedDemonstration:
     Attributes:
         seed: of the patient and of all random numbers.
         kind: "nominal", "correction", "order", "turns", "rollout"; "recovery:", "turns:",
-            "rollout:" and a perturbation's name; or "nominal:textbook".
+            "rollout:" and a perturbation's name; or "nominal:" and a variant's.
         noise: whether bursts of noise disturb the motion.
         checkpoint: of the learned controller that takes turns with the expert, or acts alone; ""
             is the one that comes with Calot.

@@ -20,7 +20,8 @@ from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.world import World
 
-QUIET_S = (1.5, 4.0)
+# Assumed, all of them; Laskey et al. fit their noise to a learner's errors.
+QUIET_S = (1.5, 4.0)  # between two bursts
 BURST_S = (0.3, 0.6)
 CLOSE_M = 0.004  # no noise nearer to tissue than this
 SHARE_OF_DISTANCE = 0.25  # largest offset, relative to the remaining distance to tissue

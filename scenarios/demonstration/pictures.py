@@ -9,9 +9,11 @@ passed over: they are few.
 from __future__ import annotations
 
 import io
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +24,7 @@ from scenarios.demonstration.demonstrate import (
     DemonstrationOutcome,
     begun,
     broken_off_in,
+    checkpoints_of,
     trace_path,
     written,
 )
@@ -35,14 +38,16 @@ from scenarios.demonstration.mix import (
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
+from scenarios.files.atomic_write import write_atomic
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
+from tissue_sim.version import WORLD_VERSION
 
 if TYPE_CHECKING:  # heavy to import
     from tissue_sim.sensing.observation import Observation
     from tissue_sim.world import World
 
-KINDS = (
+PICTURED = (
     NOMINAL,
     RECOVERY + FAILING,
     NOMINAL + FAILING + "swapped",
@@ -52,15 +57,17 @@ KINDS = (
     NOMINAL + FAILING + "swapped",
     NOMINAL + FAILING + "fat",
 )
+# Assumed, all of them.
 NEAR_M = 0.018  # from the right tip to a tube's points: there frames follow faster
 NEAR_STEPS, FAR_STEPS = 8, 20  # from one frame to the next
 ARTERY_M, DUCT_M = (0.016, 0.026, 0.036), (0.020,)  # between the strata of their lengths
 STRATA = tuple(product(range(len(ARTERY_M) + 1), range(len(DUCT_M) + 1)))
-AHEAD = 2  # how many more patients than the rarest a stratum may have
+AHEAD = 2  # a stratum with more than so many patients more than the rarest takes none
 GRAB_S = 20.0  # how long a patient is grabbed for whom a person must be called
 DYED = 0.25  # share of patients with red liquid on the tissue
 MOST_DYED = 0.3
-AIM_M = 0.002  # standard deviation each way; assumed
+AIM_M = 0.002  # standard deviation each way
+MADE_WITH = "made_with"  # the array in which the frames tell how they were made, as JSON
 
 
 def pictured(first_seed: int, episodes: int, checkpoint: str = "") -> list[PlannedDemonstration]:
@@ -91,8 +98,8 @@ def stratum_of(anatomy: Anatomy) -> tuple[int, int]:
 
 def _planned(seed: int, k: int, checkpoint: str) -> PlannedDemonstration:
     learned = bool(checkpoint) and k % 2 == 1
-    kind = (ROLLOUT, ROLLOUT + FAILING)[k // 2 % 2] if learned else KINDS[k % len(KINDS)]
-    failure = RECOVERIES[k // len(KINDS) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
+    kind = (ROLLOUT, ROLLOUT + FAILING)[k // 2 % 2] if learned else PICTURED[k % len(PICTURED)]
+    failure = RECOVERIES[k // len(PICTURED) % len(RECOVERIES)] if kind.endswith(FAILING) else ""
     return PlannedDemonstration(
         seed=seed, kind=kind + failure, checkpoint=checkpoint if learned else ""
     )
@@ -105,16 +112,22 @@ def frames_path(demonstration: PlannedDemonstration, out: Path) -> Path:
 
 def picture(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
     """Run the episode and write its labelled frames; an exception in it becomes its error."""
-    trace_path(demonstration, out).unlink(missing_ok=True)
     try:
         frames = list(_frames(demonstration))
+        made = {"world_version": WORLD_VERSION, "checkpoints": checkpoints_of(demonstration)}
     except Exception as error:
         return broken_off_in(out, demonstration, error)
     content = io.BytesIO()
     columns: dict[str, Any] = {name: np.array([f[name] for f in frames]) for name in frames[0]}
+    columns[MADE_WITH] = np.array(json.dumps(made))
     np.savez_compressed(content, **columns)
-    outcome = DemonstrationOutcome(demonstration=demonstration, frames=len(frames))
-    return written(outcome, frames_path(demonstration, out), content.getvalue())
+    path = frames_path(demonstration, out)
+    return written(
+        DemonstrationOutcome(demonstration=demonstration, frames=len(frames)),
+        path,
+        partial(write_atomic, path, content.getvalue()),
+        partial(trace_path(demonstration, out).unlink, missing_ok=True),
+    )
 
 
 def _frames(demonstration: PlannedDemonstration) -> Iterator[dict[str, Any]]:

@@ -14,8 +14,8 @@ from planner.instruction import Instruction, Task
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 
-LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # length of a turn
-LONG_S = 5.0  # for a task; the expert takes 2 to 4
+LEARNER_S, EXPERT_S = (1.0, 6.0), (1.0, 3.0)  # length of a turn, assumed
+LONG_S = 5.0  # for a task, assumed; the expert takes 2 to 4
 
 
 class ControllerTakingTurns:

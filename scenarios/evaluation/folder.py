@@ -9,6 +9,7 @@ from typing import Any
 
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
+from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
 from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
@@ -96,6 +97,7 @@ def _made_with() -> dict[str, Any]:
 
 
 def _described(arm: StudyArm) -> dict[str, Any]:
-    """Return the arm as plain data, with its checkpoints by content and not by path."""
+    """Return the arm as plain data, with checkpoints and a user's code by content, not by path."""
     choices = {k: v for k, v in arm.choices.items() if not k.endswith("checkpoint")}
-    return plain(choices) | {"checkpoints": checkpoint_digests(EpisodeConfig(**arm.choices))}
+    digests = checkpoint_digests(EpisodeConfig(**arm.choices))
+    return plain(choices) | {"checkpoints": digests} | outside(arm)

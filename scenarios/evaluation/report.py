@@ -39,11 +39,14 @@ class Climb:
     """How far an arm climbed a ladder.
 
     Attributes:
-        held: the largest magnitude at which at least half passed; None if the first failed.
+        rungs: those that were begun; only those of which every patient's episode has a result are
+            judged.
+        held: the largest magnitude at which at least half passed; None if there is none.
         breaking: the smallest magnitude at which fewer passed, and the planner did not call on
             every patient; None if none was found.
         declined: the magnitude at which the planner called for a person on every patient, which
             ends the climb; None if there was none.
+        finished: whether it broke, was declined, or held at the ladder's top.
     """
 
     axis: str
@@ -52,6 +55,7 @@ class Climb:
     held: float | None
     breaking: float | None
     declined: float | None
+    finished: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +132,11 @@ class Report:
     arms: dict[str, ArmReport]
     comparisons: tuple[ArmComparison, ...]
 
+    @property
+    def headline(self) -> Suite | None:
+        """Return the first suite without ladders, of which pass rates are told; None for none."""
+        return next((suite for suite in self.suites if not suite.ladders), None)
+
 
 def report_of(plan: Plan, results: Results, folder: Path) -> Report:
     """Report on the results so far; language is read from the recordings in `folder`."""
@@ -171,7 +180,7 @@ def _of_suite(
         missing=len(plan.asked(arm, suite, mine)) - len(here),
         figures=figures(list(here.values())),
         conditions={c.name: _summary(here, c) for c in suite.conditions},
-        strata=strata(r for case, r in here.items() if case.condition in suite.conditions),
+        strata=strata({c: r for c, r in here.items() if c.condition in suite.conditions}),
         climbs=tuple(_climb(plan, arm, suite, ladder, here) for ladder in suite.ladders),
         audit=audit(folder, recorded),
         reasons=dict(reasons.most_common()),
@@ -193,19 +202,23 @@ def _climb(
         Rung(magnitude=rung.magnitude or 0.0, summary=_summary(here, rung))
         for rung in plan.climbed(arm, suite, ladder, here)
     ]
-    declined = [r.magnitude for r in rungs if r.summary.called == r.summary.episodes > 0]
+    whole = [rung for rung in rungs if rung.summary.episodes == len(plan.seeds)]
+    declined = [r.magnitude for r in whole if r.summary.called == r.summary.episodes]
     known = [
         (rung.magnitude, rate)
-        for rung in rungs
+        for rung in whole
         if rung.magnitude not in declined and (rate := rung.summary.pass_rate) is not None
     ]
+    held = max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None)
+    broken = [magnitude for magnitude, rate in known if rate < HOLDS]
     return Climb(
         axis=ladder.axis,
         unit=ladder.unit,
         rungs=tuple(rungs),
-        held=max((magnitude for magnitude, rate in known if rate >= HOLDS), default=None),
-        breaking=min((magnitude for magnitude, rate in known if rate < HOLDS), default=None),
+        held=held,
+        breaking=min(broken, default=None),
         declined=min(declined, default=None),
+        finished=bool(broken or declined) or held == ladder.rungs[-1].magnitude,
     )
 
 

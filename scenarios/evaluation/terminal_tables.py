@@ -15,6 +15,7 @@ from scenarios.evaluation.words import (
     called,
     counts,
     end_of,
+    held,
     interval,
     number,
     rate,
@@ -79,8 +80,9 @@ def _table(title: str, names: Row, figures: Row, rows: Iterator[Row]) -> Table:
 
 def _rates(report: Report) -> Iterator[Row]:
     for arm, found in report.arms.items():
-        for name, suite in found.suites.items():
-            yield arm, name, *_rate_figures(suite)
+        for suite in report.suites:
+            if not suite.ladders:
+                yield arm, suite.name, *_rate_figures(found.suites[suite.name])
 
 
 def _rate_figures(suite: SuiteReport) -> Row:
@@ -121,8 +123,7 @@ def _climbs(report: Report) -> Iterator[Row]:
 
 
 def _climb(climb: Climb) -> Row:
-    held = "nothing" if climb.held is None else f"{climb.held:g}"
-    return held, end_of(climb), climb.unit
+    return held(climb), end_of(climb), climb.unit
 
 
 def _strata(report: Report) -> Iterator[Row]:

@@ -29,10 +29,19 @@ def called(summary: Summary) -> str:
 
 
 def end_of(climb: Climb) -> str:
-    """Return what ended a climb: it broke, or the planner called for a person on every patient."""
+    """Return what ended a climb: it broke, the planner called on every patient, or the top held."""
     if climb.breaking is not None:
         return f"breaks at {climb.breaking:g}"
-    return "holds" if climb.declined is None else f"calls at {climb.declined:g}"
+    if climb.declined is not None:
+        return f"calls at {climb.declined:g}"
+    return "holds" if climb.finished else "not finished"
+
+
+def held(climb: Climb) -> str:
+    """Return the largest magnitude that held; a dash if it is not known whether the first does."""
+    if climb.held is not None:
+        return f"{climb.held:g}"
+    return "nothing" if climb.finished else NOTHING
 
 
 def number(value: float | None, digits: int, scale: float = 1.0) -> str:

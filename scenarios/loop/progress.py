@@ -5,9 +5,8 @@ from typing import Any, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from planner.task import TASKS
 from scenarios.loop.results import EpisodeResult
-
-N_TASKS = 17
 
 
 class ProgressDisplay:
@@ -24,7 +23,7 @@ class ProgressDisplay:
             transient=True,
         )
         self._episodes = self._progress.add_task("episodes", total=episodes, detail="")
-        self._tasks = self._progress.add_task("tasks", total=N_TASKS, detail="", visible=False)
+        self._tasks = self._progress.add_task("tasks", total=len(TASKS), detail="", visible=False)
 
     def __enter__(self) -> Self:
         self._progress.start()

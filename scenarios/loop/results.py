@@ -1,6 +1,5 @@
 """The result of an episode, and the file results.json."""
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -272,11 +271,6 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
         "versions": versions(),
     }
     write_atomic(path, (dumps(document, indent=2) + "\n").encode())
-
-
-def read_results(path: Path) -> tuple[EpisodeResult, ...]:
-    """Read the episodes of a results.json."""
-    return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])
 
 
 def episode_from(entry: dict[str, Any]) -> EpisodeResult:

@@ -7,6 +7,7 @@ import numpy as np
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Onset
+from tissue_sim.frames import Array
 from tissue_sim.patient.axes import UP
 from tissue_sim.world import World
 
@@ -23,6 +24,9 @@ class Breathing(Effect):
         if not self.applied and self.due(world, task):
             self._start_s = world.record.time_s
             self.note(self._start_s)
-        if self.applied:
-            time_s = world.record.time_s + world.config.control_step_s - self._start_s
-            world.shift_body(self.magnitude * np.sin(2.0 * np.pi * time_s / PERIOD_S) * UP)
+
+    def offset_m(self, world: World) -> Array | None:
+        if not self.applied:
+            return None
+        time_s = world.record.time_s + world.config.control_step_s - self._start_s
+        return self.magnitude * np.sin(2.0 * np.pi * time_s / PERIOD_S) * UP

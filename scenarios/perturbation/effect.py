@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controller.action import ToolAction
 from planner.task import Task
 from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbation
+from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.world import World
@@ -70,6 +71,15 @@ class Effect:
 
     def before_step(self, world: World, task: Task) -> None:
         """Change the world before its next control step, tool exchanges included."""
+
+    def offset_m(self, world: World) -> Array | None:
+        """Return where it moves the body in the next control step.
+
+        Returns:
+            The offset (3,) from where the anatomy has the body, m; None while it moves nothing.
+        """
+        del world
+        return None
 
     def due(self, world: World, task: Task) -> bool:
         """Return whether it begins now."""

@@ -63,6 +63,9 @@ class Effects:
         """Change the world before its next control step."""
         for effect in self._effects:
             effect.before_step(world, task)
+        offsets = [o for e in self._effects if (o := e.offset_m(world)) is not None]
+        if offsets:
+            world.shift_body(np.sum(offsets, axis=0))
 
     def news(self) -> tuple[Applied, ...]:
         """Return the onsets since the last call."""

@@ -37,10 +37,11 @@ from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.psm import forward_kinematics
 from tissue_sim.world import World
 
+# Assumed, all of them.
 NEAR_M = 0.022  # tip's distance from its goal at which the tool is about to act
 GRASPER_ROOM_M = 0.010  # along the tubes from wide open jaws to the grasper's tip
 BOTH_BEYOND_M = 0.003  # the tips past both tubes: jaws are widest at the tips
-CAUGHT_N = 0.1  # pinch on a tube at which jaws stop; 2.5 N crush it; assumed
+CAUGHT_N = 0.1  # pinch on a tube at which jaws stop; 2.5 N crush it
 SHUTTING_RAD = 0.012  # in a control step: slow enough to stop at a thin tube
 STANDOFF_M = 0.015  # before the wrong pose: it is approached from there, to avoid other tissue
 
@@ -71,9 +72,9 @@ class LedAstray(Effect, ABC):
             return None
         return _action(world, self.arm, *waypoint)
 
-    @abstractmethod
     def goal(self, world: World, task: Task) -> Array:
-        """Return `T_world_tool` at the task's goal."""
+        """Return `T_world_tool` at the task's goal; by default that is the clip's place."""
+        return clip_pose(world, structure_of(task, world), task.clip or 1)
 
     @abstractmethod
     def failing(self, world: World, task: Task) -> Waypoint:
@@ -126,9 +127,6 @@ class ApplierAstray(LedAstray):
 
     tasks = (2, 4, 6)
 
-    def goal(self, world: World, task: Task) -> Array:
-        return clip_pose(world, structure_of(task, world), task.clip or 1)
-
     def failing(self, world: World, task: Task) -> Waypoint:
         tube = structure_of(task, world)
         opening = opening_rad(world.tubes, tube)
@@ -176,9 +174,6 @@ class Overshoot(LedAstray):
     """
 
     tasks = (4, 6, 12, 14)
-
-    def goal(self, world: World, task: Task) -> Array:
-        return clip_pose(world, structure_of(task, world), task.clip or 1)
 
     def failing(self, world: World, task: Task) -> Waypoint:
         T = before(self.goal(world, task), -self.magnitude)

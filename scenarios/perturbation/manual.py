@@ -8,10 +8,11 @@ from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.once import Once
 from scenarios.perturbation.perturbation import AtTime, Perturbation
+from tissue_sim.frames import Array
 from tissue_sim.patient.axes import RIGHT
 from tissue_sim.world import World
 
-NUDGE_S = 1.5
+NUDGE_S = 1.5  # there and back, assumed
 
 _EFFECTS = "scenarios.perturbation"
 MANUAL: dict[str, Perturbation] = {
@@ -56,9 +57,12 @@ class Nudge(Effect):
         if not self.applied:
             self._start_s = world.record.time_s
             self.note(self._start_s)
+
+    def offset_m(self, world: World) -> Array | None:
         share = (world.record.time_s + world.config.control_step_s - self._start_s) / NUDGE_S
-        if share < 1.0 + world.config.control_step_s / NUDGE_S:
-            world.shift_body(self.magnitude * np.sin(np.pi * min(share, 1.0)) * RIGHT)
+        if share >= 1.0 + world.config.control_step_s / NUDGE_S:
+            return None
+        return self.magnitude * np.sin(np.pi * min(share, 1.0)) * RIGHT
 
 
 class Drop(Once):

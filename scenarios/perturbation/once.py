@@ -11,7 +11,7 @@ from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Onset
 from tissue_sim.world import World
 
-EARLIEST_S, LATEST_S = 5.0, 60.0
+EARLIEST_S, LATEST_S = 5.0, 60.0  # assumed; a quick procedure is over before the latest
 
 
 class Once(Effect, ABC):

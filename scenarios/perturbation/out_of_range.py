@@ -1,4 +1,4 @@
-"""Patients beyond the training seeds: stiffness and sizes closer to the possible limit."""
+"""Patients whose stiffness or sizes are closer to the limit of what is possible."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     ),
     Perturbation(
         name="wide-tubes",
-        description="duct and artery wider than in any training patient",
+        description="duct and artery wider than in any textbook patient",
         effect=f"{HERE}.out_of_range:WideTubes",
         magnitude=0.7,
         most=1.0,
@@ -121,7 +121,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     ),
     Perturbation(
         name="short-tubes",
-        description="duct and artery shorter than in the training patients",
+        description="a textbook patient's duct and artery, shortened",
         effect=f"{HERE}.out_of_range:ShortTubes",
         magnitude=0.3,
         most=1.0,
@@ -129,7 +129,7 @@ PERTURBATIONS: tuple[Perturbation, ...] = (
     ),
     Perturbation(
         name="large-gallbladder",
-        description="a gallbladder larger than most in the training patients",
+        description="a textbook patient's gallbladder, enlarged",
         effect=f"{HERE}.out_of_range:LargeGallbladder",
         magnitude=0.4,
         most=1.0,

@@ -9,12 +9,12 @@ import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
-from scenarios.perturbation.perturbation import AtTask, Onset
+from scenarios.perturbation.perturbation import AtTask, Onset, Perturbation
 from tissue_sim.outcome.predicates import right_arm_back
 from tissue_sim.world import World
 
 CLIP_TASKS = (2, 4, 6, 10, 12, 14)
-GRASP_SLIPS_S = 3.0
+GRASP_SLIPS_S = 3.0  # assumed: time enough for the pull of the tissue to draw it out
 
 
 class ClipDropped(Effect):
@@ -33,9 +33,16 @@ class ClipDropped(Effect):
 
 
 class GraspSlip(Effect):
-    """The grasper's jaws lose a share `magnitude` of their friction for a while."""
+    """The grasper's jaws lose a share `magnitude` of their friction for a while.
+
+    Before and after, the friction is left to others: an episode may have several slips.
+    """
 
     tasks: ClassVar[tuple[int, ...]] = CLIP_TASKS
+
+    def __init__(self, perturbation: Perturbation, rng: np.random.Generator) -> None:
+        super().__init__(perturbation, rng)
+        self._is_over = False
 
     def drawn_onset(self, rng: np.random.Generator) -> Onset:
         return AtTask(index=int(rng.choice(self.tasks)))
@@ -44,7 +51,7 @@ class GraspSlip(Effect):
         if not self.applied and self.due(world, task):
             self._start_s = world.record.time_s
             self.note(self._start_s)
-        if self.applied:
-            slips = world.record.time_s - self._start_s < GRASP_SLIPS_S
-            grip = 1.0 - self.magnitude if slips else 1.0
+        if self.applied and not self._is_over:
+            self._is_over = world.record.time_s - self._start_s >= GRASP_SLIPS_S
+            grip = 1.0 if self._is_over else 1.0 - self.magnitude
             world.conditions = replace(world.conditions, grip=grip)

@@ -40,7 +40,11 @@ class LogLine:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """Progress of one task."""
+    """Progress of one task.
+
+    Attributes:
+        time_s: without exchanges of tools, as in `TaskResult`.
+    """
 
     time_s: float = 0.0
     done: bool = False
@@ -146,8 +150,9 @@ class EventLog:
         corrected = step.instruction.correction is not None and _is_new(
             step.instruction, before.instruction
         )
+        took_s = 0.0 if step.exchange else max(step.time_s - before.time_s, 0.0)
         self._tasks[task.index] = Progress(
-            time_s=progress.time_s + max(step.time_s - before.time_s, 0.0),
+            time_s=progress.time_s + took_s,
             done=step.outcome.task_done,
             corrections=progress.corrections + corrected,
         )

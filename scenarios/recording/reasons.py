@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from planner.task import TASKS
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, TaskResult
 
 NOT_HOLDING = "a clip or a stump does not hold in the end"
@@ -18,7 +19,7 @@ def reason(result: EpisodeResult) -> str | None:
     if result.call is not None:
         return CALLED_LATE
     task = first_not_done(result)
-    return NOT_HOLDING if task is None else f"not done in time: {task}"
+    return NOT_HOLDING if task is None else f"not done: {task}"
 
 
 def first_not_done(result: EpisodeResult) -> str | None:
@@ -40,13 +41,12 @@ def in_detail(result: EpisodeResult) -> str:
         for injury in result.injuries[:1]
     ]
     parts += [] if result.call is None else [result.call.in_words]
-    if (task := _last(result)) is not None and first_not_done(result) is not None:
-        parts.append(
-            f"{first_not_done(result)} not done; {task.time_s:.0f} s at {task.instruction}"
-        )
+    if (undone := first_not_done(result)) is not None:
+        parts.append(f"{undone} not done")
+        parts += [f"{task.time_s:.0f} s at {task.instruction}" for task in _too_long(result)]
     return f"failed: {'; '.join(parts) or NOT_HOLDING}"
 
 
-def _last(result: EpisodeResult) -> TaskResult | None:
-    """Return the task at which the episode ran out of time: the longest one."""
-    return max(result.tasks, key=lambda task: task.time_s, default=None)
+def _too_long(result: EpisodeResult) -> list[TaskResult]:
+    """Return the task that lasted so long that the episode ended; none if it ended otherwise."""
+    return [task for task in result.tasks if task.time_s >= EpisodeConfig.task_cap_s]

@@ -50,7 +50,7 @@ class Recording:
         config: the `EpisodeConfig`, as a dict.
         versions: of the packages that it was made with.
         world_version: version of the physics.
-        checkpoints: SHA-256 of each learned part's checkpoint, by `controller` and `planner`.
+        checkpoints: SHA-256 of each checkpoint, by `controller`, `planner` and `perception`.
         anatomy: the anatomy, as a dict; None if the episode broke off before its reset.
         instructions: table of instructions: task index, text, source, remark.
         events: injuries, in order, each with its step.

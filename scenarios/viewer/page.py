@@ -28,11 +28,10 @@ from scenarios.viewer.panels.procedure import ProcedurePanel
 from scenarios.viewer.panels.style import add_style
 from scenarios.viewer.panels.timing import TimingPanel
 from scenarios.viewer.panels.transport import TransportPanel
-from scenarios.viewer.scene import Scene, look_through
+from scenarios.viewer.scene import FRAME_S, Scene, look_through
 from scenarios.viewer.serving.gate import Gate, guarded
 from scenarios.viewer.session_state import Asks, SessionState
 
-FRAME_S = 1.0 / 20.0
 PANELS_EVERY = 4  # frames
 LEFT_PX, RIGHT_PX = 290, 320
 

@@ -17,11 +17,10 @@ import viser
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
-from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
+from scenarios.viewer.scene import FRAME_S, SHOWN_FIRST, Scene, look_through
 from scenarios.viewer.serving.gate import gate_for, guarded
 from tissue_sim.patient.axes import field_point
 
-FRAME_S = 1.0 / 20.0
 APART_M = 0.30  # between fields side by side, which are 0.28 wide
 TICK_S = 0.1  # resolution of the timeline
 SPEEDS = {"½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from planner.command import COMMANDS
 from planner.language.reading import Reading
-from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.loop.person.inbox import Inbox
@@ -78,11 +77,7 @@ class SessionState:
     def begin(self, config: EpisodeConfig) -> None:
         """Begin another episode; discard inputs that the previous one has not processed."""
         self.config = config
-        self.interventions = InterventionsOnRequest(
-            self.out / "interventions",
-            config.scenario,
-            expert=config.controller == WITNESS["controller"],
-        )
+        self.interventions = InterventionsOnRequest(self.out / "interventions", config)
         self.inbox.take(float("inf"))
         self.inbox.disturbances()
         self.inbox.guided = None

@@ -2,7 +2,7 @@
 
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -102,6 +102,15 @@ def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C reaches only the parent, which passes it on once
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
     search_garbage_rarely()
-    with suppress(EOFError, OSError, KeyboardInterrupt):
+    with suppress(KeyboardInterrupt):
+        for config in _received(connection):
+            result = attempt(config)  # what it raises ends the process, with its traceback
+            with suppress(OSError):  # the parent is gone: there is nothing to receive
+                connection.send(result)
+
+
+def _received(connection: Connection) -> Iterator[Any]:
+    """Yield what the parent sends, until it closes the connection."""
+    with suppress(EOFError, OSError):
         while True:
-            connection.send(attempt(connection.recv()))
+            yield connection.recv()

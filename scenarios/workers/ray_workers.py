@@ -11,11 +11,10 @@ import ray  # pyright: ignore[reportMissingImports]
 from ray.exceptions import RayError  # pyright: ignore[reportMissingImports]
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.local_processes import STOP_TIMEOUT_S
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
-
-STOP_TIMEOUT_S = 10.0  # an interrupted worker saves its recording in far less
 
 
 class RayWorkers(Generic[Config, Result]):

@@ -21,6 +21,15 @@ class PlannerCalls:
         )
 
 
+class PlannerCallsLater(PlannerCalls):
+    """Asks to grab the gallbladder, and after a second and a half for a person."""
+
+    def plan(self, observation) -> Instruction:
+        if observation.time_s < 1.5:
+            return Instruction(task=TASKS[0], time_s=observation.time_s)
+        return super().plan(observation)
+
+
 class PlannerGrabs:
     """Asks to grab the gallbladder whatever the anatomy."""
 

@@ -1,6 +1,8 @@
 """Results of five episodes: one passed, one failed, two were called, one ended in an error."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 from scenarios.loop.results import (
     CallResult,
@@ -9,6 +11,7 @@ from scenarios.loop.results import (
     PeakResult,
     SafetyResult,
     TaskResult,
+    episode_from,
 )
 
 PASSED = EpisodeResult(
@@ -49,3 +52,8 @@ CALLED = replace(
 )
 NEEDLESS = replace(CALLED, call=CallResult(reason="I am unsure.", in_time=True, needed=False))
 ERROR = replace(PASSED, seed=20_002, success=False, error="ValueError: no such thing", tasks=())
+
+
+def read_results(path: Path) -> tuple[EpisodeResult, ...]:
+    """Return the episodes of a results.json."""
+    return tuple(episode_from(entry) for entry in json.loads(path.read_text())["episodes"])

@@ -13,11 +13,11 @@ from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
-from scenarios.loop.results import read_results
 from scenarios.recording.verify import verify
 from scenarios.run_episode import anatomy_of, begin, play, run_episode
 from scenarios.viewer.recording_frames import marks_of
 from tests.scenarios.calling import UNSURE, PlannerCalls
+from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import run
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.outcome.room import MUST_DEAL, why_call

@@ -60,7 +60,8 @@ class ObedienceTrial:
     Attributes:
         responses: to each correction, in each state in which it is harmless and the jaws can move.
         wrong_tube: whether the right jaws first reach the tube that they are told, although it is
-            not its turn; None if the episode ended before the first clip.
+            not its turn; None if the first clip's turn had not come when the episode ended, or
+            all `MOMENTS` of its corrections had passed.
         error: the error that ended the trial; "" for none.
     """
 

@@ -23,8 +23,8 @@ from tissue_sim.world import World
 STORM_S = 3.0
 RETREAT_S = 1.0  # the tools open and go home
 REST_S = 2.0
-VOLUME_WITHIN = 0.10  # allowed change of volume, relative to rest
-ENERGY_NOISE_J = 1.0e-5  # rounding, and small motions of tissue in a clip
+VOLUME_WITHIN = 0.10  # allowed change of volume, relative to rest, assumed
+ENERGY_NOISE_J = 1.0e-5  # rounding, and small motions of tissue in a clip; assumed
 GRAVITY_M_S2 = 9.81
 LUMENS = [k for k, name in enumerate(REGIONS) if "lumen" in name]  # hollow: may be emptied
 

@@ -9,6 +9,7 @@ from tyro.conf import arg
 
 from scenarios.commands.benches.show import show
 from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.output_path import require_writable_file
 from scenarios.files.errors import BadInputError
 
 MIN_RESETS = 50  # fewer say nothing about a slope
@@ -133,9 +134,15 @@ class Population:
 
         if self.plot and (self.plot.suffix != ".png" or not self.plot.parent.is_dir()):
             raise BadInputError(f"--plot {self.plot}: give a .png file in an existing folder")
+        if self.plot:
+            require_writable_file(self.plot, "--plot")
         with Console(stderr=True).status("drawing: patients"):
             patients = drawn(self.seed, self.patients)
         if self.plot:
-            save_plot(patients, self.plot)
+            try:
+                save_plot(patients, self.plot)
+            except OSError as error:
+                why = f"cannot write {self.plot} ({error.strerror})"
+                raise BadInputError(f"--plot: {why}") from None
         show([population_table(patients)])
         return 0

@@ -8,6 +8,17 @@ from pathlib import Path
 from scenarios.files.errors import BadInputError
 
 
+def require_writable_file(path: Path, option: str) -> None:
+    """Check that a file can be written, as far as this can be known beforehand.
+
+    Raises:
+        BadInputError: a folder lies there, or its own folder cannot be written to.
+    """
+    if path.is_dir():
+        raise BadInputError(f"{option}: {path} is a folder; name a file")
+    require_writable_folder(path.parent, option)
+
+
 def require_writable_folder(folder: Path, option: str) -> None:
     """Try to create `folder` and a file in it, then remove what was created.
 

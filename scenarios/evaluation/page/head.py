@@ -8,6 +8,7 @@ from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import ArmReport, Report
 from scenarios.evaluation.words import counts, interval, rate
+from scenarios.suites import Suite
 
 
 def head(report: Report) -> str:
@@ -16,7 +17,8 @@ def head(report: Report) -> str:
         f"the patient of seed {first}" if n == 1 else f"{n} patients, seeds {first} to {last}"
     )
     suites = ", ".join(suite.name for suite in report.suites)
-    cards = "".join(_card(k, found) for k, found in enumerate(report.arms.values()))
+    headline = report.headline
+    cards = "".join(_card(k, found, headline) for k, found in enumerate(report.arms.values()))
     return (
         f"<h1>How often does it succeed?</h1><p class='lead'>Every arm met the same {patients}, in"
         f" {escape(suites)}. Seventeen tasks, three clips and a cut on either tube: a procedure"
@@ -25,14 +27,19 @@ def head(report: Report) -> str:
     )
 
 
-def _card(k: int, found: ArmReport) -> str:
-    name, suite = next(iter(found.suites.items()))
-    summary = suite.summary
+def _card(k: int, found: ArmReport, headline: Suite | None) -> str:
+    passed = "" if headline is None else _passed(headline.name, found)
     return (
         f"<div class='card arm{k % N_COLOURS}'><h3>{escape(found.arm.name)}</h3>"
-        f"<span class='soft'>{escape(_stack(found.arm))}</span>"
+        f"<span class='soft'>{escape(_stack(found.arm))}</span>{passed}</div>"
+    )
+
+
+def _passed(suite: str, found: ArmReport) -> str:
+    summary = found.suites[suite].summary
+    return (
         f"<b>{rate(summary.pass_rate)}</b><span class='soft'>{counts(summary)} in"
-        f" {escape(name)}, 95 % interval {interval(summary.wilson_95, 0, 100.0)} %</span></div>"
+        f" {escape(suite)}, 95 % interval {interval(summary.wilson_95, 0, 100.0)} %</span>"
     )
 
 

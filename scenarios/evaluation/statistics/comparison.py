@@ -46,7 +46,8 @@ class ArmComparison:
     """An arm compared with the reference arm in one suite.
 
     Attributes:
-        pairs: patients that count for both arms: neither called rightly or broke off.
+        pairs: patients under a condition that count for both arms: in neither episode a person
+            was called rightly, and none broke off.
         both, neither, only_arm, only_reference: number of pairs by who passed.
         difference: of the pass rates, arm minus reference; None without pairs.
         tango_95: interval of the difference.

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from statistics import median
 
 from scenarios.files.wilson import wilson_interval
 from scenarios.loop.results import EpisodeResult
@@ -81,6 +82,7 @@ def detection(results: Sequence[EpisodeResult]) -> Detection | None:
     if not scored:
         return None
     passes, failures = [r for r in scored if r.success], [r for r in scored if not r.success]
+    leads_s = [_end_s(r) - s for r in failures if (s := _alarm_s(r)) is not None]
     curve = roc([score(r) or 0.0 for r in passes], [score(r) or 0.0 for r in failures])
     return Detection(
         passed=len(passes),
@@ -90,7 +92,7 @@ def detection(results: Sequence[EpisodeResult]) -> Detection | None:
         own=Alarm(
             caught=_share([_alarm_s(r) is not None for r in failures]),
             false=_share([_alarm_s(r) is not None for r in passes]),
-            lead_s=_median([_end_s(r) - s for r in failures if (s := _alarm_s(r)) is not None]),
+            lead_s=median(leads_s) if leads_s else None,
         ),
         conformal=_conformal(passes, failures),
     )
@@ -145,8 +147,3 @@ def _alarm_s(result: EpisodeResult) -> float | None:
 
 def _end_s(result: EpisodeResult) -> float:
     return result.procedure_time_s + result.exchange_time_s
-
-
-def _median(values: Sequence[float]) -> float | None:
-    ordered, n = sorted(values), len(values)
-    return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2]) if n else None

@@ -9,8 +9,7 @@ from planner.task import TASKS
 from scenarios.evaluation.published import PublishedTask
 from scenarios.loop.results import EpisodeResult, TaskResult
 from tissue_sim.periods import CONTROL_PERIOD_S
-
-RIGHT = 1  # the arm that clips and cuts
+from tissue_sim.tools.arms import RIGHT_ARM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +68,7 @@ def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> 
     tasks = [t for r in passed for t in r.tasks if t.index in indices and not t.left_out]
     return TaskFigures(
         time_s=mean(t.time_s for t in tasks),
-        path_m=mean(t.path_m and t.path_m[RIGHT] for t in tasks),
+        path_m=mean(t.path_m and t.path_m[RIGHT_ARM] for t in tasks),
         jerk_m=mean(jerk_m([t]) for t in tasks),
     )
 
@@ -77,12 +76,12 @@ def task_figures(results: Iterable[EpisodeResult], published: PublishedTask) -> 
 def path_m(result: EpisodeResult) -> float | None:
     """Return the right tip's path over all tasks; None if it was not measured."""
     paths = [task.path_m for task in result.tasks]
-    return None if None in paths else sum(path[RIGHT] for path in paths if path)
+    return None if None in paths else sum(path[RIGHT_ARM] for path in paths if path)
 
 
 def jerk_m(tasks: Sequence[TaskResult]) -> float | None:
     """Return the right tip's third difference between control steps, averaged over the time."""
-    measured = [(t.jerk_m_s3[RIGHT], t.time_s) for t in tasks if t.jerk_m_s3]
+    measured = [(t.jerk_m_s3[RIGHT_ARM], t.time_s) for t in tasks if t.jerk_m_s3]
     time_s = sum(weight for _, weight in measured)
     jerk_m_s3 = sum(jerk * weight for jerk, weight in measured)
     return jerk_m_s3 / time_s * CONTROL_PERIOD_S**3 if time_s else None

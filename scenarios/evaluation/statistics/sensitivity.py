@@ -49,11 +49,12 @@ def passes(result: EpisodeResult, threshold: str, factor: float) -> bool:
     """Tell whether an episode would pass if one threshold were multiplied by a factor.
 
     A laxer limit makes a failure a pass only if injuries of this threshold are all that was wrong.
+    It forgives none that has no tolerance (a limit of zero).
     """
     if not result.success and (not result.injuries or first_not_done(result) is not None):
         return False
     mine = [p for p in result.peaks if threshold_of(p.event) == threshold]
-    others = [i for i in result.injuries if threshold_of(i.event) != threshold]
+    others = [i for i in result.injuries if i.limit <= 0 or threshold_of(i.event) != threshold]
     return not others and not any(peak.breaks(factor) for peak in mine)
 
 

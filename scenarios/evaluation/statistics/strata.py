@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from scenarios.catalogue import SCENARIOS
+from scenarios.catalogue import SCENARIOS, SENSE_OF
+from scenarios.evaluation.case import Case
+from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, Summary, summarise
+from scenarios.perturbation.effects import Effects
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.patient.variants import patient_of
 
@@ -36,7 +39,7 @@ class Division:
         return self.names[sum(getattr(anatomy, self.field) >= cut for cut in self.at)]
 
 
-DIVISIONS: dict[str, Division] = {
+DIVISIONS: dict[str, Division] = {  # the cuts of the lengths are assumed
     "duct length": Division(
         field="duct_length_m",
         at=(0.012, 0.020, 0.040),
@@ -56,12 +59,12 @@ NAMES: dict[str, tuple[str, ...]] = {VARIANT: NAMED} | {
 }
 
 
-def strata(results: Iterable[EpisodeResult]) -> Strata:
-    """Group episodes by their patients, which seed and scenario determine.
-
-    A perturbation that alters the anatomy is not seen: leave its episodes out.
-    """
-    placed = [(places(r.seed, r.scenario), r) for r in results]
+def strata(results: Mapping[Case, EpisodeResult]) -> Strata:
+    """Group episodes by their patients, which seed and condition determine."""
+    placed = [
+        (places(case.seed, case.condition.scenario, case.condition.magnitude), result)
+        for case, result in results.items()
+    ]
     return {
         prop: {name: summarise([r for at, r in placed if at[prop] == name]) for name in names}
         for prop, names in NAMES.items()
@@ -69,9 +72,12 @@ def strata(results: Iterable[EpisodeResult]) -> Strata:
 
 
 @cache
-def places(seed: int, scenario: str) -> Mapping[str, str]:
-    """Return the patient's stratum by property."""
-    anatomy = patient_of(seed, SCENARIOS[scenario].variant)
+def places(seed: int, scenario: str, magnitude: float | None = None) -> Mapping[str, str]:
+    """Return the patient's stratum by property, as the scenario's perturbation alters it."""
+    sense = SENSE_OF.get(scenario, EpisodeConfig.sense)
+    config = EpisodeConfig(scenario=scenario, magnitude=magnitude, seed=seed, sense=sense)
+    own = patient_of(seed, SCENARIOS[scenario].variant)
+    anatomy = Effects(config.perturbations, seed).on_anatomy(own)
     return {VARIANT: anatomy.variant} | {
         k: division.stratum(anatomy) for k, division in DIVISIONS.items()
     }

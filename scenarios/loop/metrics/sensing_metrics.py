@@ -15,10 +15,10 @@ from tissue_sim.tools.arms import RIGHT_ARM
 if TYPE_CHECKING:  # heavy to import
     from scenarios.loop.step import Step
 
-NEAR_M = 0.015  # of the right tip
-EVERY = 3  # control steps
-SPAN_S = 5.0  # of the error over time
-CHI2_95 = 7.815  # three degrees of freedom
+NEAR_M = 0.015  # of the right tip; assumed, as far as a retracted arm is from the tubes
+EVERY = 3  # control steps, assumed
+SPAN_S = 5.0  # of the error over time, assumed
+CHI2_95 = 7.815  # quantile of chi-squared with three degrees of freedom
 _TUBES = slice(0, 2 * TUBE_POINTS)
 
 

@@ -18,7 +18,7 @@ class Timed:
 
     Attributes:
         time_s: simulated time, at least 0.
-        text: the person's words; they are interpreted only when the time comes.
+        text: the person's words; read beforehand, and answered when the time comes.
 
     Raises:
         ValueError: the time is invalid, or there are no words.

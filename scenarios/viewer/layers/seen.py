@@ -6,10 +6,10 @@ import numpy as np
 import trimesh
 import viser
 
+from scenarios.recording.overlay import HIDDEN, SEEN
 from scenarios.viewer.frame import Frame, Patient
 from scenarios.viewer.layers.layer import show
 
-SEEN, HIDDEN = (70, 210, 255), (255, 150, 40)
 BALL_95 = 2.795  # standard deviations within which 95 % lie in three dimensions
 LEAST_M = 0.0003  # a point that is known exactly is still visible
 

@@ -11,7 +11,7 @@ from controller.dataset import layout
 from controller.dataset.card import CARD_PATH
 from controller.dataset.filmed import read_filmed
 from controller.dataset.merge import merge
-from controller.dataset.part import cameras_of, read_part, video_path
+from controller.dataset.part import header_of, read_part, video_path
 from controller.dataset.reader import read_episodes
 from controller.dataset.schema import ENCODED_SIZE, FPS, PICTURE_SHAPE, PICTURES, STATE, TISSUE
 from controller.dataset.videos import pictures
@@ -178,7 +178,7 @@ def test_parts_of_other_cameras_do_not_mix_and_the_old_dataset_stays(tmp_path):
     parts = write_parts(tmp_path / "parts", (3,), cameras=CAMERAS)
     merge(parts, tmp_path)
     other = write_parts(tmp_path / "parts", (4,), cameras=CAMERAS[:1])
-    assert [cameras_of(part) for part in (*parts, *other)] == [CAMERAS, CAMERAS[:1]]
+    assert [tuple(header_of(part).cameras) for part in (*parts, *other)] == [CAMERAS, CAMERAS[:1]]
     with pytest.raises(ValueError, match=re.escape(f"{other[0]}: its cameras are")):
         merge([*parts, *other], tmp_path)
     assert list(read_episodes(tmp_path))

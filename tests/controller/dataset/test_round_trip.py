@@ -1,6 +1,7 @@
 """Tests of the dataset: all that is written is read back bit for bit, from any file of it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -8,7 +9,7 @@ import pytest
 
 from controller.dataset import layout
 from controller.dataset.merge import merge
-from controller.dataset.part import part_bytes, read_part
+from controller.dataset.part import header_of, part_bytes, read_part
 from controller.dataset.reader import read_episodes
 from controller.dataset.schema import DEMONSTRATED, TEXTS, features
 from tests.controller.dataset.episodes import random_episode, write_parts
@@ -36,6 +37,35 @@ def test_a_part_is_read_back_bit_for_bit(tmp_path):
     read = read_part(path)
     assert_same_bits(dict(read.columns), dict(episode.columns))
     assert read.header.anatomy == episode.header.anatomy
+
+
+def told(episode, **changes):
+    return replace(episode, header=replace(episode.header, **changes))
+
+
+def test_how_an_episode_was_made_is_read_back_from_its_part_and_from_the_dataset(tmp_path):
+    made = {"sense": "exact", "checkpoints": {"controller": "12ab", "planner": "34cd"}}
+    path = tmp_path / "part.parquet"
+    path.write_bytes(part_bytes(told(random_episode(0), **made)))
+    merge([path], tmp_path)
+    (read,) = read_episodes(tmp_path)
+    for header in (header_of(path), read_part(path).header, read.header):
+        assert {name: getattr(header, name) for name in made} == made
+
+
+def test_what_an_older_version_wrote_is_read_though_it_does_not_tell_how_it_was_made(tmp_path):
+    path = tmp_path / "part.parquet"
+    path.write_bytes(part_bytes(random_episode(0)))
+    table = pq.read_table(path)
+    header = json.loads(table.schema.metadata[b"calot"])
+    del header["sense"], header["checkpoints"]
+    pq.write_table(table.replace_schema_metadata({b"calot": json.dumps(header).encode()}), path)
+    merge([path], tmp_path)
+    rows = pq.read_table(tmp_path / layout.EPISODES_PATH)
+    pq.write_table(rows.drop_columns(["sense", "checkpoints"]), tmp_path / layout.EPISODES_PATH)
+    (read,) = read_episodes(tmp_path)
+    assert (read.header.sense, read.header.checkpoints) == ("", {})
+    assert_same_bits(dict(read_part(path).columns), dict(random_episode(0).columns))
 
 
 @pytest.mark.parametrize("file_most_mb", [1e-6, 0.05, 100.0])

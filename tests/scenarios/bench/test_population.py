@@ -51,8 +51,19 @@ def test_the_plot_is_saved_and_the_committed_one_is_small(tmp_path, capsys):
     assert PLOT.stat().st_size < 150_000
 
 
-@pytest.mark.parametrize("name", ["drawn.svg", "nowhere/drawn.png"])
+@pytest.mark.parametrize("name", ["drawn.svg", "nowhere/drawn.png", "folder.png"])
 def test_a_plot_that_cannot_be_saved_is_refused_at_once(tmp_path, capfd, name):
     path = tmp_path / name
+    (tmp_path / "folder.png").mkdir()
     assert main(["bench", "population", "--plot", str(path)]) == 2
     assert str(path) in "".join(capfd.readouterr().err.split())
+
+
+def test_a_plot_that_finds_no_room_is_one_line(tmp_path, capfd, request):
+    path = tmp_path / "drawn.png"
+    main(["bench", "population", "--patients", "20", "--plot", str(path)])  # loads its fonts
+    _ = capfd.readouterr()
+    request.getfixturevalue("full_disk")
+    assert main(["bench", "population", "--patients", "20", "--plot", str(path)]) == 2
+    line = capfd.readouterr().err.splitlines()[-1]
+    assert line == f"calot: --plot: cannot write {path} (File too large)"

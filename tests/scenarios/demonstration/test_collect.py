@@ -1,17 +1,20 @@
 """Tests of `calot collect`: it resumes where it stopped, keeps failures apart, loses nothing."""
 
 from dataclasses import replace
+from hashlib import sha256
 
 import pytest
 
 from controller.dataset.part import part_bytes
 from controller.dataset.reader import read_episodes
+from controller.diffusion.checkpoint import CHECKPOINTS
 from scenarios.cli import main
 from scenarios.demonstration import demonstrate as of_demonstrations
 from scenarios.demonstration.demonstrate import (
     ERRORS,
     FAILED,
     PARTS,
+    checkpoints_of,
     demonstrate,
     is_finished,
     part_path,
@@ -48,6 +51,72 @@ def test_finished_parts_are_not_done_again_and_failed_ones_stay_out(out, capfd):
     assert finished == [ASKED[0].seed, ASKED[2].seed]
 
 
+SHIPPED = sha256(CHECKPOINTS.shipped.read_bytes()).hexdigest()
+
+
+def made(out, demonstration, folder=PARTS, **header):
+    """Write a demonstration's part as if it had been made so."""
+    episode = random_episode(demonstration.seed)
+    header = {"kind": demonstration.kind} | header
+    path = part_path(demonstration, out, folder)
+    path.parent.mkdir(exist_ok=True, parents=True)
+    path.write_bytes(part_bytes(replace(episode, header=replace(episode.header, **header))))
+
+
+@pytest.mark.parametrize(
+    ("mix", "header", "option"),
+    [
+        ("nominal", {"sense": "exact"}, "--sense tracked"),
+        ("turns", {"sense": "tracked", "checkpoints": {"controller": "other"}}, "--checkpoint"),
+        (
+            "rollouts",
+            {"sense": "tracked", "checkpoints": {"controller": SHIPPED, "planner": "one"}},
+            "--planner-checkpoint",
+        ),
+    ],
+)
+@pytest.mark.parametrize("folder", [PARTS, FAILED])
+def test_episodes_that_were_made_otherwise_are_not_joined(
+    tmp_path, capfd, mix, header, option, folder
+):
+    (one,) = demonstrations(mix, 0, 1)
+    made(tmp_path, one, folder, **header)
+    words = ["collect", "--out", str(tmp_path), "--mix", mix, "--episodes", "1"]
+    line = complaint(capfd, main(words), tmp_path)
+    assert line.startswith(f"calot: {option}: ")
+    assert "name the same, or choose another --out" in line
+
+
+@pytest.mark.parametrize(
+    ("mix", "header"),
+    [
+        ("nominal", {"sense": "tracked"}),
+        ("turns", {"sense": "tracked", "checkpoints": {"controller": SHIPPED}}),
+        ("turns", {}),
+        ("nominal", {"sense": "tracked", "kind": "turns", "checkpoints": {"controller": "other"}}),
+    ],
+    ids=["the same", "the same checkpoint", "unknown", "of another kind"],
+)
+def test_episodes_that_were_made_likewise_or_nobody_knows_how_are_joined(tmp_path, mix, header):
+    (one,) = demonstrations(mix, 0, 1)
+    made(tmp_path, one, **header)
+    assert main(["collect", "--out", str(tmp_path), "--mix", mix, "--episodes", "1"]) == 0
+
+
+def test_a_demonstration_tells_by_which_checkpoints_it_is(tmp_path):
+    checkpoint, planner = tmp_path / "policy", tmp_path / "planner"
+    checkpoint.write_bytes(b"weights")
+    planner.write_bytes(b"other weights")
+    its_own = {"controller": sha256(b"weights").hexdigest()}
+    (turn,) = demonstrations("turns", 0, 1, checkpoint=str(checkpoint))
+    (rollout,) = demonstrations("rollouts", 0, 1, checkpoint=str(checkpoint), planner=str(planner))
+    assert checkpoints_of(ASKED[0]) == {}
+    assert checkpoints_of(demonstrations("turns", 0, 1)[0]) == {"controller": SHIPPED}
+    assert checkpoints_of(turn) == its_own
+    other = {"planner": sha256(b"other weights").hexdigest()}
+    assert checkpoints_of(rollout) == its_own | other
+
+
 @pytest.mark.parametrize(
     ("mix", "parts", "kept"),
     [("nominal", 1, "kept separately"), ("rollouts", 2, "kept with the others")],
@@ -73,6 +142,22 @@ def test_the_trace_of_an_error_does_not_outlast_it(tmp_path, monkeypatch):
     monkeypatch.setattr(of_demonstrations, "run", lambda demonstration, part: random_episode(0))
     assert demonstrate(ASKED[0], tmp_path).success
     assert not trace.exists()
+
+
+@pytest.mark.parametrize("success", [True, False])
+def test_files_that_cannot_be_moved_or_removed_are_told_as_those_that_cannot_be_written(
+    tmp_path, monkeypatch, success
+):
+    """A folder lies where the trace would, a file where the folder of failed ones would."""
+    (tmp_path / ERRORS / f"{ASKED[0].name}.txt" / "inside").mkdir(parents=True)
+    (tmp_path / FAILED).touch()
+    episode = random_episode(0)
+    episode = replace(episode, header=replace(episode.header, success=success))
+    monkeypatch.setattr(of_demonstrations, "run", lambda demonstration, part: episode)
+    outcome = demonstrate(ASKED[0], tmp_path)
+    assert outcome.error is None
+    path = part_path(ASKED[0], tmp_path, PARTS if success else FAILED)
+    assert outcome.unwritable in (f"{path}: Is a directory", f"{path}: File exists")
 
 
 def complaint(capfd, code, out):
@@ -109,6 +194,10 @@ def test_a_full_disk_is_one_clear_line_and_nothing_whole_is_lost(out, capfd, req
         ([], ["--out"]),
         (["--out", "d", "--mix", "some"], ["--mix", "'some'", "nominal", "recovery"]),
         (["--out", "d", "--seed", "9990", "--episodes", "11"], ["--seed", "training", "9999"]),
+        (
+            ["--out", "d", "--seed", "9990", "--artery-below-mm", "16", "--mix", "nominal"],
+            ["--artery-below-mm 16", "artery is shorter than 16 mm", "training seeds, 0 to 9999"],
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing_behind(capfd, tmp_path, monkeypatch, words, said):

@@ -163,6 +163,7 @@ def test_the_tubes_may_come_in_another_order_and_all_is_done(tmp_path):
     shown = run(demonstration, tmp_path / "part.parquet")
     tasks = [TASKS[index - 1] for index in dict.fromkeys(shown.columns["task"].tolist())]
     assert shown.header.success
+    assert (shown.header.sense, shown.header.checkpoints) == ("tracked", {})
     assert set(tasks) == set(TASKS)
     assert tasks != list(TASKS)
     cut = [t.tube for t in tasks if t.kind == "cut"]

@@ -1,22 +1,28 @@
 """Tests of interventions: the dataset loads, and only what a person said is flagged in it."""
 
+import json
+from dataclasses import replace
 from itertools import groupby, islice
 
 import numpy as np
 import pytest
 
 from controller.correction import SPEED_M_S
+from controller.dataset.part import part_bytes, read_part
 from controller.dataset.reader import read_episodes
 from planner.person.orders import DEFAULT_M
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.demonstration.interventions import Interventions
+from scenarios.demonstration.mix import KINDS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin
+from tests.controller.dataset.episodes import random_episode, write_parts
+from tests.scenarios.calling import UNSURE
 
 SEED = 10_004
 HIGHER = "move right arm higher"
@@ -31,7 +37,7 @@ def spoken(tmp_path_factory):
     config = EpisodeConfig(
         **WITNESS, scenario="textbook", seed=SEED, instruct=str(out / "said.tsv")
     )
-    result = attempt_episode(config, out, [Interventions(out / "set", "nominal", expert=True)])
+    result = attempt_episode(config, out, [Interventions(out / "set", config)])
     (episode,) = read_episodes(out / "set")
     return result, load(out / "episodes" / f"{SEED}.npz"), episode
 
@@ -75,8 +81,9 @@ def watched(out, *said, expert=True, n=60):
     """Save the first n steps of an episode as a dataset; return what `save` returns."""
     inbox = Inbox()
     inbox.arrange([Timed(time_s=time_s, text=text) for time_s, text in said])
-    interventions = Interventions(out, "nominal", expert=expert)
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
+    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED)
+    interventions = Interventions(out, config if expert else replace(config, controller="idle"))
+    episode = begin(config, inbox=inbox)
     interventions.on_reset(episode.world)
     for step in islice(episode.steps(), n):
         interventions.on_step(step)
@@ -98,6 +105,59 @@ def test_a_dataset_grows_by_each_and_a_learned_controller_is_not_imitated(tmp_pa
     assert runs[0] == (False, 15)
     assert runs[1][0]
     assert runs[1][1] >= 30 * DEFAULT_M / SPEED_M_S
+
+
+def test_it_tells_by_which_sense_and_checkpoints_it_is(tmp_path):
+    read = read_part(watched(tmp_path, (0.2, HIGHER), n=10))
+    assert (read.header.sense, read.header.checkpoints) == ("exact", {})
+    assert read.header.kind in KINDS
+    assert read.header.scenario == "textbook"
+
+
+def run_with_a_word(tmp_path):
+    """Run an episode in which a person speaks, into the dataset `set`; return its exit code."""
+    (tmp_path / "said.tsv").write_text(f"0.3\t{HIGHER}\n")
+    words = ["--planner", "tests.scenarios.calling:PlannerCallsLater", "--controller", "expert"]
+    words += ["--seed", "3", "--instruct", str(tmp_path / "said.tsv")]
+    words += ["--save-interventions", str(tmp_path / "set"), "--out", str(tmp_path / "out")]
+    return main(["run", *words])
+
+
+def test_an_intervention_that_cannot_be_saved_is_one_line_and_the_outcome_stays(tmp_path, capfd):
+    (damaged,) = write_parts(tmp_path / "set" / "parts", (7,))
+    content = bytearray(damaged.read_bytes())
+    content[100:110] = bytes(10)
+    damaged.write_bytes(content)
+    assert run_with_a_word(tmp_path) == 2
+    out, err = capfd.readouterr()
+    line = err.splitlines()[-1]
+    assert line.startswith(f"calot: --save-interventions: cannot save that of seed 3: {damaged}: ")
+    (episode,) = json.loads((tmp_path / "out" / "results.json").read_text())["episodes"]
+    assert (episode["error"], episode["call"]["reason"]) == (None, UNSURE)
+    assert UNSURE in out
+
+
+@pytest.mark.parametrize(
+    ("header", "why"),
+    [
+        ({"cameras": ("wrist_left",)}, "was filmed"),
+        ({"sense": "exact"}, "is of the sense exact, these of tracked"),
+        ({"world_version": 1}, "its world is version 1"),
+    ],
+)
+def test_a_folder_that_interventions_cannot_join_is_refused_before_anything_runs(
+    tmp_path, capfd, header, why
+):
+    episode = random_episode(7, cameras=header.get("cameras", ()))
+    episode = replace(episode, header=replace(episode.header, **header))
+    part = tmp_path / "set" / "parts" / "00007-nominal.parquet"
+    part.parent.mkdir(parents=True)
+    part.write_bytes(part_bytes(episode))
+    assert run_with_a_word(tmp_path) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert str(part) in line
+    assert why in line
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_save_takes_a_name_that_is_free_though_an_earlier_part_was_deleted(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from safetensors.torch import load_file
 
+from controller.diffusion.checkpoint import CHECKPOINTS
 from scenarios.cli import main
 from scenarios.commands import picture_collection
 from scenarios.demonstration import pictures
@@ -24,6 +25,7 @@ from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.sensing.pictures.eyes import VIEWS
 from tissue_sim.sensing.pictures.shown import N_SHOWN
+from tissue_sim.version import WORLD_VERSION
 
 
 def test_more_episodes_only_add_some():
@@ -99,11 +101,40 @@ def test_an_episode_that_breaks_off_is_told_and_the_others_go_on(tmp_path, break
     assert not trace.exists()
 
 
+def test_pictures_of_another_world_are_not_joined(tmp_path, breaking, capfd, monkeypatch):
+    breaking.clear()
+    monkeypatch.setattr(pictures, "WORLD_VERSION", WORLD_VERSION - 1)
+    assert collect(tmp_path) == 0
+    capfd.readouterr()
+    words = ["collect", "--pictures", "--episodes", "3", "--out", str(tmp_path)]
+    line = complaint(capfd, *words)
+    assert f"is of world version {WORLD_VERSION - 1}, not {WORLD_VERSION}" in line
+
+
+def test_pictures_by_another_controller_are_not_joined(tmp_path, breaking, capfd):
+    breaking.clear()
+    other = tmp_path / "other.safetensors"
+    other.write_bytes(b"other weights")
+    for demonstration in pictured(0, 2, str(other)):
+        picture(demonstration, tmp_path / "out")
+    words = ["collect", "--pictures", "--episodes", "2", "--out", str(tmp_path / "out")]
+    line = complaint(capfd, *words, "--checkpoint", str(CHECKPOINTS.shipped))
+    assert line.startswith("calot: --checkpoint: the controller in ")
+    assert main(words) == 0  # without a learned controller there is nothing to differ
+
+
+def test_pictures_that_do_not_tell_how_they_were_made_may_be_continued(tmp_path, breaking):
+    breaking.clear()
+    np.savez(frames_path(pictured(0, 1)[0], tmp_path), points_m=np.zeros((1, 3)))
+    assert collect(tmp_path) == 0
+    assert len(list(tmp_path.glob("*.npz"))) == 3
+
+
 def test_pictures_that_find_no_room_are_one_line(tmp_path, breaking, capfd, monkeypatch):
     def no_room(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("scenarios.demonstration.demonstrate.write_atomic", no_room)
+    monkeypatch.setattr("scenarios.demonstration.pictures.write_atomic", no_room)
     assert collect(tmp_path) == 2
     first = frames_path(pictured(0, 3)[0], tmp_path)
     line = capfd.readouterr().err.splitlines()[-1]

@@ -12,7 +12,7 @@ from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
 from scenarios.loop.results import EpisodeResult, InjuryResult, PeakResult, SafetyResult, TaskResult
 from scenarios.recording.recorder import Recorder
-from scenarios.suites import SUITES
+from scenarios.suites import suite_of
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
 NOWHERE = Path("nowhere")
@@ -20,7 +20,7 @@ MADE_WITH = {"config": {"seed": 0}, "versions": {"python": "3"}}
 
 
 def plan(*suites: str, arms=(FIRST, SECOND), seeds=range(10)) -> Plan:
-    return Plan(arms=tuple(arms), suites=tuple(SUITES[name] for name in suites), seeds=seeds)
+    return Plan(arms=tuple(arms), suites=tuple(map(suite_of, suites)), seeds=seeds)
 
 
 def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> EpisodeResult:
@@ -32,8 +32,8 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
     if chance is not None:
         done = (*done[:-1], replace(done[-1], failure_chance=chance))
     force_n = float(rng.uniform(0.1, 1.9)) if passed else 2.4
-    peak = PeakResult(event="force on the liver", value=force_n, limit=2.0)
-    injury = InjuryResult(event="force on the liver", time_s=31.0, value=2.4, limit=2.0)
+    peak = PeakResult(event="liver force", value=force_n, limit=2.0)
+    injury = InjuryResult(event="liver force", time_s=31.0, value=2.4, limit=2.0)
     return EpisodeResult(
         scenario=case.condition.scenario,
         seed=case.seed,

@@ -130,11 +130,20 @@ def complaint(capfd, *said, begun=False):
         (["--arms", "a=scripted+zoo"], ["--arms", "'zoo'", "expert", "idle"]),
         (["--arms", "a=zoo+expert"], ["--arms", "'zoo'", "scripted", "learned"]),
         (["--arms", "a=scripted+idle", "a=scripted+expert"], ["--arms", "a is there twice"]),
-        (["--arms", "a=scripted+diffusion,checkpoint=no.st"], ["--checkpoint", "no.st"]),
+        (["--arms", "a=scripted+diffusion,checkpoint=no.st"], ["--arms a: ,checkpoint=: no.st"]),
         (
             ["--arms", "a=learned+expert,planner-checkpoint=no.st"],
-            ["--planner-checkpoint", "no.st"],
+            ["--arms a: ,planner-checkpoint=: no.st"],
         ),
+        (
+            [
+                "--arms",
+                "learned+expert",
+                "b=learned+expert,perception-checkpoint=no.st,sense=cameras",
+            ],
+            ["--arms b: ,perception-checkpoint=: no.st"],
+        ),
+        (["--arms", "b=learned+nowhere:make"], ["--arms b: controller nowhere:make: ", "nowhere"]),
         (["--fail-under", "1.5"], ["--fail-under", "1.5", "0 to 1"]),
         (["--fail-under", "nan"], ["--fail-under", "nan", "0 to 1"]),
         (["--episodes", "0"], ["--episodes", "'0'", "at least 1"]),

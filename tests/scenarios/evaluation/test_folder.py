@@ -55,6 +55,66 @@ def test_a_checkpoint_is_known_by_what_is_in_it(tmp_path):
         open_folder(tmp_path / "out", [arm])
 
 
+MINE = arm_from_text("mine=scripted+my_policy:make")
+
+
+def written(folder, files):
+    for name, code in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(code)
+
+
+@pytest.mark.parametrize(
+    ("files", "edited"),
+    [
+        ({"my_policy.py": "make = 1"}, "my_policy.py"),
+        (
+            {"my_policy/__init__.py": "make = 1", "my_policy/nets/deep.py": "a"},
+            "my_policy/nets/deep.py",
+        ),
+        ({"my_policy/policy.py": "make = 1"}, "my_policy/policy.py"),
+    ],
+    ids=["a module", "a package", "a folder without __init__.py"],
+)
+def test_a_users_policy_is_known_by_its_code(tmp_path, monkeypatch, files, edited):
+    monkeypatch.syspath_prepend(tmp_path)
+    written(tmp_path, files)
+    open_folder(tmp_path / "out", [FIRST, MINE])
+    open_folder(tmp_path / "out", [FIRST, MINE])
+    written(tmp_path, {edited: "other code"})
+    with pytest.raises(BadInputError, match="arm 'mine' was another one"):
+        open_folder(tmp_path / "out", [FIRST, MINE])
+    open_folder(tmp_path / "out", [FIRST])
+
+
+def test_a_policy_of_a_module_without_a_file_is_refused(tmp_path):
+    with pytest.raises(BadInputError, match="the module sys has no file"):
+        open_folder(tmp_path, [arm_from_text("mine=scripted+sys:getsizeof")])
+
+
+def test_a_folder_that_does_not_tell_the_code_of_a_users_policy_is_refused(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    written(tmp_path, {"my_policy.py": "make = 1"})
+    open_folder(tmp_path / "out", [MINE])
+    path = tmp_path / "out" / MANIFEST
+    manifest = json.loads(path.read_text())
+    del manifest["arms"]["mine"]["controller code"]
+    path.write_text(json.dumps(manifest))
+    with pytest.raises(BadInputError, match="arm 'mine' was another one"):
+        open_folder(tmp_path / "out", [MINE])
+
+
+def test_a_language_model_is_known_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.setenv("CALOT_LLM_URL", "https://host/v1")
+    arm = arm_from_text("talker=llm+expert")
+    for model in ("small", "small"):
+        monkeypatch.setenv("CALOT_LLM_MODEL", model)
+        open_folder(tmp_path, [arm])
+    monkeypatch.setenv("CALOT_LLM_MODEL", "large")
+    with pytest.raises(BadInputError, match="arm 'talker' was another one"):
+        open_folder(tmp_path, [arm])
+
+
 def test_an_episode_recorded_to_its_end_is_finished_and_read_back(tmp_path):
     whole, broken, missing = plan("nominal", arms=(FIRST,), seeds=range(3)).due({})
     result = episode(whole, passed=False, chance=0.3)

@@ -14,6 +14,7 @@ from scenarios.evaluation.page.whole import page
 from scenarios.evaluation.report import document, lowest_pass_rate, report_of
 from scenarios.evaluation.statistics.comparison import compare
 from scenarios.evaluation.terminal_tables import tables
+from scenarios.evaluation.words import end_of, held
 from scenarios.files.strict_json import dumps
 from scenarios.loop.results import CallResult, episode_from, summarise
 from scenarios.recording.reasons import CALLED_LATE, NOT_HOLDING, in_detail, reason
@@ -157,6 +158,61 @@ def test_a_ladder_tells_between_which_magnitudes_an_arm_breaks():
     assert (climbs["latency"].held, climbs["latency"].breaking) == (None, 8.0)
 
 
+def climb_of(judge, axis="dye", seeds=range(10)):
+    """Return how far the first arm climbed a ladder, and both rows of the terminal's table."""
+    ladders = plan("perturbation", arms=(FIRST,), seeds=seeds)
+    found = report_of(ladders, results_of(ladders, judge), NOWHERE)
+    (climb,) = (c for c in found.arms["first"].suites["perturbation"].climbs if c.axis == axis)
+    return climb, held(climb), end_of(climb)
+
+
+def test_a_climb_that_is_not_finished_claims_nothing_of_what_has_not_run():
+    """Nothing ran; one patient of ten failed; one rung held and the next was begun."""
+    climb, *told = climb_of(lambda case: None)
+    assert (climb.held, climb.breaking, climb.finished, told) == (
+        None,
+        None,
+        False,
+        ["–", "not finished"],
+    )
+    _, *told = climb_of(lambda case: episode(case, passed=False) if case.seed == 0 else None)
+    assert told == ["–", "not finished"]
+
+    def begun(case: Case):
+        if (case.condition.magnitude or 0.0) <= 0.125:
+            return episode(case)
+        return episode(case, passed=False) if case.seed == 0 else None
+
+    climb, *told = climb_of(begun)
+    assert (climb.held, climb.breaking, told) == (0.125, None, ["0.125", "not finished"])
+
+
+def test_a_rung_of_errors_alone_neither_holds_nor_breaks():
+    climb, *told = climb_of(lambda case: replace(episode(case), success=False, error="why"))
+    assert (climb.held, climb.breaking, told) == (None, None, ["–", "not finished"])
+
+
+def test_a_climb_is_finished_where_it_broke_was_declined_or_held_at_the_top():
+    assert climb_of(episode)[1:] == ("1", "holds")
+    assert climb_of(lambda case: episode(case, passed=False))[1:] == ("nothing", "breaks at 0.125")
+    assert climb_of(declines, seeds=range(0, 10, 2))[1:] == ("nothing", "calls at 0.125")
+
+
+def test_no_pass_rate_is_pooled_over_ladders():
+    climbing = plan("perturbation", "nominal", arms=(FIRST,))
+    found = report_of(climbing, results_of(climbing, judge), NOWHERE)
+    html, text = page(found, MADE_WITH), in_text(found)
+    assert re.search("<div class='card.*9 of 10 in nominal.*</div>", html)
+    assert "Means in nominal:" in html
+    rates = text.partition("how far each can go")[0]
+    assert "9 of 10" in rates
+    assert "perturbation" not in rates
+    alone = plan("perturbation", arms=(FIRST,))
+    html = page(report_of(alone, results_of(alone, judge), NOWHERE), MADE_WITH)
+    assert "scripted planner, expert controller</span></div>" in html  # a card without a rate
+    assert "Beside SRT-H" not in html
+
+
 def test_two_suites_with_the_same_ladder_tell_each_its_own_climb():
     def dyed_in_one_suite(case: Case):
         return episode(
@@ -185,21 +241,32 @@ def test_the_reason_is_the_first_thing_that_went_wrong():
     case = plan("nominal").due({})[0]
     passed, failed = episode(case), episode(case, passed=False)
     assert reason(passed) is None
-    assert reason(failed) == "injury: force on the liver"
+    assert reason(failed) == "injury: liver force"
     unhurt = replace(failed, injuries=())
-    assert reason(unhurt) == "not done in time: going back first clip right tube"
+    assert reason(unhurt) == "not done: going back first clip right tube"
     assert reason(replace(passed, success=False)) == NOT_HOLDING
     assert reason(replace(failed, error="ValueError")) is None
     assert in_detail(passed).startswith("passed in ")
-    assert in_detail(failed).startswith("failed: force on the liver")
+    assert in_detail(failed).startswith("failed: liver force")
     assert "31.0 s (2.4, limit 2)" in in_detail(failed)
-    assert "90 s at going back first clip right tube" in in_detail(unhurt)
+    undone = "failed: going back first clip right tube not done"
+    assert in_detail(unhurt) == f"{undone}; 90 s at going back first clip right tube"
+    quick = replace(unhurt, tasks=(*unhurt.tasks[:-1], replace(unhurt.tasks[-1], time_s=12.0)))
+    assert in_detail(quick) == undone  # the episode ended otherwise, as if both tubes were cut
 
 
-def test_the_worst_are_those_that_failed_earliest(report):
-    found = report.arms["first"].worst
-    assert {episode.seed for episode in found} == {0}
-    assert all("liver" in episode.outcome for episode in found)
+def test_the_worst_are_those_that_failed_earliest():
+    def judge(case: Case):
+        """Fail after as many tasks as the seed says; seed 3 passes, and 4 slowly."""
+        made = episode(case, passed=case.seed > 2)
+        if case.seed > 2:
+            return replace(made, procedure_time_s=100.0 * case.seed)
+        return replace(made, tasks=made.tasks[: 5 + case.seed])
+
+    some = plan("nominal", arms=(FIRST,), seeds=range(5))
+    worst = report_of(some, results_of(some, judge), NOWHERE).arms["first"].worst
+    assert [episode.seed for episode in worst] == [0, 1, 2, 4, 3]
+    assert all(("liver" in episode.outcome) == (episode.seed < 3) for episode in worst)
 
 
 def test_the_lowest_pass_rate_leaves_ladders_out():

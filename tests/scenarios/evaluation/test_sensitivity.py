@@ -11,6 +11,11 @@ from scenarios.evaluation.report import report_of
 from scenarios.evaluation.statistics.sensitivity import FACTORS, passes, sensitivity, threshold_of
 from scenarios.loop.results import CallResult, InjuryResult, PeakResult, summarise
 from tests.scenarios.evaluation.made_up import MADE_WITH, NOWHERE, episode, plan, results_of
+from tissue_sim.patient.variants import patient_of
+from tissue_sim.surgery import abuses, injuries
+from tissue_sim.surgery.injury import LimitReading
+from tissue_sim.surgery.tear import worst_load
+from tissue_sim.world import World
 
 COMPLETE = replace(episode(plan("nominal").due({})[0]), peaks=())
 LIMITS = {"crush of duct": 2.5, "crush of artery": 2.5, "blunt force": 1.5, "traction": 5.0}
@@ -36,6 +41,35 @@ def with_demands(demands, *, complete=True):
 def test_at_the_limits_themselves_an_episode_passes_if_it_did(demands, complete):
     result = with_demands(demands, complete=complete)
     assert all(passes(result, threshold_of(e), 1.0) == result.success for e in LIMITS)
+
+
+def all_readings(patient: str) -> tuple[LimitReading, ...]:
+    """Return every quantity that is limited in every step, as it is before anything moves."""
+    world = World()
+    world.reset(patient_of(20_000, patient))
+    world.tissue.load_walls()
+    loads = [worst_load(world.tubes, tube) for tube in world.organ.hollow]
+    r = world.record
+    return (
+        *injuries.wall_loads(world, loads),
+        *injuries.other_readings(world, r, r.grasp, 0.0),
+        *abuses.readings(world, r, 0.0),
+    )
+
+
+def test_at_the_limits_themselves_no_injury_is_forgiven_whatever_else_is_named_alike():
+    readings = all_readings("two-arteries")
+    peaks = tuple(PeakResult(event=r.event, value=0.0, limit=r.limit) for r in readings if r.limit)
+    for reading in readings:
+        injury = InjuryResult(
+            event=reading.event, time_s=1.0, value=2.0 * reading.limit + 1.0, limit=reading.limit
+        )
+        beyond = tuple(
+            replace(p, value=injury.value) if p.event == injury.event else p for p in peaks
+        )
+        hurt = replace(COMPLETE, success=False, injuries=(injury,), peaks=beyond)
+        names = {threshold_of(peak.event) for peak in peaks}
+        assert not [name for name in names if passes(hurt, name, 1.0)], reading.event
 
 
 @given(demands=DEMANDS)

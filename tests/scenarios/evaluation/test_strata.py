@@ -30,14 +30,14 @@ def results():
 
 def test_every_episode_is_in_one_stratum_of_each_property(results):
     whole = summarise(list(results.values()))
-    for prop, found in strata(results.values()).items():
+    for prop, found in strata(results).items():
         assert tuple(found) == NAMES[prop]
         for count in ("episodes", "passed", "errors"):
             assert sum(getattr(s, count) for s in found.values()) == getattr(whole, count)
 
 
 def test_the_stratum_that_fails_is_found(results):
-    found = strata(results.values())["duct length"]
+    found = strata(results)["duct length"]
     short = found["under 12 mm"]
     assert (short.passed, short.pass_rate) == (0, 0.0)
     assert short.episodes > 5
@@ -61,6 +61,19 @@ def test_the_scenario_decides_whose_anatomy_it_is():
     duct_m = textbook_from_seed(3).duct_length_m
     assert places(3, "textbook")["duct length"] == "20 to 40 mm"
     assert 0.020 <= duct_m < 0.040
+
+
+def test_the_perturbation_alters_whose_anatomy_it_is():
+    own, short = places(3, "textbook"), places(3, "short-tubes", 1.0)
+    assert (own["artery length"], own["stiffness"]) == ("25 mm or more", "medium")
+    assert (short["duct length"], short["artery length"]) == ("under 12 mm", "under 10 mm")
+    assert places(3, "stiff-tissue")["stiffness"] == "stiff"
+    assert places(3, "short-tubes", 0.0) == own
+    some = plan("short-tubes", arms=(FIRST,), seeds=[3])
+    (altered,) = some.due({})
+    found = strata({altered: episode(altered)})
+    (of_length,) = [name for name, s in found["artery length"].items() if s.episodes]
+    assert of_length == places(3, "short-tubes")["artery length"] == "15 to 25 mm"
 
 
 def test_every_variant_of_the_population_has_a_stratum():

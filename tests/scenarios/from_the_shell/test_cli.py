@@ -57,10 +57,16 @@ HEAVY = (
         (["run", "--video", "view.avi"], ["--video", "view.avi", ".mp4"]),
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
         (["view", "--port", "58080", "--say-port", "58080"], ["--port", "--say-port is the same"]),
+        (["view", "--cameras", "ceiling"], ["--cameras", "ceiling", "wrist_left"]),
         (["run", "--overlay"], ["--overlay", "--video FILE.mp4"]),
         (["run", "--captions"], ["--captions", "--video FILE.mp4"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
         (["train", "controller", "--steps", "-5"], ["--steps", "'-5'", "at least 1"]),
+        (["train", "controller", "--leave-out", "zoo"], ["'zoo'", "nominal", "intervention"]),
+        (
+            ["train", "controller", "--leave-out", "intervention", "--data", "none"],
+            ["none: there is no dataset"],
+        ),
         (["evaluate", "--suite", "zoo"], ["--suite", "'zoo'", "nominal", "grasp-slip"]),
         (
             ["evaluate", "--suite", "registration", "--arms", "a=learned+diffusion,sense=exact"],

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from planner.instruction import TASKS
-from scenarios.loop.results import read_results
 from scenarios.recording.recorder import load
+from tests.scenarios.example_results import read_results
 from tests.scenarios.procedures import SEED_BY_COMMAND
 from tissue_sim.patient.textbook import textbook_from_seed
 

@@ -6,9 +6,8 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.commands import run
-from scenarios.loop.results import read_results
 from scenarios.recording.attempt import Attempt
-from tests.scenarios.example_results import PASSED
+from tests.scenarios.example_results import PASSED, read_results
 
 BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 IDLE = ["run", "--controller", "idle", "--planner", "scripted"]

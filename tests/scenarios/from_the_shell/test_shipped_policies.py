@@ -14,7 +14,7 @@ from scenarios.catalogue import WITNESS
 from scenarios.cli import main
 from scenarios.commands.options.policy_option import say_who_acts
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.results import read_results
+from tests.scenarios.example_results import read_results
 from tissue_sim.version import WORLD_VERSION
 
 MOST_BYTES = 20_000_000

@@ -81,6 +81,10 @@ def test_a_controller_learns_from_pictures_and_moves_the_arms(tmp_path, capfd):
     _ = capfd.readouterr()
     said = complaint(capfd, "run", "--controller", "pixels", "--checkpoint", str(path))
     assert "name endoscope_left with --cameras" in said
+    arm = f"mine=scripted+pixels,checkpoint={path}"
+    said = complaint(capfd, "evaluate", "--arms", "scripted+expert", arm)
+    assert said.startswith("calot: --arms mine: ,checkpoint=: ")
+    assert "name endoscope_left with ,cameras=, too" in said
 
 
 def test_training_goes_on_from_a_checkpoint_and_keeps_its_normalisation(checkpoint, data, tmp_path):

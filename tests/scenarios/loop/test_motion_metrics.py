@@ -9,10 +9,10 @@ import pytest
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.metrics.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
-from scenarios.loop.results import TaskResult, read_results, write_results
+from scenarios.loop.results import TaskResult, write_results
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin
-from tests.scenarios.example_results import PASSED
+from tests.scenarios.example_results import PASSED, read_results
 
 DT_S = 1 / 30
 

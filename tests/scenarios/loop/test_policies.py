@@ -9,10 +9,10 @@ from scenarios.catalogue import CONTROLLERS, PLANNERS, WITNESS
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.policies import make_controller, make_planner, reads_hidden_state
-from scenarios.loop.results import read_results
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import run_episode
+from tests.scenarios.example_results import read_results
 from tests.worlds import textbook_world
 
 SEED = 10_002

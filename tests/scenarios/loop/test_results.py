@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from controller.safety.ledger import Entry
 from scenarios.files.wilson import wilson_interval
-from scenarios.loop.results import SafetyResult, read_results, summarise, write_results
-from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED
+from scenarios.loop.results import SafetyResult, summarise, write_results
+from tests.scenarios.example_results import CALLED, ERROR, FAILED, NEEDLESS, PASSED, read_results
 
 
 def test_an_error_is_counted_apart_and_leaves_the_pass_rate_alone():

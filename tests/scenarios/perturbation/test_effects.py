@@ -1,5 +1,7 @@
 """Tests of each kind of perturbation, measured on the world."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -8,6 +10,8 @@ import pytest
 from planner.instruction import TASKS
 from scenarios.catalogue import CONTROLLERS
 from scenarios.perturbation.breathing import PERIOD_S
+from scenarios.perturbation.effects import Effects
+from scenarios.perturbation.manual import MANUAL, NUDGE_S
 from scenarios.perturbation.out_of_range import (
     LargeGallbladder,
     ShortTubes,
@@ -16,11 +20,16 @@ from scenarios.perturbation.out_of_range import (
     WideTubes,
 )
 from scenarios.perturbation.perturbation import AtTask, AtTime
-from tests.scenarios.perturbation.episodes import disturbed, perturbation
+from scenarios.perturbation.slips import GRASP_SLIPS_S
+from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
+from tests.worlds import textbook_world
 from tissue_sim.frames import inverse_pose, rotation_vector
 from tissue_sim.outcome.predicates import gallbladder_held
 from tissue_sim.patient.anatomy import RANGES, WIDEST_TUBE, anatomy_from_seed
 from tissue_sim.patient.axes import UP
+from tissue_sim.patient.population import LAWS
+from tissue_sim.patient.textbook import TEXTBOOK, textbook_from_seed
+from tissue_sim.world import World
 
 WAVES = "tests.scenarios.perturbation.waving_controller:ControllerWaves"
 FLOAT32_M = 2e-8
@@ -37,6 +46,36 @@ def test_breathing_moves_the_fixed_ends_as_a_sine(monkeypatch):
         moved = episode.world.tissue.positions()[fixed] - at_rest
         expected = np.tile(amplitude_m * np.sin(phase) * UP, (len(moved), 1))
         np.testing.assert_allclose(moved, expected, atol=FLOAT32_M)
+
+
+def passing(world: World, seconds: float) -> Iterator[None]:
+    """Yield once a control step while the clock runs and nothing else happens."""
+    for _ in range(round(seconds / world.config.control_step_s)):
+        yield
+        time_s = world.record.time_s + world.config.control_step_s
+        world.record = replace(world.record, time_s=time_s)
+
+
+def offsets_m(*perturbations):
+    """Return where these perturbations alone want the body in each step of four seconds."""
+    world, effects = textbook_world(SEED), Effects(perturbations, SEED)
+    wanted = []
+    for _ in passing(world, 4.0):
+        effects.before_step(world, TASKS[0])
+        wanted.append(world.body.target_m.copy())
+    return np.array(wanted)
+
+
+def test_two_that_move_the_body_add_up():
+    """A nudge while the patient breathes: neither hides the other, and breathing goes on after."""
+    breathing, nudge = perturbation("breathing", at=AtTime(time_s=0.5)), MANUAL["nudge the tissue"]
+    alone, pushed = offsets_m(breathing), offsets_m(nudge)
+    for both in (offsets_m(breathing, nudge), offsets_m(nudge, breathing)):
+        np.testing.assert_allclose(both, alone + pushed, atol=1e-15)
+    n = round((NUDGE_S + 0.1) * 30)
+    assert np.abs(pushed[:n]).max() == pytest.approx(nudge.magnitude, rel=0.01)
+    assert np.abs(pushed[n:]).max() < 1e-12
+    assert np.ptp(alone[n:], axis=0).max() > 0.5 * breathing.magnitude
 
 
 @pytest.mark.parametrize("delay", [1, 7])
@@ -121,6 +160,32 @@ def test_no_tube_becomes_wider_than_what_it_enters():
         moved = WideTubes(widest, rng).on_anatomy(anatomy)
         assert moved.duct_diameter_m == pytest.approx(WIDEST_TUBE * anatomy.gallbladder_width_m)
     assert narrow
+
+
+def test_each_of_several_slips_lasts_as_long_in_whatever_order_they_come():
+    """The task of the second slip comes first, as where the tubes are treated in another order."""
+    world = textbook_world(SEED)
+    effects = Effects([perturbation("grasp-slip", at=AtTask(index=k)) for k in (4, 6)], SEED)
+    slipped_s = {}
+    for k in (5, 6, 5, 4, 5):
+        for _ in passing(world, GRASP_SLIPS_S + 1.0):
+            effects.before_step(world, TASKS[k - 1])
+            slips = world.conditions.grip == 0.0
+            slipped_s[k] = slipped_s.get(k, 0.0) + slips * world.config.control_step_s
+    full = pytest.approx(GRASP_SLIPS_S, abs=1.1 * world.config.control_step_s)
+    assert slipped_s == {4: full, 5: 0.0, 6: full}
+
+
+def test_by_default_no_patient_is_in_the_range_that_the_description_names():
+    drawn = LAWS["stiffness_scale"]
+    for seed in range(10_000, 10_200):
+        anatomy, rng = textbook_from_seed(seed), np.random.default_rng(0)
+        wide = WideTubes(perturbation("wide-tubes"), rng).on_anatomy(anatomy)
+        assert wide.duct_diameter_m > TEXTBOOK["duct_diameter_m"][1]
+        assert wide.artery_diameter_m > TEXTBOOK["artery_diameter_m"][1]
+        stiff = StiffTissue(perturbation("stiff-tissue"), rng).on_anatomy(anatomy)
+        soft = SoftTissue(perturbation("soft-tissue"), rng).on_anatomy(anatomy)
+        assert soft.stiffness_scale < drawn.low < drawn.high < stiff.stiffness_scale
 
 
 def test_a_slip_loses_the_gallbladder_and_it_is_grabbed_again(monkeypatch):

@@ -60,6 +60,16 @@ def test_each_steps_time_goes_to_its_task(step):
     assert tasks[TASKS[1].index].time_s == pytest.approx(20 * STEP_S)
 
 
+def test_the_times_of_tasks_are_those_of_the_result(procedure):
+    """An exchange of tools is no time of a task, nor of the 90 s that a task may last."""
+    log = EventLog()
+    for step in procedure.steps:
+        log.note(step)
+    assert any(step.exchange for step in procedure.steps)
+    shown_s = {index: progress.time_s for index, progress in log.read().tasks.items()}
+    assert shown_s == {task.index: pytest.approx(task.time_s) for task in procedure.result.tasks}
+
+
 @pytest.mark.parametrize(("source", "corrections"), [("planner", 1), ("human", 2)])
 def test_a_correction_counts_when_it_begins_and_a_persons_each_time_it_is_said(
     step, source, corrections

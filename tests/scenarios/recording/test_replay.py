@@ -134,6 +134,30 @@ def test_an_exported_page_holds_all_it_needs(recording, tmp_path, capfd):
     assert 'src="http' not in content
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--export", "."], "--export: . is a folder; name a file"),
+        (["--export", "page.html", "--view"], "--view cannot be combined with --export"),
+    ],
+)
+def test_a_page_that_cannot_be_exported_is_refused_before_it_is_drawn(
+    recording, tmp_path, monkeypatch, capfd, words, said
+):
+    monkeypatch.chdir(tmp_path)
+    assert said in complaint(capfd, "replay", str(recording), *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_page_that_finds_no_room_is_one_line(recording, tmp_path, capfd, request):
+    page = tmp_path / "page.html"
+    request.getfixturevalue("full_disk")
+    assert main(["replay", str(recording), "--export", str(page)]) == 2
+    line = capfd.readouterr().err.splitlines()[-1]
+    assert line == f"calot: --export: cannot write {page} (File too large)"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_file_that_is_no_recording_is_refused(tmp_path, capfd):
     assert "No such file" in complaint(capfd, "replay", str(tmp_path / "none.npz"))
     (tmp_path / "text.npz").write_text("hello")

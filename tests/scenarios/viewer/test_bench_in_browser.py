@@ -2,9 +2,14 @@
 
 import pytest
 
-from scenarios.bench.viewer import bench_viewer
+from scenarios.bench.viewer import WAITS, WITHIN_S, bench_viewer, watched
 from scenarios.viewer.chromium import missing
 from tests.scenarios.viewer.sessions import SEED
+
+
+@pytest.mark.parametrize("clicks", [40, 1000])
+def test_the_watched_episode_lasts_until_the_last_click_however_long_each_takes(clicks):
+    assert watched(SEED, clicks).task_cap_s > clicks * WAITS * WITHIN_S
 
 
 @pytest.mark.browser

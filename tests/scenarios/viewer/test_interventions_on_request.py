@@ -1,5 +1,6 @@
 """Tests of saved interventions: a guided arm is one, and its frames are marked for imitation."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -18,8 +19,9 @@ from tissue_sim.tools.arms import RIGHT_ARM
 
 def test_who_leads_an_arm_in_a_hold_only_has_not_intervened_yet(tmp_path):
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002), inbox=inbox)
-    seen = InterventionsOnRequest(tmp_path, "textbook", expert=True)
+    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002)
+    episode = begin(config, inbox=inbox)
+    seen = InterventionsOnRequest(tmp_path, config)
     seen.on_reset(episode.world)
     inbox.press(COMMANDS["pause"])
     T = episode.world.arms.T_world_tool()[RIGHT_ARM]
@@ -38,8 +40,11 @@ def test_who_leads_an_arm_in_a_hold_only_has_not_intervened_yet(tmp_path):
 def test_only_the_expert_and_a_guided_arm_are_marked_for_imitation(tmp_path, expert):
     """Check 60 steps: the arms hold from step 20 to 30, a person guides one from step 40 on."""
     inbox = Inbox()
-    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002), inbox=inbox)
-    seen = InterventionsOnRequest(tmp_path, "nominal", expert=expert)
+    config = EpisodeConfig(**WITNESS, scenario="textbook", seed=10_002)
+    episode = begin(config, inbox=inbox)
+    seen = InterventionsOnRequest(
+        tmp_path, config if expert else replace(config, controller="idle")
+    )
     seen.on_reset(episode.world)
     for k, step in enumerate(islice(episode.steps(), 60), start=1):
         seen.on_step(step)

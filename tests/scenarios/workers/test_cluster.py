@@ -8,7 +8,7 @@ from importlib.util import find_spec
 import pytest
 
 from scenarios.cli import main
-from scenarios.loop.results import read_results
+from tests.scenarios.example_results import read_results
 from tests.scenarios.from_the_shell.complaint import complaint
 
 ray_needed = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed")

@@ -97,6 +97,19 @@ def test_a_worker_that_dies_twice_costs_its_episode_only(address):
     assert all(result.error is None for seed, result in results.items() if seed != 1)
 
 
+def find_no_room(config: EpisodeConfig, folder: Path) -> EpisodeResult:
+    with (folder / f"tried-{config.seed}").open("a") as file:
+        file.write("x")
+    raise OSError(28, "No space left on device")
+
+
+def test_an_error_of_the_attempt_itself_is_not_taken_for_the_end_of_the_work(tmp_path, capfd):
+    attempt = partial(find_no_room, folder=tmp_path)
+    results = list(run_side_by_side(attempt, CONFIGS[:1], 2, broken_off))
+    assert [result.error for result in results] == ["WorkerDiedError: worker died with exit code 1"]
+    assert "No space left on device" in capfd.readouterr().err
+
+
 def test_workers_that_die_once_in_an_episode_cost_nothing(address, tmp_path):
     """Check that each episode has its own second attempt."""
     attempt = partial(die_once_at_odd_seeds, folder=tmp_path)

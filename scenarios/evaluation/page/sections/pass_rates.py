@@ -1,4 +1,4 @@
-"""Pass rates with their intervals, and the figures of the episodes that passed."""
+"""Pass rates with their intervals, and figures of the episodes behind them."""
 
 from __future__ import annotations
 
@@ -32,8 +32,10 @@ def pass_rates(report: Report) -> str:
         "Bars are 95 % Wilson intervals. Episodes that broke off with an error are nobody's"
         " failures and are left out; so are those in which the planner rightly called for a person"
         " before anything irreversible was done. A call without need counts as not passed. Below:"
-        " means over the episodes that passed; path and jerk are the right tip's, altered are"
-        " events in which the safety filter changed commands.",
+        " time, path and jerk are means over the episodes that passed, the latter two of the right"
+        " tip. The others are of all that passed or failed: means of the corrections and of the"
+        " events in which the safety filter altered commands, how many had an injury, and the"
+        " smallest clearance.",
         (forest(marks) if marks else "") + table(head, 2, _figures(report)),
     )
 
