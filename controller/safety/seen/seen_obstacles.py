@@ -100,12 +100,14 @@ def trunk_line(points: Array, branch: Array, radius_m: float) -> Array:
     """Return a smooth line (`FINE` + 1, 3) through points (4, 3) of a structure at risk.
 
     It also passes under the branch's first point, which lies on its wall: the branch may draw it
-    out there. A cubic spline over the chords' length.
+    out there. A cubic spline over the chords' length; where all is seen in one place, that place.
     """
     along = unit(points[2] - points[1])
     leaves = branch[1] - branch[0]
     under = branch[0] - radius_m * unit(leaves - (leaves @ along) * along)
     kept = points[np.linalg.norm(points - under, axis=1) > BESIDE_M]
+    if not len(kept):
+        return np.repeat(under[None], len(_EVENLY), axis=0)
     whole = np.concatenate([kept, under[None]])
     whole = whole[np.argsort((whole - points[0]) @ (points[3] - points[0]))]
     chords = np.linalg.norm(np.diff(whole, axis=0), axis=1)

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from controller.safety.obstacles import Capsules, surroundings_of
-from controller.safety.seen.seen_obstacles import MOST_M, UNSURE, ObstaclesSeen, lines_seen
+from controller.safety.seen.seen_obstacles import (
+    BESIDE_M,
+    FINE,
+    MOST_M,
+    UNSURE,
+    ObstaclesSeen,
+    lines_seen,
+    trunk_line,
+)
 from tests.worlds import textbook_world
 from tissue_sim.patient.at_risk import AT_RISK
 from tissue_sim.patient.organ import TUBES
@@ -58,6 +66,15 @@ def test_no_capsule_of_a_severed_tube_spans_its_cut(world):
     assert len(start) == len(ends(whole, "duct")[0]) + 1
     assert np.linalg.norm(end - start, axis=1).max() < 0.6 * gap_m
     world.restore(state)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_structure_at_risk_that_is_seen_in_one_place_is_there():
+    points, radius_m = 0.0005 * np.outer(np.arange(4), [1.0, 0.0, 0.0]), 0.003
+    branch = np.array([[0.0, 0.0, radius_m], [0.0, 0.0, 2.0 * radius_m]])
+    line = trunk_line(points, branch, radius_m)
+    assert len(line) == FINE + 1
+    assert np.linalg.norm(line[:, None] - points, axis=-1).max() < BESIDE_M
 
 
 def test_the_liver_moves_with_the_body(world):
