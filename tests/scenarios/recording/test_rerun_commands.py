@@ -16,7 +16,7 @@ from tests.scenarios.interfered import record
 SEED = 10_000
 
 
-UNDISTURBED = pytest.param("nominal", marks=pytest.mark.slow)
+UNDISTURBED = pytest.param("textbook", marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="module", params=[UNDISTURBED, "breathing", "wrong-tube"])
