@@ -8,7 +8,7 @@ theory and applications", 2019, in discrete time); if there is none, both arms h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -50,6 +50,21 @@ class Allowed:
     standstill: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What is left of a motion.
+
+    Attributes:
+        motion: (14,).
+        broken: by how much the motion that was asked for breaks each limit, by its name.
+        overridden: names of the interlocks that it breaks and a person set aside.
+    """
+
+    motion: Array
+    broken: dict[str, float]
+    overridden: tuple[str, ...]
+
+
 class SafetyFilter:
     """The safety filter of one patient and one robot.
 
@@ -86,64 +101,69 @@ class SafetyFilter:
             raise ValueError(f"safety filter: joints must be (2, 7), got {asked.shape}")
         if not (np.abs(asked) < FAR).all():  # NaN is not less
             self.restart()
-            entry = Entry(
-                time_s=seen.time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True
-            )
-            return Allowed(joints=start, entry=entry, clearance_m=np.inf)
+            return _refused(start, seen.time_s)
         if instruction.speed != 1.0:
             asked = start + instruction.speed * (asked - start)
         asked = self._way_out.lead(start, asked, instruction.task, seen)
         backing = self._way_out.backing
         situation = self._sense.see(start, self.rate, asked, instruction, seen)
-        bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
-        aside = {lock.name: bounds.pop(lock.name) for lock in self._set_aside(instruction)}
-        kept, motion = AllBounds(bounds), situation.motion
-        broken = kept.broken(motion)
-        overridden = AllBounds(aside).broken(motion) if aside else ()
-        if broken:
-            motion = self._nearest(motion, situation.arms.weight, kept)
-        share = 0.0 if motion is None else self._sense.safe_share(situation, motion)
-        if share < 1.0 and motion is not None:
-            broken["keep-out: on the way"] = 1.0 - share
-        moved = np.zeros(N_MOTION) if motion is None else share * motion
-        joints = start + moved.reshape(2, 7) if broken else asked
+        kept = self._kept(situation)
+        joints = start + kept.motion.reshape(2, 7) if kept.broken else asked
         self.rate = (joints - start) / self._control_step_s
         tips = situation.arms.tip_jacobian
-        self._way_out.note(_tips_m(tips, situation.motion), _tips_m(tips, moved))
+        self._way_out.note(_tips_m(tips, situation.motion), _tips_m(tips, kept.motion))
         if backing is not None:
-            broken = {f"standstill: {ARMS[backing]} arm backs off": 0.0, **broken}
+            why = f"standstill: {ARMS[backing]} arm backs off"
+            kept = replace(kept, broken={why: 0.0, **kept.broken})
         return Allowed(
             joints=joints,
-            entry=_entry(situation, moved, broken, tuple(overridden), seen.time_s),
+            entry=_entry(situation, kept, seen.time_s),
             clearance_m=_clearance_m(situation),
             standstill=self._way_out.calls,
         )
+
+    def _kept(self, situation: Situation) -> _Kept:
+        """Return the nearest motion that keeps all bounds, as far as its way is free."""
+        bounds = {rule.name: rule.bounds(situation) for rule in (*self._limits, *self._interlocks)}
+        set_aside = self._set_aside(situation.instruction)
+        aside = {lock.name: bounds.pop(lock.name) for lock in set_aside}
+        in_force, motion = AllBounds(bounds), situation.motion
+        broken = in_force.broken(motion)
+        overridden = tuple(AllBounds(aside).broken(motion)) if aside else ()
+        if broken:
+            motion = self._nearest(motion, situation.arms.weight, in_force)
+        if motion is None:
+            return _Kept(motion=np.zeros(N_MOTION), broken=broken, overridden=overridden)
+        share = self._sense.safe_share(situation, motion)
+        if share < 1.0:
+            broken["keep-out: on the way"] = 1.0 - share
+        return _Kept(motion=share * motion, broken=broken, overridden=overridden)
 
     def _set_aside(self, instruction: Instruction) -> list[Limit]:
         return [lock for lock in self._interlocks if lock.name in instruction.overrides]
 
 
-def _entry(
-    situation: Situation,
-    moved: Array,
-    broken: dict[str, float],
-    overridden: tuple[str, ...],
-    time_s: float,
-) -> Entry | None:
-    if not overridden and _is_no_event(situation, broken):
+def _refused(start: Array, time_s: float) -> Allowed:
+    """Return the answer to a command that is no joints: both arms hold."""
+    entry = Entry(time_s=time_s, limits=(f"command: not finite, or over {FAR:g}",), held=True)
+    return Allowed(joints=start, entry=entry, clearance_m=np.inf)
+
+
+def _entry(situation: Situation, kept: _Kept, time_s: float) -> Entry | None:
+    if not kept.overridden and _is_no_event(situation, kept.broken):
         return None
-    change = moved - situation.motion
+    change = kept.motion - situation.motion
     tips = _tips_m(situation.arms.tip_jacobian, change)
-    kept_off = any(name.startswith(KEEP_OUT) for name in broken)
+    kept_off = any(name.startswith(KEEP_OUT) for name in kept.broken)
     return Entry(
         time_s=time_s,
-        limits=tuple(broken),
-        margin=next(iter(broken.values()), 0.0),
+        limits=tuple(kept.broken),
+        margin=next(iter(kept.broken.values()), 0.0),
         nearest_m=_clearance_m(situation) if kept_off else None,
         change_m=sqrt((tips * tips).sum(axis=1).max()),
         change_rad=float((np.abs(change) * TURNING).max()),
-        held=not moved.any(),
-        overridden=overridden,
+        held=not kept.motion.any(),
+        overridden=kept.overridden,
     )
 
 
