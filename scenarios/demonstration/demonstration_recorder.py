@@ -71,8 +71,13 @@ class DemonstrationRecorder:
         """Return all frames so far as columns, by the names of `schema.demonstrated`.
 
         Another thread may add steps meanwhile; their frames are left out.
+
+        Raises:
+            ValueError: there is no frame yet.
         """
         frames = list(self._frames)
+        if not frames:
+            raise ValueError(f"the procedure of seed {seed} ended before its first frame")
         n = len(frames)
         corrections, flags = self._labels(frames)
         numbers = np.arange(n)

@@ -19,6 +19,8 @@ from scenarios.demonstration.interjections import PlannerInterjecting, is_harmle
 from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.turns import expert_acts
 from tests.scenarios.calling import PlannerCalls
+from tissue_sim.outcome.room import why_call
+from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.sensing.observation import encoded_and_tissue
 
 SEED, ROOMY = 10_001, 10_030
@@ -155,6 +157,12 @@ def test_a_call_is_passed_on_without_a_correction(nominal):
     for time_s in np.arange(0.0, 100.0):
         now = replace(seen, time_s=time_s)
         assert planner.plan(now) == calls.plan(now)
+
+
+def test_a_procedure_in_which_a_person_is_called_at_once_has_nothing_to_keep(tmp_path):
+    assert why_call(anatomy_from_seed(902))
+    with pytest.raises(ValueError, match="seed 902 ended before its first frame"):
+        run(PlannedDemonstration(seed=902, kind="order", noise=False), tmp_path / "part.parquet")
 
 
 @pytest.mark.slow
