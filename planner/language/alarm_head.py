@@ -17,7 +17,7 @@ from safetensors.numpy import save as to_bytes
 
 from planner.language.phrases import normalised
 from planner.language.sentence_encoder import embed
-from planner.learning.whole_file import write_whole
+from planner.learning.atomic_write import write_atomic
 from tissue_sim.frames import Array
 
 SHIPPED = Path(__file__).with_name("alarm_head.safetensors")
@@ -61,7 +61,7 @@ def fit(rows: Array, warns: Array) -> Array:
 
 def save(weights: Array, path: Path = SHIPPED) -> None:
     """Write weights (385,)."""
-    write_whole(path, to_bytes({"weights": weights.astype(np.float32)}))
+    write_atomic(path, to_bytes({"weights": weights.astype(np.float32)}))
 
 
 @cache

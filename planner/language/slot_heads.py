@@ -16,7 +16,7 @@ from safetensors.numpy import save as to_bytes
 
 from planner.command import COMMANDS, Command
 from planner.language.slots import SLOTS, Filled, candidates
-from planner.learning.whole_file import write_whole
+from planner.learning.atomic_write import write_atomic
 
 SHIPPED = Path(__file__).with_name("slot_heads.safetensors")
 NOTHING = "nothing"
@@ -80,7 +80,7 @@ def _softmax(logits: np.ndarray) -> np.ndarray:
 def save(path: Path, heads: SlotHeads) -> None:
     """Write the heads."""
     thresholds = {k: f"{least:.3f}" for k, least in heads.thresholds.items()}
-    write_whole(path, to_bytes(dict(heads.weights), thresholds))
+    write_atomic(path, to_bytes(dict(heads.weights), thresholds))
 
 
 def load(path: Path = SHIPPED) -> SlotHeads:

@@ -13,7 +13,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
-from planner.learning.whole_file import write_whole
+from planner.learning.atomic_write import write_atomic
 
 Config = TypeVar("Config")
 Model = TypeVar("Model", bound=nn.Module)
@@ -60,7 +60,7 @@ class Checkpoints(Generic[Config, Model]):
         """Write a model atomically; its weights in half precision, which halves the file."""
         config = json.dumps(asdict(self.config_of(model)))  # pyright: ignore[reportArgumentType]
         said = {"config": config, "fits": json.dumps(dict(self.fits))}
-        write_whole(path, save(_kept(model), said))
+        write_atomic(path, save(_kept(model), said))
 
     def load(self, path: str | Path | None = None) -> Model:
         """Return the model of a file, by default of the one shipped, ready for inference.

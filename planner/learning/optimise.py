@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -12,6 +13,8 @@ from typing import TypeVar, cast
 
 import torch
 from torch import Tensor, nn
+
+from planner.learning.atomic_write import write_atomic
 
 STATE_FILE, LOG_FOLDER = "training.pt", "tensorboard"
 GRADIENT_MAX = 1.0
@@ -134,9 +137,9 @@ def _save(
     state = {name: part.state_dict() for name, part in parts.items()}
     state |= {"chance": chance.get_state(), "config": asdict(config), "digest": digest}
     state |= {"device": str(chance.device), "step": step}
-    partial = path.with_suffix(".partial")
-    torch.save(state, partial)
-    partial.replace(path)
+    content = io.BytesIO()
+    torch.save(state, content)
+    write_atomic(path, content.getvalue())
 
 
 def _resume(path: Path, parts: dict, chance: torch.Generator, config: Schedule, digest: str) -> int:

@@ -111,8 +111,13 @@ class PlannerOverridden:
         """Take in what a person said; the reply says what comes of it."""
         agreed = self._offered if reading.agrees else None
         if agreed is not None:
-            said = {"command": agreed.command, "size_m": agreed.size_m, "side": agreed.side}
-            reading = replace(reading, confidence=1.0, **said)
+            reading = replace(
+                reading,
+                confidence=1.0,
+                command=agreed.command,
+                size_m=agreed.size_m,
+                side=agreed.side,
+            )
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
         self.standing.forbid(reading.forbids, observation)
         if reading.speed:

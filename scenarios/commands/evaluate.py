@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from rich.console import Console
 from tyro.conf import arg
 
+from planner.learning.atomic_write import write_atomic
 from scenarios.catalogue import SENSE_OF
 from scenarios.commands.options.arguments import at_least, number, some_arms, some_of
 from scenarios.commands.options.cluster_option import require_cluster
@@ -25,7 +26,6 @@ from scenarios.commands.options.policy_option import (
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
-from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.strict_json import dumps, plain

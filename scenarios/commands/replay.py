@@ -128,7 +128,7 @@ class Replay:
         return _verdict(recording)
 
     def _export(self, page: Path) -> int:
-        from scenarios.files.atomic_write import write_atomic
+        from planner.learning.atomic_write import write_atomic
         from scenarios.viewer.export import EVERY, export
 
         recording = _frames_of(self.files[0], every=EVERY)

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.learning.atomic_write import write_atomic
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.mix import (
     CORRECTION,
@@ -20,7 +21,6 @@ from scenarios.demonstration.mix import (
     TURNS,
     PlannedDemonstration,
 )
-from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
 

@@ -13,11 +13,11 @@ from controller.dataset.dataset_episode import DatasetEpisode as Demonstrated
 from controller.dataset.dataset_episode import Header
 from controller.dataset.merge import merge
 from controller.dataset.part import part_bytes
+from planner.learning.atomic_write import write_atomic
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
 from scenarios.demonstration.mix import INTERVENTION
-from scenarios.files.atomic_write import write_atomic
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
 from scenarios.loop.episode_config import EpisodeConfig

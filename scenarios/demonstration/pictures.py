@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.learning.atomic_write import write_atomic
 from scenarios.demonstration.demonstrate import (
     DemonstrationOutcome,
     begun,
@@ -38,7 +39,6 @@ from scenarios.demonstration.mix import (
     TRAINING_SEEDS,
     PlannedDemonstration,
 )
-from scenarios.files.atomic_write import write_atomic
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
 from tissue_sim.version import WORLD_VERSION

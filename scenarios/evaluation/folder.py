@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from planner.learning.atomic_write import write_atomic
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
-from scenarios.files.atomic_write import write_atomic
 from scenarios.files.errors import BadInputError
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.versions import source_digest, versions

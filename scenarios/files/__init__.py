@@ -1,1 +1,1 @@
-"""How do results get to disk? Atomically, as strict JSON, with versions."""
+"""How do results get to disk? As strict JSON, with versions."""

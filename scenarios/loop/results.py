@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from controller.safety.ledger import Entry
-from scenarios.files.atomic_write import write_atomic
+from planner.learning.atomic_write import write_atomic
 from scenarios.files.strict_json import dumps
 from scenarios.files.versions import versions
 from scenarios.files.wilson import wilson_interval

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.files.atomic_write import write_atomic
+from planner.learning.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer

@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from controller.safety.ledger import Ledger
-from scenarios.files.atomic_write import write_atomic
+from planner.learning.atomic_write import write_atomic
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.versions import versions

@@ -95,7 +95,7 @@ class Windows:
 
     Attributes:
         texts: all instruction texts in the windows.
-        digest: of the states, actions and texts, in hex; `free` and `near` follow from these.
+        digest: of the states, actions and texts, in hex; not of `free` and `near`.
 
     Raises:
         ValueError: there is no window.

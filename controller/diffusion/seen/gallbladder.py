@@ -13,7 +13,7 @@ from controller.diffusion.seen.places import UPPER, Places
 from tissue_sim.sensing.observation import SAC_POINTS
 from tissue_sim.sensing.tissue_features import foot
 
-HIGH = tuple(UPPER.values())
+HIGH = tuple(UPPER.values())  # rows of `Places`
 THICK_M = 0.01
 ROOM_M = 0.004  # scale of what is free beside a place: about half a jaw's width
 

@@ -19,7 +19,7 @@ from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.clip_size import CLIP_LENGTH_M
 from tissue_sim.tools.instruments import INSTRUMENTS
 
-LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])
+LOW = (FIRST[USUAL_CLIPS], SECOND, FIRST[FEWEST_CLIPS])  # rows of `Places`
 APPLIER = INSTRUMENTS["clip_applier"]
 FINGER_M = APPLIER.yaw_to_tip_m - APPLIER.finger_start_m
 OFFS_M = (0.0, OFF_CENTRE_M, -OFF_CENTRE_M)  # along the tool's y, in the expert's order
