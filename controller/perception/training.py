@@ -100,7 +100,8 @@ def train_view(
         config,
         out,
         digest,
-        save=lambda model: torch.save(model.state_dict(), out / WEIGHTS_FILE),
+        out / WEIGHTS_FILE,
+        lambda path, model: torch.save(model.state_dict(), path),
     )
 
 

@@ -107,7 +107,8 @@ def train(
         config,
         out,
         data.digest,
-        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
+        out / CHECKPOINT_FILE,
+        CHECKPOINTS.save,
     )
 
 

@@ -94,7 +94,8 @@ def train(
         config,
         out,
         data.digest,
-        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
+        out / CHECKPOINT_FILE,
+        CHECKPOINTS.save,
     )
     if kept_out:
         trained = CHECKPOINTS.load(out / CHECKPOINT_FILE)

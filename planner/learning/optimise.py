@@ -73,7 +73,8 @@ def optimise(
     config: Schedule,
     out: Path,
     digest: str,
-    save: Callable[[Model], None],
+    weights: Path,
+    save: Callable[[Path, Model], None],
 ) -> Iterator[TrainingStep]:
     """Train a model, or resume the training that `out` holds.
 
@@ -84,8 +85,9 @@ def optimise(
         config: the schedule, and everything that must be the same to resume.
         out: folder for TensorBoard's curves and the state to resume from.
         digest: of the training data.
-        save: writes the averaged model, each time the state to resume from is written, and again
-            if nothing is left to do: its file may have been moved since.
+        weights: file of the averaged model, written each time that the state to resume from is, and
+            anew if nothing is left to do but it was moved away.
+        save: writes it.
 
     Raises:
         ValueError: `out` holds the training of another configuration, on other data or on another
@@ -104,8 +106,8 @@ def optimise(
     )
     parts = {"model": model, "average": average, "optimiser": optimiser}
     begin = _resume(out / STATE_FILE, parts, chance, config, digest)
-    if begin == config.steps:
-        save(cast(Model, average.module))
+    if begin == config.steps and not weights.exists():
+        save(weights, cast(Model, average.module))
     with SummaryWriter(out / LOG_FOLDER, purge_step=begin) as log:
         for step in range(begin, config.steps):
             rate = config.learning_rate * _share(step, config)
@@ -120,7 +122,7 @@ def optimise(
             log.add_scalar("loss", loss.item(), step)
             log.add_scalar("learning rate", rate, step)
             if (step + 1) % config.save_every == 0 or step + 1 == config.steps:
-                save(cast(Model, average.module))
+                save(weights, cast(Model, average.module))
                 _save(out / STATE_FILE, parts, chance, config, digest, step + 1)
             yield TrainingStep(step=step + 1, loss=loss.item())
 

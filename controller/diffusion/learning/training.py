@@ -98,7 +98,8 @@ def train(
         config,
         out,
         windows.digest,
-        save=partial(CHECKPOINTS.save, out / CHECKPOINT_FILE),
+        out / CHECKPOINT_FILE,
+        CHECKPOINTS.save,
     )
 
 
