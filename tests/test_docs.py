@@ -14,11 +14,13 @@ from itertools import islice, pairwise
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from planner.policy_setup import PolicySetup
 from scenarios.cli import main, parse
 from scenarios.files.errors import BadInputError
+from tissue_sim import thresholds
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -323,14 +325,22 @@ def _texts() -> Iterator[Path]:
     yield from NOTEBOOKS
 
 
-def test_the_docs_list_every_threshold_once_with_its_source():
-    """Check `docs/physics.md` against `tissue_sim/thresholds.py`: a name, a value and a source."""
+UNITS = {"": 1.0, "mm": 1e-3, "deg": np.pi / 180.0, "%": 0.01, "N": 1.0, "s": 1.0, "rad": 1.0}
+UNITS |= {"MPa": 1e6, "mm³": 1e-9}
+
+
+def test_the_docs_list_every_threshold_once_with_its_value_and_source():
+    """Check `docs/physics.md` against `tissue_sim/thresholds.py`."""
     text = (ROOT / "tissue_sim" / "thresholds.py").read_text()
     names = re.findall(r"^([A-Z_]+)(?:: [^=]+)? = ", text, re.M)
     rows = re.findall(
-        r"^\| `([A-Z_]+)`: [^|]+ \| [^|]+ \| [^|]{3,} \|$",
+        r"^\| `([A-Z_]+)`: [^|]+ \| ([\d.]+) ?([^|]*?) \| [^|]{3,} \|$",
         (ROOT / "docs" / "physics.md").read_text(),
         re.M,
     )
     assert names
-    assert sorted(rows) == sorted(names)
+    assert sorted(name for name, _, _ in rows) == sorted(names)
+    for name, number, unit in rows:
+        value = getattr(thresholds, name)
+        for each in value.values() if isinstance(value, dict) else [value]:
+            assert float(number) * UNITS[unit] == pytest.approx(each), name

@@ -16,6 +16,7 @@ def random_episode(seed, frames=50, cameras=(), **changes):
     }
     columns["instruction"] = strings([TEXTS[k] for k in columns["task_index"]])
     columns["segment"] = np.sort(columns["segment"])
+    columns["task"] += 1  # they count from 1
     header = Header(
         seed=seed,
         kind="nominal",

@@ -1,14 +1,17 @@
 """Tests of the way out: who stands backs off once, and who stands on is reported."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controller.safety.bounds import NO_BOUNDS, at_least
+from controller.safety.exemption import HOLDS_N
 from controller.safety.filter import JAW_DEAD_BAND_RAD, SafetyFilter
 from controller.safety.filter_sense import registration_of
 from controller.safety.interlocks import OnlyWhatIsMeant
 from controller.safety.limits import LIMITS
-from controller.safety.way_out import BACK_M_S, BACK_S, BACKS_OFF_AFTER_S, CALL_AFTER_S
+from controller.safety.way_out import BACK_M_S, BACK_S, BACKS_OFF_AFTER_S, CALL_AFTER_S, WayOut
 from planner.instruction import TASKS, Instruction
 from tests.controller.safety.situations import situation
 from tests.worlds import textbook_world
@@ -74,6 +77,33 @@ def test_an_arm_that_stands_on_is_reported_and_backs_off_no_more(seen):
     standing = [a.standstill for a in answers]
     step_s = seen[0].step_s
     assert standing.index(True) * step_s == pytest.approx(CALL_AFTER_S + BACK_S, abs=0.2)
+
+
+def test_a_grasper_that_holds_does_not_back_off(seen):
+    _, observation = seen
+    for pinch_n, backs in ((0.9 * HOLDS_N, True), (1.1 * HOLDS_N, False)):
+        way_out = stood(LEFT_ARM, replace(observation, pinch_n=pinch_n))
+        assert (way_out.backing == LEFT_ARM) == backs
+
+
+def test_a_new_task_gives_an_arm_its_time_again(seen):
+    _, observation = seen
+    way_out = stood(RIGHT_ARM, observation)
+    assert way_out.backing == RIGHT_ARM
+    assert way_out.lead(HOME, HOME, BACK, observation) is HOME
+    assert way_out.backing is None
+    assert (way_out.stands_s == 0.0).all()
+
+
+def stood(arm, observation):
+    """Return the way out after an arm stood for long enough to back off."""
+    way_out, wanted = WayOut(step_s=0.1), np.zeros((2, 3))
+    wanted[arm] = 0.01
+    for _ in range(round(BACKS_OFF_AFTER_S / 0.1) + 1):
+        way_out.lead(HOME, HOME, CLIP, observation)
+        way_out.note(wanted, np.zeros((2, 3)))
+    way_out.lead(HOME, HOME, CLIP, observation)
+    return way_out
 
 
 def test_an_arm_that_may_move_does_not_back_off(seen):

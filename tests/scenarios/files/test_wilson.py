@@ -23,6 +23,15 @@ def test_the_ends_solve_wilsons_equation(outcome):
         assert math.isclose(residual, 0.0, abs_tol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("passed", "n", "low", "high"),
+    [(0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (81, 263, 0.2553, 0.3662)],
+)
+def test_it_is_at_95_percent_as_published(passed, n, low, high):
+    """Check against Newcombe, Statistics in Medicine 17 (1998), and tables of the same formula."""
+    assert wilson_interval(passed, n) == pytest.approx((low, high), abs=1e-4)
+
+
 @given(outcomes())
 def test_it_holds_the_observed_rate_and_stays_within_0_and_1(outcome):
     passed, n = outcome

@@ -19,6 +19,7 @@ from controller.diffusion.learning.windows import Windows
 from controller.pixels.checkpoint import CHECKPOINTS as PIXELS
 from controller.pixels.controller import make as pixels
 from planner.instruction import TASKS, Instruction
+from planner.learned.planner import make as learned
 from planner.policy_setup import PolicySetup
 from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
@@ -127,6 +128,14 @@ def test_a_wordless_policy_ignores_all_instructions(goes_on, checkpoint, data, t
     assert config.wordless
     heard = {text for d in demonstrations([data]) for text in d.heard_by(config).texts}
     assert heard == {config.heard("clipping first clip left tube")}
+
+
+def test_a_planner_learns_from_rollouts_and_says_a_task(data, tmp_path):
+    words = ["train", "planner", "--preset", "smoke", "--data", str(data)]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    planner = learned(PolicySetup(checkpoint=str(tmp_path / "planner.safetensors")))
+    planner.reset()
+    assert planner.plan(clipped()).task in TASKS
 
 
 def test_a_planner_is_trained_on_the_cpu(capfd):

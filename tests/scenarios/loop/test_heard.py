@@ -15,6 +15,7 @@ from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
 from scenarios.run_episode import begin
 from tissue_sim.outcome.nurse import EXCHANGE_S
+from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_004
@@ -93,6 +94,18 @@ def test_a_stop_or_a_warning_changes_no_joint_command_from_then_on(word):
     assert abs(steps[before - 1].command.joints - steps[before - 2].command.joints).max() > 1e-4
     still = np.broadcast_to(steps[before - 1].command.joints, (120 - before, 2, 7))
     np.testing.assert_allclose(commands(steps[before:]), still, rtol=0, atol=1e-9)
+
+
+def test_a_stop_does_not_drop_the_gallbladder():
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED))
+    running = episode.steps()
+    last = next(step for step in running if gallbladder_grasped(episode.world))
+    jaw_rad = last.command.joints[LEFT_ARM, 6]
+    assert last.observation.joints[LEFT_ARM, 6] > jaw_rad + 1e-3  # tissue keeps the jaws apart
+    episode.inbox.press(COMMANDS["stop"])
+    for step in islice(running, 60):
+        assert step.command.joints[LEFT_ARM, 6] == pytest.approx(jaw_rad, abs=1e-9)
+        assert gallbladder_held(episode.world)
 
 
 def test_a_stop_breaks_an_exchange_off_and_it_is_done_later():

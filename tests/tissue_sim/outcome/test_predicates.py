@@ -20,6 +20,7 @@ from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.outcome.predicates import (
     clip_placed,
     gallbladder_grasped,
+    gap_m,
     good_clips,
     procedure_flags,
     right_arm_back,
@@ -29,8 +30,8 @@ from tissue_sim.outcome.predicates import (
 from tissue_sim.patient.organ import TUBES
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, CLIP_WIDTH_M, detach, latch
 from tissue_sim.surgery.grasp import LEFT_FINGERS, Grasp
-from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD
-from tissue_sim.tools.arms import LEFT_ARM
+from tissue_sim.thresholds import CUFF_MIN_M, GRASP_MAX_JAW_RAD, RETRACTED_M, SPREAD_MIN_M
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 from tissue_sim.verification.bodies import astride
 from tissue_sim.world import World
 
@@ -199,6 +200,16 @@ def test_half_a_cut_does_not_count(world: World) -> None:
     assert not tube_cut(world, "duct")
 
 
+def test_a_tube_that_is_cut_twice_is_cut_badly(world: World) -> None:
+    three_clips(world, "duct")
+    _, low, high = three_stations(world, "duct")
+    for share in (0.4, 0.7):
+        cut(world, "duct", low + share * (high - low))
+        assert world.tubes.in_two_parts("duct")
+        assert tube_cut(world, "duct") == (share == 0.4)
+    assert len(world.record.cuts) == 2
+
+
 def test_an_unclipped_stump_does_not_hold(world: World) -> None:
     cut(world, "artery", 0.5 * world.tubes.length_m["artery"])
     assert not stumps_hold(world)
@@ -213,25 +224,40 @@ def press(world: World, inward_n: float) -> None:
         world.tissue.host("contact_force")[0, vertex] = inward_n * along
 
 
+def draw_straight(world: World) -> None:
+    """Draw each tube along its chord until it is straight, and the tubes further apart."""
+    x = world.tissue.positions()
+    for tube in TUBES:
+        rings = world.tubes.below[tube][: world.organ.neck_ring[tube] + 1]
+        start, end = (x[rings[k, 0]].astype(float) for k in (0, -1))
+        along = (end - start) / np.linalg.norm(end - start)
+        side = np.array([-0.01 if tube == world.anatomy.structure("left") else 0.01, 0.0, 0.0])
+        for s, ring in zip(world.tubes.stations_m[tube], rings, strict=False):
+            target = start + s * along + side
+            x[ring] += (target - x[ring[0]].astype(float)).astype(np.float32)
+
+
+def leave_room(world: World, room_m: float) -> None:
+    """Shift the left tube sideways until so much room is left between the walls."""
+    x, tube = world.tissue.positions(), world.anatomy.structure("left")
+    for _ in range(20):
+        too_much_m = gap_m(world.tubes) - room_m
+        x[world.tubes.below[tube]] += np.array([too_much_m, 0.0, 0.0], np.float32)
+    assert gap_m(world.tubes) == pytest.approx(room_m, abs=1e-5)
+
+
 def test_a_grasp_counts_after_a_second_of_traction_with_the_tubes_spread(world: World) -> None:
     """Check that each condition is necessary: the grasp does not count if one of them fails."""
-    x, fixed = world.tissue.positions(), world.tissue.host("fixed")[0, : world.tissue.n_vertex()]
     good = Grasp(
         vertices=(1, 2), place_tool_m=((0, 0, 0),) * 2, since_s=0.0, traction_n=0.5, pinch_n=2
     )
     world.record = replace(world.record, time_s=1.5, grasp=good)
     press(world, 2.0)
     assert not gallbladder_grasped(world)  # the tubes are slack
-    for tube in TUBES:  # draw each along its chord until it is straight, and further apart
-        rings = world.tubes.below[tube][: world.organ.neck_ring[tube] + 1]
-        start, end = (x[rings[k, 0]].astype(float) for k in (0, -1))
-        along = (end - start) / np.linalg.norm(end - start)
-        side = np.array([-0.01 if (tube == world.anatomy.structure("left")) else 0.01, 0.0, 0.0])
-        for s, ring in zip(world.tubes.stations_m[tube], rings, strict=False):
-            target = start + s * along + side
-            x[ring] += (target - x[ring[0]].astype(float)).astype(np.float32)
-    assert fixed.any()
-    assert gallbladder_grasped(world)
+    draw_straight(world)
+    for room_m, good_room in ((SPREAD_MIN_M - 2e-4, False), (SPREAD_MIN_M + 2e-4, True)):
+        leave_room(world, room_m)
+        assert gallbladder_grasped(world) == good_room
     for bad in (
         {"grasp": replace(good, traction_n=0.1)},
         {"grasp": replace(good, since_s=0.6)},
@@ -259,11 +285,12 @@ def test_the_right_arm_is_back_away_from_the_tubes_and_touching_nothing(world: W
         touching[5] = shape  # no part of the right arm may touch; the left arm may hold
         assert right_arm_back(world) == (shape < N_SHAPES // 2)
     touching[5] = -1
-    tip = world.arms.T_world_tool()[1, :3, 3]
+    tip = world.arms.T_world_tool()[RIGHT_ARM, :3, 3]
     x = world.tissue.positions()
     ring = world.tubes.below["duct"][5]
-    x[ring] += (tip + np.array([0.0, 0.01, 0.0]) - x[ring[0]]).astype(np.float32)
-    assert not right_arm_back(world)
+    for away_m, back in ((RETRACTED_M - 1e-4, False), (RETRACTED_M + 1e-4, True)):
+        x[ring] += (tip + np.array([0.0, away_m, 0.0]) - x[ring[0]]).astype(np.float32)
+        assert right_arm_back(world) == back
 
 
 def test_predicates_read_and_do_not_write(world: World) -> None:
