@@ -1,26 +1,43 @@
 """Tests of the suites: what people say in them is understood as it is meant."""
 
+from itertools import islice
+
 import pytest
 
-from scenarios.catalogue import SCENARIOS
-from scenarios.loop.person.inbox import read
+from scenarios.catalogue import SCENARIOS, WITNESS
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.person.inbox import Inbox, read
+from scenarios.loop.person.script import Timed
 from scenarios.perturbation.perturbations import SENSING
-from scenarios.suites import SUITE_NAMES, SUITES, Saying, suite_of
+from scenarios.run_episode import begin
+from scenarios.suites import SUITE_NAMES, SUITES, suite_of
 
+SEED = 10_004
 SAYINGS = [
-    (condition.name, saying)
+    saying
     for suite in SUITES.values()
     for condition in suite.conditions
     for saying in condition.said
 ]
 
 
-@pytest.mark.parametrize(("condition", "saying"), SAYINGS)
-def test_what_is_said_is_read_as_it_is_meant(condition: str, saying: Saying) -> None:
-    if saying.means is not None:
-        command = read(saying.text).command
-        assert command is not None
-        assert command.text == saying.means
+@pytest.mark.parametrize(
+    ("text", "means"), sorted({(s.text, s.means) for s in SAYINGS if s.means is not None})
+)
+def test_what_is_said_is_read_as_it_is_meant(text: str, means: str) -> None:
+    command = read(text).command
+    assert command is not None
+    assert command.text == means
+
+
+@pytest.mark.parametrize("text", sorted({s.text for s in SAYINGS if s.means is None}))
+def test_what_is_unclear_or_not_due_is_asked_back_or_refused(text: str) -> None:
+    inbox = Inbox()
+    inbox.arrange([Timed(time_s=0.5, text=text)])
+    episode = begin(EpisodeConfig(**WITNESS, scenario="textbook", seed=SEED), inbox=inbox)
+    (heard,) = (heard for step in islice(episode.steps(), 30) for heard in step.heard)
+    assert heard.instruction is None or heard.instruction.hold
+    assert heard.reply.startswith(("Not understood", "Not done", "Refused", "Did you mean", "What"))
 
 
 def test_texts_of_a_condition_differ_as_the_audit_finds_them_by_text() -> None:

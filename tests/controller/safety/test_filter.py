@@ -347,16 +347,18 @@ def test_nobody_else_sets_interlocks_aside():
 
 
 def test_filters_in_threads_do_not_disturb_each_other():
-    worlds = [textbook_world(SEED), textbook_world(SEED)]
-    alone = [wander(world) for world in worlds]
+    seeds = (SEED, SEED + 1)
+    worlds = [textbook_world(seed) for seed in seeds]
+    alone = [wander(*both) for both in zip(worlds, seeds, strict=True)]
+    assert (alone[0] != alone[1]).any()
     with ThreadPoolExecutor(2) as threads:
-        np.testing.assert_array_equal(list(threads.map(wander, worlds)), alone)
+        np.testing.assert_array_equal(list(threads.map(wander, worlds, seeds)), alone)
 
 
-def wander(world):
+def wander(world, seed):
     """Return the joints (40, 2, 7) that are allowed when fast motions are asked for."""
     safety, joints, path = filter_of(world), HOME, []
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(seed)
     for _ in range(40):
         asked = joints + 0.1 * JOINT_SPEED * rng.normal(size=(2, 7))
         joints = safety.allow(joints, asked, GRAB, world.observe()).joints

@@ -61,4 +61,5 @@ def test_a_grasper_holds_firmly_and_square_to_a_wide_gallbladder() -> None:
 
 
 def test_the_other_arm_waits_as_the_grasper_grabs() -> None:
-    assert changed(chunk(ahead_m=0.002), seen(RULE_M[0]), GRAB, WIDE_RAD)[RIGHT_ARM, MOVE].any()
+    added = changed(chunk(ahead_m=0.002), seen(RULE_M[0]), GRAB, WIDE_RAD)[RIGHT_ARM, MOVE]
+    np.testing.assert_allclose(added, [0.0, 0.0, -0.002], atol=1e-9)

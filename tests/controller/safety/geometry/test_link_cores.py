@@ -9,7 +9,7 @@ from controller.safety.geometry.link_cores import N_LINK, SHAFT, link_cores, mos
 from tests.controller.safety.field import T_WORLD_RCM, TOOLS, to_points_m
 from tissue_sim.tools.arms import RIGHT_ARM
 from tissue_sim.tools.instruments import INSTRUMENTS
-from tissue_sim.tools.psm import INSERTION_AT_RCM_M, joint_limits
+from tissue_sim.tools.psm import INSERTION_AT_RCM_M, JOINT_NAMES, joint_limits
 from tissue_sim.world import World
 
 shares = st.tuples(*[st.floats(0.0, 1.0)] * 14).map(lambda t: np.array(t).reshape(2, 7))
@@ -93,6 +93,7 @@ def test_no_point_moves_farther_or_bends_more_than_the_bound(share_start, share_
 
 @pytest.mark.parametrize("joint", range(7))
 def test_one_joint_s_bound_is_not_much_more_than_its_motion(joint):
+    """Check each joint; roll turns what lies beside the shaft, here less than it might."""
     start = within_limits(np.full((2, 7), 0.5))
     start[:, 6] = 0.2
     end = start.copy()
@@ -100,6 +101,7 @@ def test_one_joint_s_bound_is_not_much_more_than_its_motion(joint):
     before, after = (corners_m(link_cores(q, TOOLS, T_WORLD_RCM)) for q in (start, end))
     moved = np.linalg.norm(after - before, axis=-1).max(axis=1)[N_LINK:]
     bound, bend = most_motion_m(start, end, TOOLS)
+    times = 10.0 if joint == JOINT_NAMES.index("roll") else 1.01
     assert (bend <= 1.01e-3 * bound).all()
     assert (bound[:N_LINK] == 0.0).all()
-    assert bound[N_LINK:].max() <= 40.0 * max(moved.max(), 1e-6)
+    assert bound[N_LINK:].max() <= times * moved.max()
