@@ -20,10 +20,18 @@ from tissue_sim.structures.tubes import Tubes
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M, latch
 from tissue_sim.surgery.cut import BLADE_LENGTH_M, sever
 from tissue_sim.surgery.flow import BILE, FlowSegment, outflow_m3_s
+from tissue_sim.surgery.grasp import Grasp
+from tissue_sim.surgery.injuries import other_readings, wall_loads
 from tissue_sim.surgery.leak import BILE_PRESSURE_PA, hole_leak, leaks
 from tissue_sim.surgery.tear import Tear, tear, worst_load
-from tissue_sim.thresholds import SAC_MAX_STRETCH, STRENGTH_PA
-from tissue_sim.tools.arms import HOME_JOINTS, JointCommand
+from tissue_sim.thresholds import (
+    JOINT_MARGIN_RAD,
+    PINCH_MAX_N,
+    SAC_MAX_STRETCH,
+    STRENGTH_PA,
+)
+from tissue_sim.tools.arms import HOME_JOINTS, RIGHT_ARM, JointCommand
+from tissue_sim.tools.psm import JOINT_NAMES
 from tissue_sim.verification.bodies import astride, organ_of, put, tissue_of
 from tissue_sim.verification.stretch import stretches
 from tissue_sim.world import World
@@ -415,15 +423,38 @@ def test_blades_open_the_patches_where_they_meet(world: World) -> None:
     [
         ("tie", "tear of duct from gallbladder"),
         ("anchor", "detachment from liver bed"),
+        ("ligament", "tear of the ligament"),
     ],
 )
 def test_a_broken_attachment_is_an_injury(world: World, kind: str, event: str) -> None:
+    row = len(world.organ.bed_vertices) if kind == "ligament" else 0
     world.step(HOLD)
     assert world.record.injuries == ()
-    world.tissue.host(f"{kind}_stiffness")[0, 0] = 0.0
+    world.tissue.host(f"{kind.replace('ligament', 'anchor')}_stiffness")[0, row] = 0.0
     world.step(HOLD)
     (injury,) = world.record.injuries
     assert (injury.event, injury.value, injury.limit) == (event, 1, 0)
+
+
+@pytest.mark.parametrize("excess", [0.99, 1.01])
+def test_what_cannot_be_done_by_hand_here_is_read_and_limited(world: World, excess: float) -> None:
+    """Check the pinch, the gallbladder's wall and the joints, just below and above the limits."""
+    grasp = Grasp(pinch_n=excess * PINCH_MAX_N)
+    world.tissue.host("patch_stretch")[0, 3] = 1.0 + excess * (SAC_MAX_STRETCH - 1.0)
+    readings = [
+        *other_readings(world, world.record, grasp, excess * JOINT_MARGIN_RAD),
+        *wall_loads(world, ()),
+    ]
+    hurt = {reading.event for reading in readings if reading.value > reading.limit}
+    assert hurt == ({"pinch", "joint limit", "tear of gallbladder"} if excess > 1.0 else set())
+
+
+def test_a_command_beyond_a_joints_limit_is_an_injury(world: World) -> None:
+    beyond = np.tile(HOME_JOINTS, (2, 1))
+    beyond[RIGHT_ARM, JOINT_NAMES.index("insertion")] = 0.25  # it ends at 0.24 m
+    world.step(HOLD)
+    world.step(JointCommand(joints=beyond))
+    assert "joint limit" in [injury.event for injury in world.record.injuries]
 
 
 def test_the_sac_pressed_on_the_liver_is_an_injury(world: World) -> None:
