@@ -2,6 +2,7 @@
 
 from controller.idle import ControllerIdle
 
+BREAKS = f"{__name__}:ControllerBreaks"  # its name on the command line
 BREAKS_AT_S = 0.2
 
 

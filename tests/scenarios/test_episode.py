@@ -26,7 +26,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.recorder import load
 from scenarios.run_episode import begin, result_of, run_episode
-from tests.scenarios.breaking_controller import BREAKS_AT_S
+from tests.scenarios.breaking_controller import BREAKS, BREAKS_AT_S
 from tests.scenarios.procedures import run
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.patient.textbook import textbook_from_seed
@@ -42,7 +42,6 @@ ROOT = Path(__file__).parents[2]
 SEED = 10_004
 STAYS_BACK = round(STAYS_BACK_S / CONTROL_PERIOD_S)
 ONE_STEP = 1.01 * CONTROL_PERIOD_S
-BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 LONG_CHUNK = 45  # longer than the planner's period of 30 steps
 
 

@@ -23,12 +23,15 @@ from planner.learned.planner import PlannerLearned
 from scenarios.episode import Episode
 from scenarios.loop.camera_sense import SenseCameras
 from scenarios.loop.episode_config import EpisodeConfig
+from tests.tissue_sim.outcome.clipping import cut, three_clips
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.rendering.renderer_probe import renderer_available
 from tissue_sim.sensing.observation import N_LINE, Observation
 from tissue_sim.sensing.pictures.eyes import VIEWS
 from tissue_sim.sensing.sense import Sense
 from tissue_sim.sensing.tracked import SenseTracked
+from tissue_sim.surgery.clips.clip import Clip
+from tissue_sim.surgery.cut import Cut
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -36,8 +39,21 @@ SEED, STEPS = 5, 90
 SMALL = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)
 
 
+def treated() -> tuple[tuple[Clip, ...], tuple[Cut, ...]]:
+    """Return the clips and cuts of a treatment that never took place in the episodes."""
+    world = World()
+    world.reset(textbook_from_seed(SEED))
+    three_clips(world, "duct")
+    cut(world, "duct", 0.6 * world.tubes.length_m["duct"])
+    return world.record.clips, world.record.cuts
+
+
 class ScrambledWorld(World):
-    """A world whose tissue, clips and forces are wrong while the robot thinks."""
+    """A world whose tissue, clips, cuts and forces are wrong while the robot thinks."""
+
+    def __init__(self, **options: bool) -> None:
+        super().__init__(**options)
+        self._clips, self._cuts = treated()
 
     def scramble(self) -> None:
         self._true = self.state()
@@ -47,7 +63,14 @@ class ScrambledWorld(World):
         self.wrenches = (self.wrenches[0] + 1.0, self.wrenches[1] - 1.0)
         grasp = replace(self.record.grasp, pinch_n=9.0, vertices=(1, 2, 3))
         loaded = not self.record.clip_loaded
-        self.record = replace(self.record, grasp=grasp, clip_loaded=loaded, jaws_opened=True)
+        self.record = replace(
+            self.record,
+            grasp=grasp,
+            clip_loaded=loaded,
+            jaws_opened=True,
+            clips=self._clips,
+            cuts=self._cuts,
+        )
 
     def step(self, command: JointCommand, *, intended: str | None = None) -> Observation:
         self.restore(self._true)

@@ -13,12 +13,12 @@ from scenarios.catalogue import CONTROLLERS
 from scenarios.cli import main
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.recording.recorder import load
+from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.evaluation.made_up import episode, plan, record
 from tests.scenarios.procedures import SEED_BY_COMMAND
 
 ROOT = Path(__file__).parents[3]
 SEEDS = (SEED_BY_COMMAND, 10_004)
-BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 PAIR = ["--arms", "filtered=scripted+expert", "free=scripted+expert,filter=off"]
 
 

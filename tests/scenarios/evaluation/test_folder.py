@@ -9,9 +9,8 @@ from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import attempt
 from scenarios.evaluation.folder import MANIFEST, finished, open_folder
 from scenarios.files.errors import BadInputError
+from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, record
-
-BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 
 
 def test_a_folder_is_used_again_and_gains_arms(tmp_path):

@@ -7,9 +7,9 @@ import pytest
 from scenarios.cli import main
 from scenarios.commands import run
 from scenarios.recording.attempt import Attempt
+from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.example_results import PASSED, read_results
 
-BREAKS = "tests.scenarios.breaking_controller:ControllerBreaks"
 IDLE = ["run", "--controller", "idle", "--planner", "scripted"]
 
 

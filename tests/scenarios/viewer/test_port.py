@@ -5,7 +5,8 @@ import socket
 import pytest
 
 from scenarios.files.errors import BadInputError
-from scenarios.viewer.serving.port import FIRST_PORT, PORTS, choose_port
+from scenarios.viewer.serving import port as ports
+from scenarios.viewer.serving.port import PORTS, choose_port
 
 HOST = "127.0.0.1"
 
@@ -31,7 +32,7 @@ def test_a_busy_port_that_was_not_requested_is_skipped():
     free = choose_port(HOST)
     with socket.create_server((HOST, free)):
         following = choose_port(HOST)
-    assert free < following < FIRST_PORT + PORTS
+    assert free < following < ports.FIRST_PORT + PORTS
 
 
 def test_the_microphones_port_is_refused_if_it_was_requested_and_else_skipped():
