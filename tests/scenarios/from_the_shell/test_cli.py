@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import tempfile
-import time
 from contextlib import nullcontext
 
 import pytest
@@ -212,9 +211,7 @@ def test_the_exit_code_tells_failures_from_errors(episodes, code):
     assert exit_code(episodes) == code
 
 
-def test_help_answers_at_once_as_nothing_heavy_is_imported():
+def test_nothing_heavy_is_imported_before_help_is_given():
     program = f"import sys, scenarios.cli; print([m for m in {HEAVY} if m in sys.modules])"
-    start_s = time.perf_counter()
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert found.stdout.strip() == "[]", found.stderr
-    assert time.perf_counter() - start_s < 10
