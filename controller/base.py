@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
-from controller.action import Chunk
+from controller.action import Chunk, ToolAction
 from planner.instruction import Instruction
 from tissue_sim.sensing.observation import Observation
 
@@ -19,3 +20,23 @@ class Controller(Protocol):
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """Return the next motions, at least one; a new instruction may cut them short."""
         ...
+
+
+def require_chunk(chunk: object) -> Chunk:
+    """Return what `act` of a controller returned.
+
+    Raises:
+        TypeError: it is no sequence of motions.
+        ValueError: there is no motion.
+    """
+    if not isinstance(chunk, Sequence):
+        raise TypeError(f"controller: act returned a {_kind(chunk)}, not a tuple of ToolActions")
+    if strange := [motion for motion in chunk if not isinstance(motion, ToolAction)]:
+        raise TypeError(f"controller: act returned a {_kind(strange[0])} among its ToolActions")
+    if not chunk:
+        raise ValueError("controller: a chunk must hold at least one action, got none")
+    return tuple(chunk)
+
+
+def _kind(value: object) -> str:
+    return type(value).__name__

@@ -37,6 +37,19 @@ def failed_too_often(task: Task) -> str:
     return f"{task.text!r} has failed {MOST_TRIES} times."
 
 
+def require_instruction(said: object) -> Instruction:
+    """Return what `plan` of a planner returned.
+
+    Raises:
+        TypeError: it is no instruction, or one without a task.
+    """
+    if not isinstance(said, Instruction):
+        raise TypeError(f"planner: plan returned a {type(said).__name__}, not an Instruction")
+    if not isinstance(said.task, Task):
+        raise TypeError(f"planner: plan returned the task {said.task!r}, not a Task")
+    return said
+
+
 def hears_of_success(planner: object) -> bool:
     """Return whether a planner is also asked when a task succeeds; only a privileged one is."""
     told = bool(getattr(planner, "hears_of_success", False))

@@ -82,6 +82,9 @@ LEARNED_CONTROLLERS: dict[str, str] = {
 }
 """Calot's controllers that are made from a checkpoint and a seed, with the module that reads it."""
 
+PICTURED_CONTROLLERS = ("pixels",)
+"""Calot's controllers that look at pictures themselves, besides what the sense tells."""
+
 SENSES: dict[str, str] = {
     "cameras": "perception from pictures of the endoscope and both wrist cameras",
     "endoscope": "perception from pictures of the endoscope alone",

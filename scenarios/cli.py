@@ -24,6 +24,8 @@ from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
 
+_RULE = "[─-]{3,}"
+
 
 class Subcommand(Protocol):
     """A parsed command of the command line."""
@@ -77,7 +79,7 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
             return subcommand_cli_from_dict(
                 COMMANDS,
                 prog="calot",
-                description="A simulated robot surgeon for gallbladder removal.",
+                description="A simulated robot surgeon for gallbladder removal (--version: which).",
                 args=argv,
             )
     except SystemExit as stop:
@@ -87,11 +89,16 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
 
 
 def _one_line(box: str) -> str:
-    """Return the text in tyro's box, without its frame and its pointers to the help."""
+    """Return the text in tyro's box, without its frame, its title and its pointers to the help.
+
+    Where the terminal has ASCII only, there is no frame, and a rule below the title.
+    """
     rows = [re.sub(r"^[│|]\s*|\s*[│|]$", "", row) for row in box.splitlines()]
     text = " ".join(row.strip() for row in rows if not row.startswith(("╭", "╰")))
-    said, *_ = re.split(r"─{3,} (?:Argument helptext|For full helptext)", text)
-    return re.sub(r"\s*─{3,}\s*", "; ", said).strip(" ─")
+    text = text if "╭" in box else re.split(_RULE, text, maxsplit=1)[-1]
+    said, *_ = re.split(rf"{_RULE} (?:Argument helptext|For full helptext)", text)
+    said = re.sub(r"(?: in calot [\w ]+ --help)+", "", said)
+    return re.sub(rf"\s*{_RULE}\s*", "; ", said).strip(" ─-")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.base import Controller
+from controller.base import Controller, require_chunk
 from controller.correction import carried_out
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
@@ -211,9 +211,7 @@ class Episode:
         if not self._chunk:
             with self._clock.stage("controller"):
                 seen = self._pictures.added_to(self.observation, self.world)
-                self._chunk.extend(self.controller.act(seen, self._instruction))
-        if not self._chunk:
-            raise ValueError("controller: a chunk must hold at least one action, got none")
+                self._chunk.extend(require_chunk(self.controller.act(seen, self._instruction)))
         return self._chunk.popleft()
 
     def _needs_exchange(self) -> bool:

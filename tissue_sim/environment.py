@@ -54,6 +54,7 @@ MAX_EPISODE_STEPS = 9000  # five minutes
 SENSOR_PIXELS = 128
 TRAINING_SEEDS = 10_000  # a reset without a seed draws from these
 CPU_BACKENDS = ("auto", "cpu", "physx_cpu")
+CONTROL_MODE = "joint_targets"
 BLIND_MODES = ("state", "state_dict", "none")
 PASSING = ("gallbladder grasped",)  # need not hold any more when the procedure is finished
 
@@ -82,10 +83,12 @@ class CholecystectomyEnv(BaseEnv):
         render_backend: str | None = None,
         sim_config: SimConfig | dict[str, Any] | None = None,
         robot_uids: str = "none",
+        control_mode: str | None = None,
         reconfiguration_freq: int = 1,  # a new scene for each reset: no trace of old contacts
         **kwargs: Any,
     ) -> None:
         _check_backend(num_envs, sim_backend)
+        _check_robot(robot_uids, control_mode)
         sim_config = sim_config or {}
         self._world_config = _world_config(sim_config)
         if render_backend is None:
@@ -117,7 +120,7 @@ class CholecystectomyEnv(BaseEnv):
     @property
     def control_mode(self) -> str:
         """The meaning of actions: joint targets."""
-        return "joint_targets"
+        return CONTROL_MODE
 
     def equip(self, instrument: str) -> None:
         """Mount "clip_applier" (with a clip) or "scissors" on the right arm."""
@@ -343,10 +346,17 @@ def _first(seed: int | Iterable[int] | None) -> int | None:
     """Return the seed of the only environment, which ManiSkill gives in a list."""
     if not isinstance(seed, Iterable):
         return seed
-    first = next(iter(seed), None)
-    if first is None:
+    seeds = list(seed)
+    if len(seeds) != 1:
         raise ValueError(f"seed = {seed!r} must be a number, or a list of one")
-    return int(first)
+    return int(seeds[0])
+
+
+def _check_robot(robot_uids: str, control_mode: str | None) -> None:
+    if robot_uids != "none":
+        raise ValueError(f"robot_uids = {robot_uids!r}: its two arms are part of it; leave it out")
+    if control_mode not in (None, CONTROL_MODE):
+        raise ValueError(f"control_mode = {control_mode!r}: only {CONTROL_MODE!r}")
 
 
 def _check_backend(num_envs: int, sim_backend: str) -> None:

@@ -88,7 +88,7 @@ class Checkpoints(Generic[Config, Model]):
                 said = file.metadata() or {}
             found, config = (dict(json.loads(said[name])) for name in ("fits", "config"))
         except OSError as error:
-            raise CheckpointError(f"{path} cannot be read: {_one_line(error)}") from None
+            raise CheckpointError(f"{path} cannot be read: {_why(path, error)}") from None
         except (SafetensorError, KeyError, TypeError, ValueError):
             raise CheckpointError(f"{path} is no checkpoint of a {self.holds}") from None
         for name, wanted in self.fits.items():
@@ -105,6 +105,12 @@ def _kept(model: nn.Module) -> dict[str, Tensor]:
     """Return weights in half precision (finer bits are noise), and buffers unchanged (metres)."""
     weights = {name: weight.half() for name, weight in model.named_parameters()}
     return model.state_dict() | weights
+
+
+def _why(path: str | Path, error: OSError) -> str:
+    if Path(path).is_dir():
+        return "it is a folder"
+    return _one_line(error) if Path(path).exists() else "there is no such file"
 
 
 def _one_line(error: Exception) -> str:

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from planner.base import Planner
+from planner.base import Planner, require_instruction
 from planner.command import Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
@@ -186,9 +186,9 @@ class PlannerOverridden:
     def _asked(self, observation: Observation) -> Instruction:
         """Return the planner's instruction for what is seen, at the time by its own clock."""
         if self._late_s == 0.0:
-            return self._planner.plan(observation)
-        by_its_clock_s = observation.time_s - self._late_s
-        planned = self._planner.plan(replace(observation, time_s=by_its_clock_s))
+            return require_instruction(self._planner.plan(observation))
+        by_its_clock = replace(observation, time_s=observation.time_s - self._late_s)
+        planned = require_instruction(self._planner.plan(by_its_clock))
         return replace(planned, time_s=planned.time_s + self._late_s)
 
     def _rests(self, observation: Observation) -> bool:

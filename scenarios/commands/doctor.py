@@ -6,8 +6,10 @@ import platform
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from scenarios.commands.output import output
@@ -19,6 +21,9 @@ import json, torch, warp
 warp.config.quiet = True
 print(json.dumps({"torch": torch.cuda.is_available(), "warp": warp.get_cuda_device_count() > 0}))
 """
+
+EXTRAS = {"lerobot": "lerobot", "cluster": "ray", "browser": "playwright", "newton": "newton"}
+"""The package of each extra of pyproject.toml that adds something to use."""
 
 _RENDERERS = {
     "gpu": "yes: a GPU",
@@ -36,10 +41,10 @@ class Doctor:
     def execute(self) -> int:
         """Probe and report; return 0."""
         with Console(stderr=True).status("looking at this machine"):
-            findings = {**_machine(), **versions(), **_accelerators()}
+            findings = {**_machine(), **versions(), **_extras(), **_accelerators()}
         table = Table(show_header=False)
         for name, finding in findings.items():
-            table.add_row(name, finding)
+            table.add_row(name, escape(finding))
         output().print(table)
         return 0
 
@@ -50,6 +55,14 @@ def _machine() -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}",
         "cores": str(len(os.sched_getaffinity(0))),
         "memory": f"{memory_bytes / 2**30:.1f} GiB",
+    }
+
+
+def _extras() -> dict[str, str]:
+    missing = "no: .venv/bin/pip install -e '.[{}]'"
+    return {
+        f"extra {name}": "yes" if find_spec(package) else missing.format(name)
+        for name, package in EXTRAS.items()
     }
 
 

@@ -28,6 +28,7 @@ from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
+from scenarios.files.names import RESULTS
 from scenarios.files.strict_json import dumps, plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
@@ -96,6 +97,7 @@ class Evaluate:
         require_distinct(self.arms)
         for arm in self.arms:
             with _named(arm):
+                require_cameras(arm.cameras)
                 require_policies(
                     arm.planner,
                     arm.controller,
@@ -104,7 +106,6 @@ class Evaluate:
                     arm.cameras,
                 )
                 require_perception(arm.sense, _path(arm.perception_checkpoint))
-                require_cameras(arm.cameras)
             self._require_sense(arm)
         if self.fail_under is not None and not 0.0 <= self.fail_under <= 1.0:
             raise BadInputError(f"--fail-under {self.fail_under:g}: a share is from 0 to 1")
@@ -152,12 +153,12 @@ class Evaluate:
         from scenarios.evaluation.terminal_tables import tables
 
         report, made_with = report_of(plan, results, self.out), self._made_with()
-        self._write("results.json", dumps(document(report, made_with), indent=2) + "\n")
+        self._write(RESULTS, dumps(document(report, made_with), indent=2) + "\n")
         self._write("report.html", page(report, made_with))
         console = output()
         for table in tables(report):
             console.print(table)
-        for name in ("results.json", "report.html"):
+        for name in (RESULTS, "report.html"):
             console.print(f"{self.out / name}", highlight=False, markup=False, soft_wrap=True)
         return report
 

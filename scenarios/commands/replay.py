@@ -176,6 +176,8 @@ def _frames_of(file: Path, *, every: int) -> RecordingFrames:
         raise BadInputError(f"{file}: {error.strerror or error}") from None
     except ValueError as error:
         raise BadInputError(str(error)) from None
+    if recording.error and not len(recording.arrays["time_s"]):
+        raise BadInputError(f"{file}: it broke off before its first step: {recording.error}")
     try:
         return RecordingFrames(recording, every=every)
     except ValueError as error:

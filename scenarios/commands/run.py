@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
@@ -35,13 +35,14 @@ from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
+from scenarios.files.names import MANIFEST, RESULTS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
-from scenarios.loop.person.script import read_script
+from scenarios.loop.person.script import Timed, read_script
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.loop.results import EpisodeResult, summarise, write_results
-from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off
+from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off, trace_path
 from scenarios.recording.result_tables import (
     call_lines,
     episode_table,
@@ -127,13 +128,14 @@ class Run:
         try:
             self._run(finished)
         except KeyboardInterrupt:
-            _report(finished, self.out)
+            self._report(finished)
+            _say(output(), f"interrupted after {len(finished)} of {self.episodes} episodes")
             return INTERRUPTED
         except BadInputError:
             if finished:  # the disk was full later
-                _report(finished, self.out)
+                self._report(finished)
             raise
-        _report(finished, self.out)
+        self._report(finished)
         return exit_code(finished)
 
     @property
@@ -141,11 +143,11 @@ class Run:
         return self.sense or usual_sense(self.planner, self.controller, self.scenario)
 
     def _require_possible(self) -> None:
+        require_cameras(self.cameras)
         require_policies(
             self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
         )
         require_perception(self._sense, self.perception_checkpoint)
-        require_cameras(self.cameras)
         self._require_magnitude()
         if self.view:
             self._require_alone("--view")
@@ -158,14 +160,17 @@ class Run:
             raise BadInputError(f"{option} needs --video FILE{VIDEO_SUFFIX}, on which it is drawn")
         if self.save_interventions is not None:
             self._require_savable(self.save_interventions)
+        if (self.out / MANIFEST).exists():
+            raise BadInputError(
+                f"--out {self.out}: it has a report of `calot evaluate`; name another folder"
+            )
         require_writable_folder(self.out, "--out")
         require_cluster(self.cluster, self.out)
 
     def _require_alone(self, option: str) -> None:
         if self.workers > 1 or self.cluster is not None:
-            raise BadInputError(
-                f"{option} needs --workers 1 and no --cluster, got --workers {self.workers}"
-            )
+            given = f"--cluster {self.cluster}" if self.cluster else f"--workers {self.workers}"
+            raise BadInputError(f"{option} needs --workers 1 and no --cluster, got {given}")
 
     def _require_savable(self, folder: Path) -> None:
         self._require_alone("--save-interventions")
@@ -264,8 +269,30 @@ class Run:
             for config in configs:
                 yield _attempted(config, self.out, observers, session)
 
+    def _report(self, episodes: Sequence[EpisodeResult]) -> None:
+        console = output()
+        if len(episodes) == 1:
+            console.print(task_table(episodes[0]))
+            if episodes[0].injuries:
+                console.print(injury_table(episodes[0]))
+            if episodes[0].safety.ledger:
+                console.print(ledger_table(episodes[0]))
+        elif episodes:
+            console.print(episode_table(episodes))
+        script = () if self.instruct is None else read_script(self.instruct)
+        for line in (
+            *call_lines(episodes),
+            *error_lines(episodes),
+            *_trace_lines(episodes, self.out),
+            *unsaid_lines(episodes, script),
+            *(sensing_lines(episodes) if len(episodes) == 1 else ()),
+            summary_line(summarise(episodes)),
+            f"results: {self.out / RESULTS}",
+        ):
+            _say(console, line)
+
     def _write(self, finished: Sequence[EpisodeResult]) -> None:
-        path = self.out / "results.json"
+        path = self.out / RESULTS
         try:
             write_results(path, finished, config=plain(self))
         except OSError as error:
@@ -303,21 +330,21 @@ def exit_code(episodes: Sequence[EpisodeResult]) -> int:
     return 0 if summary.passed == summary.counted else FAILED
 
 
-def _report(episodes: Sequence[EpisodeResult], out: Path) -> None:
-    console = output()
-    if len(episodes) == 1:
-        console.print(task_table(episodes[0]))
-        if episodes[0].injuries:
-            console.print(injury_table(episodes[0]))
-        if episodes[0].safety.ledger:
-            console.print(ledger_table(episodes[0]))
-    elif episodes:
-        console.print(episode_table(episodes))
-    for line in (
-        *call_lines(episodes),
-        *error_lines(episodes),
-        *(sensing_lines(episodes) if len(episodes) == 1 else ()),
-        summary_line(summarise(episodes)),
-        f"results: {out / 'results.json'}",
-    ):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+def _trace_lines(episodes: Sequence[EpisodeResult], out: Path) -> list[str]:
+    traces = (trace_path(out, str(episode.seed)) for episode in episodes if episode.error)
+    return [f"traceback: {trace}" for trace in traces if trace.exists()]
+
+
+def unsaid_lines(episodes: Sequence[EpisodeResult], script: Sequence[Timed]) -> Iterator[str]:
+    """Yield a line for each episode that ended, and did not break off, before all was said."""
+    for episode in (episode for episode in episodes if episode.error is None):
+        end_s = episode.procedure_time_s + episode.exchange_time_s
+        if unsaid := sum(timed.time_s > end_s for timed in script):
+            yield (
+                f"seed {episode.seed} ended at {end_s:.1f} s: {unsaid} of {len(script)} lines of"
+                " --instruct were not said"
+            )
+
+
+def _say(console: Console, line: str) -> None:
+    console.print(line, highlight=False, markup=False, soft_wrap=True)

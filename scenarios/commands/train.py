@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -68,6 +69,8 @@ class Train:
             raise BadInputError("--wordless is only for `calot train controller`")
         if self.device != "cpu" and self.learner == "planner":
             raise BadInputError(f"--device {self.device}: `calot train planner` allows cpu")
+        if not self.data:
+            raise BadInputError("--data: name a folder")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
@@ -166,7 +169,11 @@ def _show(steps: Iterable[TrainingStep], total: int) -> None:
         loss,
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
+    console, coming = Console(stderr=True), iter(steps)
+    if (first := next(coming, None)) is None:
+        console.print(f"trained before: {total} of {total} steps", highlight=False)
+        return
+    with Progress(*columns, console=console) as progress:
         task = progress.add_task("training", total=total, loss=float("nan"))
-        for step in steps:
+        for step in chain([first], coming):
             progress.update(task, completed=step.step, loss=step.loss)

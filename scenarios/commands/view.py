@@ -68,11 +68,11 @@ class View:
 
     def execute(self) -> int:
         """Serve the page until Ctrl-C; return 0."""
+        require_cameras(self.cameras)
         require_policies(
             self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
         )
         require_perception(self._sense, self.perception_checkpoint)
-        require_cameras(self.cameras)
         config = self._config()
         require_writable_folder(self.out, "--out")
         if self.camera:

@@ -79,6 +79,8 @@ def arm_from_text(text: str) -> StudyArm:
 
 def _options(words: Sequence[str]) -> dict[str, Any]:
     given = dict(_option(word) for word in words)
+    if len(given) < len(words):
+        raise ValueError(f"{','.join(words)!r}: an option is given twice")
     if "filter" in given:
         switch = given.pop("filter")
         if switch not in ("on", "off"):

@@ -13,6 +13,7 @@ from scenarios.evaluation.case import Case
 from scenarios.evaluation.outside import outside
 from scenarios.evaluation.plan import Plan
 from scenarios.files.errors import BadInputError
+from scenarios.files.names import MANIFEST, RESULTS
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.versions import source_digest, versions
 from scenarios.loop.episode_config import EpisodeConfig
@@ -21,7 +22,6 @@ from scenarios.recording.checkpoint_digests import checkpoint_digests
 from scenarios.recording.recorder import SCHEMA_VERSION, load
 from tissue_sim.version import WORLD_VERSION
 
-MANIFEST = "evaluation.json"
 SCHEMA = 1
 
 
@@ -29,9 +29,12 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
     """Note how the folder's episodes are made, or check that this has not changed.
 
     Raises:
-        BadInputError: its episodes have another version, or an arm of the same name differs.
+        BadInputError: its episodes have another version, an arm of the same name differs, or it
+            holds the results of `calot run`.
     """
     path, made_with = folder / MANIFEST, _made_with()
+    if (folder / RESULTS).exists() and not path.exists():
+        raise BadInputError(f"--out {folder}: it has results of `calot run`; name another folder")
     before = _read(path) or {"schema": SCHEMA, "made_with": made_with, "arms": {}}
     for name, value in made_with.items():
         if before["made_with"].get(name) != value:

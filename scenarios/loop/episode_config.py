@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from numbers import Integral, Real
 
 from scenarios.catalogue import (
     ABLATIONS,
@@ -79,14 +80,19 @@ class EpisodeConfig:
             _require_known("ablation", self.ablation, ABLATIONS)
         if self.person is not None:
             _require_known("person", self.person, PEOPLE)
+        if isinstance(self.cameras, str):
+            raise ValueError(f"cameras must be a tuple of names, got {self.cameras!r}")
         for camera in self.cameras:
             _require_known("camera", camera, CAMERA_NAMES)
+        if self.magnitude is not None and not _is_number(self.magnitude, Real):
+            raise ValueError(f"magnitude must be a number, got {self.magnitude!r}")
         _ = self.perturbations
         _require_learned("controller", self.controller, self.checkpoint, LEARNED_CONTROLLERS)
         _require_learned("planner", self.planner, self.planner_checkpoint, LEARNED_PLANNERS)
-        if not isinstance(self.seed, int) or self.seed < 0:
+        if not _is_number(self.seed, Integral) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
-        if not 0.0 < self.task_cap_s < math.inf:
+        object.__setattr__(self, "seed", int(self.seed))  # of numpy, too
+        if not _is_number(self.task_cap_s, Real) or not 0.0 < self.task_cap_s < math.inf:
             raise ValueError(f"task_cap_s must be a number above 0, got {self.task_cap_s!r}")
 
     @property
@@ -101,6 +107,10 @@ class EpisodeConfig:
                 f"scenario {self.scenario!r} takes no magnitude; these do: {', '.join(able)}"
             )
         return (replace(own[0], magnitude=self.magnitude),)
+
+
+def _is_number(value: object, kind: type) -> bool:
+    return isinstance(value, kind) and not isinstance(value, bool)
 
 
 def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:

@@ -14,6 +14,7 @@ from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import PolicySetup, is_privileged
 from scenarios.catalogue import ABLATIONS, CONTROLLERS, PEOPLE, PLANNERS
+from scenarios.files.errors import describe_error, describe_with_place
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.person.inbox import Inbox
@@ -80,6 +81,10 @@ def _factory(name: str, known: dict[str, str]) -> Callable[..., Any]:
         factory = resolve_name(known.get(name, name))
     except (ImportError, AttributeError, ValueError) as error:
         raise ValueError(f"{name}: {error}") from None
+    except SyntaxError as error:
+        raise ValueError(f"{name}: {describe_error(error)}") from None
+    except Exception as error:
+        raise ValueError(f"{name}: {describe_with_place(error)}") from None
     if not callable(factory):
         raise ValueError(f"{name}: it is a {type(factory).__name__}, not a factory")
     return factory

@@ -72,7 +72,7 @@ def attempt_episode(
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
     from scenarios.run_episode import run_episode
 
-    start_s, trace = time.perf_counter(), out / "errors" / f"{name}.txt"
+    start_s, trace = time.perf_counter(), trace_path(out, name)
     trace.unlink(missing_ok=True)
     try:
         with Recorder(config=config, path=out / "episodes" / f"{name}.npz") as recorder:
@@ -81,6 +81,11 @@ def attempt_episode(
         with suppress(OSError):  # the result tells the error without its trace
             write_atomic(trace, traceback.format_exc().encode())
         return broken_off(config, error, wall_s=time.perf_counter() - start_s)
+
+
+def trace_path(out: Path, name: str) -> Path:
+    """Return where the traceback of an episode lies that broke off."""
+    return out / "errors" / f"{name}.txt"
 
 
 def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> EpisodeResult:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
-from zipfile import BadZipFile
+from zipfile import BadZipFile, is_zipfile
 
 import numpy as np
 
@@ -232,7 +232,8 @@ def load(path: Path, *, steps: bool = True) -> Recording:
             arrays = {name: file[name] for name in file if name != "header"} if steps else {}
         schema_version = header["schema_version"]
     except (BadZipFile, zlib.error, EOFError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path} is damaged, or no recording: {error}") from error
+        why = error if is_zipfile(path) else "it is no .npz file"
+        raise ValueError(f"{path} is damaged, or no recording: {why}") from error
     if schema_version != SCHEMA_VERSION:
         raise ValueError(f"{path} has schema {schema_version}; allowed: {SCHEMA_VERSION}")
     return Recording(

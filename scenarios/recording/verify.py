@@ -56,7 +56,8 @@ def verify(file: Path) -> Verdict:
     difference = first_difference(recorded, again)
     if difference is None:
         n_steps = len(recorded.arrays["time_s"])
-        return Verdict(file=file, outcome="identical", remark=f"{n_steps} steps")
+        broke_off = f"; it broke off: {recorded.error}" if recorded.error else ""
+        return Verdict(file=file, outcome="identical", remark=f"{n_steps} steps{broke_off}")
     remark = "; ".join([str(difference), *_changes(recorded.versions)])
     return Verdict(file=file, outcome="differs", remark=remark)
 

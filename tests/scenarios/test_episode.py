@@ -191,10 +191,29 @@ def test_the_idle_controller_fails_at_the_first_task_and_it_is_no_error():
     assert result.tasks[0].time_s == pytest.approx(2.0, abs=ONE_STEP)
 
 
-@pytest.mark.parametrize("cap_s", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("cap_s", [0.0, -1.0, float("nan"), float("inf"), "3", True])
 def test_a_cap_that_is_no_time_is_refused(cap_s):
     with pytest.raises(ValueError, match="task_cap_s must be a number above 0"):
         EpisodeConfig(**WITNESS, task_cap_s=cap_s)
+
+
+@pytest.mark.parametrize(
+    ("choice", "told"),
+    [
+        ({"seed": True}, "seed must be a whole number of at least 0, got True"),
+        ({"seed": 1.0}, "seed must be a whole number"),
+        ({"cameras": "wrist_left"}, "cameras must be a tuple of names, got 'wrist_left'"),
+        ({"scenario": "breathing", "magnitude": "3"}, "magnitude must be a number, got '3'"),
+    ],
+)
+def test_a_choice_of_another_kind_is_refused(choice, told):
+    with pytest.raises(ValueError, match=told):
+        EpisodeConfig(**choice)
+
+
+def test_a_seed_of_numpy_is_a_seed():
+    seed = EpisodeConfig(seed=np.int64(5)).seed
+    assert (seed, type(seed)) == (5, int)
 
 
 def test_an_exception_is_an_error_and_keeps_its_trace_and_record(tmp_path, monkeypatch):
@@ -307,6 +326,17 @@ class ControllerCounts:
         return self.length * (hold(np.full(2, jaw_of(len(self.heard)))),)
 
 
+class ControllerGives(ControllerCounts):
+    """Answers with the same each time."""
+
+    def __init__(self, chunk):
+        super().__init__()
+        self._chunk = chunk
+
+    def act(self, observation, instruction):
+        return self._chunk
+
+
 def jaw_of(chunk):
     return 0.3 + 0.01 * chunk
 
@@ -413,6 +443,23 @@ def test_an_exchange_with_a_bent_wrist_ends_and_goes_on_in_the_home_pose():
     for step in steps[-5:]:
         np.testing.assert_allclose(step.command.joints[RIGHT_ARM, :6], HOME_JOINTS[:6], atol=1e-9)
     assert not world.record.injuries
+
+
+@pytest.mark.parametrize(
+    ("planner", "controller", "told"),
+    [
+        (PlannerSays("cut it"), ControllerCounts(), "plan returned a str, not an Instruction"),
+        (PlannerSays(Instruction(task=3)), ControllerCounts(), "the task 3, not a Task"),
+        (None, ControllerGives(None), "act returned a NoneType, not a tuple of ToolActions"),
+        (None, ControllerGives(hold(np.zeros(2))), "act returned a ToolAction, not a tuple"),
+        (None, ControllerGives(np.zeros((8, 20))), "act returned a ndarray, not a tuple"),
+        (None, ControllerGives(((0.0, 0.0),)), "act returned a tuple among its ToolActions"),
+    ],
+)
+def test_a_policy_that_returns_something_else_is_told_so(planner, controller, told):
+    episode = episode_of(planner or PlannerSays(Instruction(task=TASKS[0])), controller)
+    with pytest.raises(TypeError, match=told):
+        next(episode.steps())
 
 
 def test_a_controller_without_an_action_gets_a_clear_error():

@@ -1,7 +1,9 @@
 """Tests of the ManiSkill environment without a renderer: seeds, shapes, states, refusals."""
 
 import json
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -18,6 +20,8 @@ from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
 from tissue_sim.surgery.record import Record
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
+
+PAGE = Path(__file__).parents[2] / "docs" / "environment.md"
 
 
 def make(**options: Any) -> gym.Env:
@@ -100,8 +104,9 @@ def test_a_reset_with_no_patient_is_refused_and_changes_nothing(env: gym.Env) ->
     for odd in ("swapped", 3):
         with pytest.raises(ValueError, match=r"options\['anatomy'\]: it is .* expected: .*Anatomy"):
             env.reset(seed=4, options={"anatomy": odd})
-    with pytest.raises(ValueError, match=r"seed = \[\] must be a number"):
-        env.reset(seed=[])  # pyright: ignore[reportArgumentType]
+    for seeds in ([], [1, 2]):
+        with pytest.raises(ValueError, match=r"seed = \[.*\] must be a number, or a list of one"):
+            env.reset(seed=seeds)  # pyright: ignore[reportArgumentType]
     assert_same(env.unwrapped.world.state(), before)
     assert _hash_after_reset(env) == anatomy_from_seed(_drawn_after(3)).hash
 
@@ -281,11 +286,27 @@ def test_bad_action_is_refused_and_nothing_moves(env: gym.Env, action: Any) -> N
     assert torch.equal(before, env.unwrapped.get_state())
 
 
+def test_the_docs_list_the_columns_of_an_observation_in_their_order() -> None:
+    rows = re.findall(r"^\| (`(?:agent|extra)[^|]+) \| ([\d, ]+) \|", PAGE.read_text(), re.M)
+    told = [
+        (name.split("."), int(columns))
+        for names, sizes in rows
+        for name, columns in zip(re.findall(r"`([^`]+)`", names), sizes.split(", "), strict=True)
+    ]
+    by_name, _ = gym.make(environment.ENVIRONMENT_ID, obs_mode="state_dict").reset(seed=3)
+    given = [([part, name], v.shape[1]) for part, vs in by_name.items() for name, v in vs.items()]
+    assert told == [(name, columns) for name, columns in given if name[0] in ("agent", "extra")]
+    flat, _ = make().reset(seed=3)
+    assert flat.shape == (1, sum(columns for _, columns in told))
+
+
 @pytest.mark.parametrize(
     ("options", "named"),
     [
         ({"num_envs": 2}, "num_envs"),
         ({"sim_backend": "gpu"}, "sim_backend"),
+        ({"control_mode": "pd_ee_delta_pose"}, "control_mode"),
+        ({"robot_uids": "panda"}, "robot_uids"),
         ({"sim_config": {"control_freq": 25}}, "control_freq"),
         ({"sim_config": {"sim_freq": 100}}, "sim_freq"),
     ],

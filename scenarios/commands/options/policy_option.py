@@ -4,7 +4,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from scenarios.catalogue import ENDPOINT_PLANNERS, PERCEIVING, SENSES, WITNESS
+from scenarios.catalogue import (
+    ENDPOINT_PLANNERS,
+    PERCEIVING,
+    PICTURED_CONTROLLERS,
+    SENSES,
+    WITNESS,
+)
 from scenarios.commands.options.checkpoint_option import (
     require_checkpoint,
     require_perception_checkpoint,
@@ -25,16 +31,26 @@ def require_policies(
     """Check that both policies can be made.
 
     Raises:
-        BadInputError: a factory cannot be imported, a checkpoint does not fit, or the endpoint
-            that the planner asks or a camera that the controller needs is not named.
+        BadInputError: a factory cannot be imported, a checkpoint does not fit, the endpoint that
+            the planner asks or a camera that the controller needs is not named, or the controller
+            looks at no pictures.
     """
     for option, name in (("--planner", planner), ("--controller", controller)):
         if ":" in name:
             _require_factory(option, name)
+    _require_pictured(controller, cameras)
     require_checkpoint(controller, checkpoint, cameras)
     require_planner_checkpoint(planner, planner_checkpoint)
     if planner in ENDPOINT_PLANNERS:
         require_endpoint()
+
+
+def _require_pictured(controller: str, cameras: tuple[str, ...]) -> None:
+    if cameras and ":" not in controller and controller not in PICTURED_CONTROLLERS:
+        raise BadInputError(
+            f"--cameras: controller {controller!r} looks at no pictures; these do:"
+            f" {', '.join(PICTURED_CONTROLLERS)}, MODULE:FACTORY"
+        )
 
 
 def require_perception(sense: str, checkpoint: Path | None) -> None:

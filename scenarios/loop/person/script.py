@@ -42,7 +42,7 @@ def read_script(path: Path) -> tuple[Timed, ...]:
         BadInputError: the file cannot be read, or a line has another form.
     """
     try:
-        lines = path.read_text("utf-8").split("\n")
+        lines = path.read_text("utf-8-sig").split("\n")
     except OSError as error:
         raise BadInputError(f"--instruct {path}: {error.strerror}") from None
     except UnicodeDecodeError:

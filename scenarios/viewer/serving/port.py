@@ -22,6 +22,12 @@ def choose_port(
     Raises:
         BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
     """
+    try:
+        socket.getaddrinfo(host, None)
+    except OSError as error:
+        raise BadInputError(
+            f"--host {host}: {error.strerror}; name an address of this machine"
+        ) from None
     if asked is not None:
         if asked == say_port:
             raise BadInputError(f"{option} {asked}: --say-port is the same; {OTHERWISE[option]}")
@@ -42,6 +48,7 @@ def _why_not(host: str, port: int) -> str | None:
     try:
         with socket.create_server((host, port)):
             return None
-    except (OSError, OverflowError) as error:
-        number = getattr(error, "errno", None) or 0
-        return os.strerror(number) if number > 0 else str(error)
+    except OverflowError:
+        return "no port is above 65535"
+    except OSError as error:
+        return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)

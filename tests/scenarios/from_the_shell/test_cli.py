@@ -1,5 +1,6 @@
 """Tests of bad input: one line names what is allowed, exit code 2, and no files are left."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -57,6 +58,14 @@ HEAVY = (
         (["run", "--video", "view.mp4", "--episodes", "2"], ["--video", "--episodes 1", "2"]),
         (["view", "--port", "58080", "--say-port", "58080"], ["--port", "--say-port is the same"]),
         (["view", "--cameras", "ceiling"], ["--cameras", "ceiling", "wrist_left"]),
+        (["view", "--host", "nowhere.invalid"], ["--host nowhere.invalid", "an address of this"]),
+        (["view", "--port", "70000"], ["--port 70000", "no port is above 65535"]),
+        (["run", "--checkpoint", "."], ["--checkpoint", "it is a folder"]),
+        (["run", "--checkpoint", "none"], ["--checkpoint", "none", "there is no such file"]),
+        (["run", "--view", "--workers", "2"], ["--view", "--workers 1", "got --workers 2"]),
+        (["run", "--video", "v.mp4", "--cluster", "h:1"], ["--video", "got --cluster h:1"]),
+        (["train", "controller", "--data"], ["--data: name a folder"]),
+        (["evaluate", "--arms", "a=learned+diffusion,filter=on,filter=off"], ["given twice"]),
         (["run", "--overlay"], ["--overlay", "--video FILE.mp4"]),
         (["run", "--captions"], ["--captions", "--video FILE.mp4"]),
         (["train", "controller", "--steps", "0"], ["--steps", "'0'", "at least 1"]),
@@ -209,6 +218,43 @@ def test_the_library_refuses_the_same(wrong, said):
 )
 def test_the_exit_code_tells_failures_from_errors(episodes, code):
     assert exit_code(episodes) == code
+
+
+def test_a_usage_error_is_one_line_without_a_title_where_the_terminal_has_ascii_only():
+    program = "import sys; from scenarios.cli import main; sys.exit(main(['run', '--seed', '-1']))"
+    found = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, env=os.environ | {"PYTHONIOENCODING": "latin-1"},
+    )  # fmt: skip
+    assert found.stderr.startswith("calot: Error parsing --seed: '-1'")
+    assert found.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("def make(setup", "SyntaxError: '(' was never closed"),
+        ("raise RuntimeError('no licence')", "RuntimeError: no licence (mine.py:1)"),
+        ("import no_such_module", "No module named 'no_such_module'"),
+    ],
+)
+def test_a_policy_that_cannot_be_imported_is_told_in_one_line(
+    capfd, tmp_path, monkeypatch, source, told
+):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
+    (tmp_path / "mine.py").write_text(source)
+    said = complaint(capfd, "run", "--controller", "mine:make", "--out", str(tmp_path / "out"))
+    assert said.startswith(f"calot: --controller mine:make: {told}")
+
+
+def test_a_folder_of_the_one_command_is_no_folder_of_the_other(capfd, tmp_path):
+    (tmp_path / "results.json").write_text("{}")
+    words = ("--out", str(tmp_path), "--episodes", "1")
+    assert "has results of `calot run`" in complaint(capfd, "evaluate", *words)
+    (tmp_path / "evaluation.json").write_text("{}")
+    assert "has a report of `calot evaluate`" in complaint(capfd, "run", *words)
+    assert (tmp_path / "results.json").read_text() == "{}"
 
 
 def test_nothing_heavy_is_imported_before_help_is_given():
