@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any
 
 from controller.dataset.schema import FPS
+from tissue_sim.sensing.observation import ENCODED, VECTOR_LAYOUT
 from tissue_sim.version import WORLD_VERSION
 
 CARD_PATH = "README.md"
@@ -57,7 +59,25 @@ def card(rows: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> str:
         "|---|---|",
         *(f"| {kind} | {n} |" for kind, n in sorted(kinds.items())),
         "",
+        "| numbers of `observation.state` | what, by its name in `Observation` |",
+        "|---|---|",
+        *_numbers(),
+        "",
+        "`action` has ten numbers for the left arm, then ten for the right: the way of its tip"
+        " (3, m), the first two columns of its turn (6), and the angle of its jaws (1, rad).",
+        "",
         "Patients and tissue are simulated: no person's data are in it, and nothing here is fit for"
         " use on people.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _numbers() -> Iterator[str]:
+    """Yield a row for each part of `observation.state`: which numbers, and what they are."""
+    first = 0
+    for name in ENCODED:
+        shape = VECTOR_LAYOUT[name]
+        end = first + prod(shape)
+        numbers = f"{first} to {end - 1}" if end > first + 1 else f"{first}"
+        yield f"| {numbers} | `{name}`, {' x '.join(map(str, shape))} |"
+        first = end

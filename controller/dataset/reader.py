@@ -25,7 +25,7 @@ _ROW = ("episode_index", "length", *_JSON, *_PLACE, *_HEADER)
 
 
 def read_episodes(
-    root: Path, columns: Sequence[str] | None = None, choice: Choice = ALL
+    root: str | Path, columns: Sequence[str] | None = None, choice: Choice = ALL
 ) -> Iterator[DatasetEpisode]:
     """Yield the chosen episodes of a dataset in their order, with some columns, or with all.
 
@@ -36,6 +36,7 @@ def read_episodes(
             are missing, unknown or of another shape, numbers not finite; a file is missing or
             damaged. The message is one line.
     """
+    root = Path(root)
     there = features(require_dataset(root))
     asked = tuple(there) if columns is None else columns
     if unknown := [name for name in asked if name not in there]:

@@ -1,6 +1,7 @@
 """Tests of the dataset: all that is written is read back bit for bit, from any file of it."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,13 +9,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from controller.dataset import layout
+from controller.dataset.card import card
 from controller.dataset.merge import merge
 from controller.dataset.part import header_of, part_bytes, read_part
 from controller.dataset.reader import read_episodes
 from controller.dataset.schema import DEMONSTRATED, TEXTS, features
 from tests.controller.dataset.episodes import random_episode, write_parts
+from tissue_sim.sensing.observation import VECTOR_SIZE, encoded_and_tissue, fields
 
 SEEDS = (3, 4, 5, 6)
+ROW = {"kind": "nominal", "length": 5, "seed": 3, "success": True}
 
 
 def assert_same_bits(a, b):
@@ -37,6 +41,16 @@ def test_a_part_is_read_back_bit_for_bit(tmp_path):
     read = read_part(path)
     assert_same_bits(dict(read.columns), dict(episode.columns))
     assert read.header.anatomy == episode.header.anatomy
+
+
+def test_the_card_tells_what_each_number_of_the_state_is():
+    vectors = np.arange(VECTOR_SIZE, dtype=np.float32)[None]
+    state, _ = encoded_and_tissue(vectors)
+    rows = re.findall(r"^\| (\d+)(?: to (\d+))? \| `(\w+)`", card([ROW], ()), re.M)
+    for first, last, name in rows:
+        there = state[0, int(first) : int(last or first) + 1]
+        np.testing.assert_array_equal(there, fields(vectors)[name].ravel())
+    assert int(rows[-1][0]) == state.shape[1] - 1
 
 
 def told(episode, **changes):
