@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,24 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 from rich.console import Console
 from tyro.conf import arg
 
-from scenarios.catalogue import (
-    CONTROLLERS,
-    PEOPLE,
-    PLANNERS,
-    SCENARIOS,
-    SENSES,
-    usual_sense,
-)
+from scenarios.catalogue import PEOPLE
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
+from scenarios.commands.options.arguments import at_least, one_of, text_of
 from scenarios.commands.options.cluster_option import require_cluster
+from scenarios.commands.options.episode_options import EpisodeOptions
 from scenarios.commands.options.output_path import require_writable_file, require_writable_folder
-from scenarios.commands.options.policy_option import (
-    require_perception,
-    require_policies,
-    say_who_acts,
-)
-from scenarios.commands.options.renderer_option import require_cameras, require_renderer
+from scenarios.commands.options.policy_option import say_who_acts
+from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.commands.output import output
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
@@ -64,44 +54,19 @@ VIDEO_SUFFIX = ".mp4"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
+class Run(EpisodeOptions):
     """Run one or more autonomous episodes.
 
     Exit code: 0 all passed or rightly called for a person, 1 some failed or called without need, 2
     bad input or a full disk, 3 some ended in error, 130 interrupted.
     """
 
-    planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
-    """Who says what to do next; scripted reads the hidden state."""
-    controller: Annotated[str, policy_of(CONTROLLERS)] = EpisodeConfig.controller
-    """Who moves the arms; expert reads the hidden state."""
-    checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a learned controller; the default is the one that comes with Calot."""
-    planner_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of a learned planner; the default is the one that comes with Calot."""
-    sense: Annotated[str | None, one_of(SENSES)] = None
-    """How everybody who acts observes: exact is simulator state, which no robot has; tracked is a
-    model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
-    tracked, for the witness exact."""
-    perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
-    Calot."""
-    cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
-    """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
-    scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"
-    """The conditions."""
-    magnitude: Annotated[float | None, number()] = None
-    """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     instruct: Annotated[Path | None, arg(metavar="FILE")] = None
     """What a person says and when; each line is SECONDS of simulated time, a tab, the words."""
     person: Annotated[str | None, one_of(PEOPLE)] = None
     """A scripted person who sees the truth, and corrects the robot in words."""
     save_interventions: Annotated[Path | None, arg(metavar="FOLDER")] = None
     """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
-    filter: bool = True
-    """Whether commands pass through the safety filter."""
-    seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
-    """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 1
     """Number of episodes."""
     workers: Annotated[int, at_least(1)] = 1
@@ -122,7 +87,7 @@ class Run:
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
         self._require_possible()
-        say_who_acts(self.planner, self.controller, self._sense, self.person)
+        say_who_acts(self.planner, self.controller, self.sense_in_force, self.person)
         finished: list[EpisodeResult] = []
         self._write(finished)
         try:
@@ -138,17 +103,8 @@ class Run:
         self._report(finished)
         return exit_code(finished)
 
-    @property
-    def _sense(self) -> str:
-        return self.sense or usual_sense(self.planner, self.controller, self.scenario)
-
     def _require_possible(self) -> None:
-        require_cameras(self.cameras)
-        require_policies(
-            self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
-        )
-        require_perception(self._sense, self.perception_checkpoint)
-        self._require_magnitude()
+        self.require_episode()
         if self.view:
             self._require_alone("--view")
         if self.instruct is not None:
@@ -180,18 +136,7 @@ class Run:
                 f" got --seed {self.seed} --episodes {self.episodes}"
             )
         require_writable_folder(folder, "--save-interventions")
-        require_joinable(folder, self._sense)
-
-    def _require_magnitude(self) -> None:
-        try:
-            EpisodeConfig(
-                scenario=self.scenario,
-                magnitude=self.magnitude,
-                sense=self._sense,
-                perception_checkpoint=text_of(self.perception_checkpoint),
-            )
-        except ValueError as error:
-            raise BadInputError(f"--scenario, --magnitude, --sense: {error}") from None
+        require_joinable(folder, self.sense_in_force)
 
     def _require_video_possible(self, video: Path) -> None:
         if video.suffix != VIDEO_SUFFIX:
@@ -236,24 +181,8 @@ class Run:
         return Interventions(self.save_interventions, self._configs()[0])
 
     def _configs(self) -> list[EpisodeConfig]:
-        return [
-            EpisodeConfig(
-                scenario=self.scenario,
-                magnitude=self.magnitude,
-                seed=self.seed + k,
-                planner=self.planner,
-                controller=self.controller,
-                checkpoint=text_of(self.checkpoint),
-                planner_checkpoint=text_of(self.planner_checkpoint),
-                sense=self._sense,
-                perception_checkpoint=text_of(self.perception_checkpoint),
-                safety_filter=self.filter,
-                instruct=text_of(self.instruct),
-                person=self.person,
-                cameras=self.cameras,
-            )
-            for k in range(self.episodes)
-        ]
+        first = replace(self.first_config(), instruct=text_of(self.instruct), person=self.person)
+        return [replace(first, seed=self.seed + k) for k in range(self.episodes)]
 
     def _session(self) -> SessionState:
         return new_session(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
