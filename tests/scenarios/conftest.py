@@ -1,5 +1,6 @@
-"""What several tests need: a whole real procedure, run once, a cluster, and a full disk."""
+"""What several tests need: a whole real procedure, run once, a cluster, ports, a full disk."""
 
+import os
 import resource
 import sys
 
@@ -7,6 +8,7 @@ import pytest
 
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.viewer.serving import port
 from tests.scenarios.procedures import Procedure, run_by_command, run_once
 
 
@@ -35,6 +37,13 @@ def two_nodes():
     yield cluster
     ray.shutdown()
     cluster.shutdown()
+
+
+@pytest.fixture(autouse=True)
+def _ports_of_this_process(monkeypatch):
+    """Let tests that run at the same time look for a free port in different places."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    monkeypatch.setattr(port, "FIRST_PORT", 20_000 + port.PORTS * worker)
 
 
 @pytest.fixture
