@@ -1,7 +1,7 @@
 """Tests of the recorder: all steps are read back bit for bit, after any end of the episode."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,27 +16,20 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.effect import Applied
 from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
 from scenarios.recording.rerun_commands import config_of
-from tests.scenarios.recording.made_up_step import Event, random_step
+from tests.scenarios.recording.made_up_step import random_step
+from tests.worlds import textbook_world
+from tissue_sim.surgery.injury import Injury
 
+WORLD = textbook_world(10_003)
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
 RESULT = EpisodeResult(
     scenario="nominal", seed=20_007, planner="scripted", controller="expert", success=True
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Anatomy:
-    duct_length_m: float = 0.027
-
-
-@dataclass(frozen=True, kw_only=True)
-class World:
-    anatomy: Anatomy = field(default_factory=Anatomy)
-
-
 def record(path, steps, result=RESULT):
     with Recorder(config=CONFIG, path=path) as recorder:
-        recorder.on_reset(World())
+        recorder.on_reset(WORLD)
         for step in steps:
             recorder.on_step(step)
         recorder.on_end(result)
@@ -83,16 +76,17 @@ def test_the_words_at_each_step_are_found_in_the_table(tmp_path):
 
 def test_events_keep_the_step_they_happened_at(tmp_path):
     rng = np.random.default_rng(0)
-    steps = [random_step(rng, 0), random_step(rng, 1, events=(Event(event="leak"),))]
+    leak = Injury(event="leak", time_s=0.1, value=1e-9, limit=0.0)
+    steps = [random_step(rng, 0), random_step(rng, 1, events=(leak,))]
     record(tmp_path / "episode.npz", steps)
-    assert load(tmp_path / "episode.npz").events == ({"step": 1, "event": "leak"},)
+    assert load(tmp_path / "episode.npz").events == ({"step": 1, **plain(leak)},)
 
 
 def test_a_finished_episode_carries_its_anatomy_config_and_result(tmp_path):
     record(tmp_path / "episode.npz", [])
     recording = load(tmp_path / "episode.npz")
     assert config_of(recording) == CONFIG
-    assert recording.anatomy == {"duct_length_m": 0.027}
+    assert recording.anatomy == plain(WORLD.anatomy)
     assert recording.result is not None
     assert recording.result["success"] is True
     assert recording.error is None
@@ -129,7 +123,7 @@ def test_a_step_of_the_wrong_shape_is_refused_and_the_others_are_kept(tmp_path):
     rng = np.random.default_rng(0)
     path = tmp_path / "episode.npz"
     wrong = random_step(rng, 1)
-    wrong.exact.forces_n.resize((3, 2))
+    wrong = replace(wrong, exact=replace(wrong.exact, forces_n=np.zeros((3, 2))))
     with pytest.raises(ValueError, match=r"forces_n must have shape \(2, 3\), got \(3, 2\)"):
         record(path, [random_step(rng, 0), wrong])
     assert {len(array) for array in load(path).arrays.values()} == {1}
