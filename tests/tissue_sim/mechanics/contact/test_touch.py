@@ -5,7 +5,7 @@ import pytest
 
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array, axis_angle, pose, transform, unit
-from tissue_sim.mechanics.contact.touch import BED_STIFFNESS, STICK_STIFFNESS
+from tissue_sim.mechanics.contact.touch import BED_STIFFNESS, NORMAL_STIFFNESS, STICK_STIFFNESS
 from tissue_sim.mechanics.layout import N_SHAPES
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
 from tissue_sim.patient.axes import AWAY
@@ -145,7 +145,8 @@ def test_an_instrument_pushes_tissue_out(pressed: Tissue) -> None:
     normal = off[held] / np.linalg.norm(off[held], axis=1, keepdims=True)
     push = (felt(pressed)[held][:, 1:] * normal).sum(axis=1)
     assert (push > 0).all()
-    np.testing.assert_allclose(push, 1500.0 * depth[held], rtol=1e-2, atol=1500 * 8 * EPS * 0.03)
+    rounding_n = float(NORMAL_STIFFNESS) * 8 * EPS * 0.03
+    np.testing.assert_allclose(push, NORMAL_STIFFNESS * depth[held], rtol=1e-2, atol=rounding_n)
 
 
 def test_instrument_and_tissue_feel_opposite_forces_and_torques(pressed: Tissue) -> None:
