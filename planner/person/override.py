@@ -126,7 +126,8 @@ class PlannerOverridden:
             said = answer(reading.question, self.in_force(observation), observation)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
         if reading.allows and (told := self.standing.allow(reading.allows, observation)):
-            reply = f"{told} {self._doing(observation)}"
+            how = ' Say "resume" to go on.' if self._held else ""
+            reply = f"{told}{how} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
             return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")

@@ -538,7 +538,7 @@ def test_a_dangerous_request_that_denies_something_else_is_refused_and_forbids_n
         (["don't cut", "don't clip the duct"], "you may cut the duct", "Allowed again: cut duct.",
          ["clip duct", "cut artery"]),
         (["don't cut the duct", "don't cut the artery"], "you may cut", "Allowed again: cut artery,"
-         " cut duct. I", []),
+         ' cut duct. Say "resume" to go on. I hold.', []),
         (["don't cut", "don't cut the duct"], "you may cut the duct", "Allowed again: cut duct.",
          ["cut artery"]),
     ],
@@ -551,6 +551,14 @@ def test_what_is_allowed_again_is_allowed_alone_and_what_is_left_is_told(bans, a
     assert answer.reply.startswith(told)
     assert answer.instruction.forbidden == tuple(left)
     assert f"Still forbidden: {', '.join(left)}. " in answer.reply or not left
+
+
+def test_who_allows_what_a_warning_held_is_told_how_to_go_on():
+    planner = fixed(CUT_DUCT)
+    hear(planner, "don't cut the duct", 1.0, left=3)
+    told = 'Allowed again: cut duct. Say "resume" to go on. I hold.'
+    assert hear(planner, "you may cut the duct", 3.0, left=3).reply == told
+    assert not hear(planner, "resume", 5.0, left=3).instruction.hold
 
 
 def test_who_allows_the_artery_does_not_release_the_duct():
