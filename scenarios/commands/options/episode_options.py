@@ -18,7 +18,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 
 @dataclass(frozen=True, kw_only=True)
 class EpisodeOptions:
-    """The first episode, and whoever acts in it."""
+    """Options of the first episode, and of who acts in it."""
 
     planner: Annotated[str, policy_of(PLANNERS)] = EpisodeConfig.planner
     """Who says what to do next; scripted reads the hidden state."""
