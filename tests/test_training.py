@@ -179,6 +179,16 @@ def test_a_checkpoint_for_something_else_is_refused_in_one_line(
     assert "\n" not in str(refusal.value)
 
 
+def test_a_checkpoint_of_another_learner_is_called_so(learner, trained):
+    path = trained[0] / learner.training.CHECKPOINT_FILE
+    for other in LEARNERS.values():
+        if other is not learner:
+            with pytest.raises(
+                CheckpointError, match=f"no checkpoint of a {other.checkpoints.holds}"
+            ):
+                other.checkpoints.load(path)
+
+
 @pytest.mark.parametrize(
     ("spoilt", "why"),
     [

@@ -31,7 +31,8 @@ class Checkpoints(Generic[Config, Model]):
         learner: as `calot train` names it.
         holds: what is in a file, in words.
         shipped: the one that comes with Calot, if one does.
-        fits: what must be the same when a checkpoint is written and when it is read.
+        fits: what must be the same when a checkpoint is written and when it is read; by its names
+            a file is told from another learner's.
         config_from: makes a configuration of what JSON has kept of it.
         model_from: makes a model of a configuration; its weights do not matter.
         config_of: returns the configuration of a model.
@@ -87,6 +88,8 @@ class Checkpoints(Generic[Config, Model]):
             with safe_open(path, "pt") as file:
                 said = file.metadata() or {}
             found, config = (dict(json.loads(said[name])) for name in ("fits", "config"))
+            if found.keys() != self.fits.keys():
+                raise KeyError(path)
         except OSError as error:
             raise CheckpointError(f"{path} cannot be read: {_why(path, error)}") from None
         except (SafetensorError, KeyError, TypeError, ValueError):
