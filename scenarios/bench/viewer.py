@@ -27,7 +27,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from scenarios.viewer.chromium import browser, enter, missing, open_tab, press, type_in
 from scenarios.viewer.pace import Pace
-from scenarios.viewer.scene import FRAME_S
+from scenarios.viewer.serving.drawn_page import FRAME_S
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.session_state import SessionState

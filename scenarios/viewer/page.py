@@ -1,16 +1,9 @@
-"""The page: scene and panels on a viser server, updated by a separate thread."""
+"""The page of the live procedure: its scene and its panels."""
 
 from __future__ import annotations
 
-from contextlib import redirect_stdout
-from io import StringIO
-from threading import Event, Thread
-from types import TracebackType
-from typing import Self
-
 import viser
 
-from scenarios.loop.person.inbox import interpreter
 from scenarios.viewer.frame import Frame
 from scenarios.viewer.panels.actions.corrections import CELLS, CorrectionPanel
 from scenarios.viewer.panels.actions.disturb import DisturbPanel
@@ -28,49 +21,27 @@ from scenarios.viewer.panels.procedure import ProcedurePanel
 from scenarios.viewer.panels.style import add_style
 from scenarios.viewer.panels.timing import TimingPanel
 from scenarios.viewer.panels.transport import TransportPanel
-from scenarios.viewer.scene import FRAME_S, Scene, look_through
-from scenarios.viewer.serving.gate import Gate, guarded
+from scenarios.viewer.scene import Scene, look_through
+from scenarios.viewer.serving.drawn_page import DrawnPage
+from scenarios.viewer.serving.gate import Gate
 from scenarios.viewer.session_state import Asks, SessionState
 
 PANELS_EVERY = 4  # frames
 LEFT_PX, RIGHT_PX = 290, 320
 
 
-class Page:
-    """Serves while its `with` block lasts. Draws nothing while no tab is open."""
+class Page(DrawnPage):
+    """The page of the live procedure. Draws nothing while no tab is open."""
 
     def __init__(self, ask: Asks, ask_slowly: Asks, gate: Gate, *, host: str, port: int) -> None:
         """Make the page; `ask_slowly` is for what takes long, and must not hold `ask` up."""
+        super().__init__(gate, host=host, port=port)
         self._ask, self._ask_slowly = ask, ask_slowly
-        with guarded(gate), redirect_stdout(StringIO()):  # hides viser's banner
-            self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
         theme(self.server.gui, dark=True)
         self._scene = Scene(self.server.scene)
         self._panels = self._make_panels()
         self._patient: int | None = None  # number of the patient whom the scene shows
-        self._stop = Event()
-        self._drawing = Thread(target=self._draw, name="calot-page", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._drawing.start()
-        Thread(target=interpreter().warm_up, name="calot-interpreter", daemon=True).start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._stop.set()
-        self._drawing.join()
-        with redirect_stdout(StringIO()):
-            self.server.stop()
-
-    @property
-    def port(self) -> int:
-        """Return the port on which the page is served."""
-        return self.server.get_port()
+        self._n_frames = 0
 
     def _make_panels(self) -> list[Panel]:
         gui, ask = self.server.gui, self._ask
@@ -104,15 +75,14 @@ class Page:
         add_keys(gui, ask)
         return panels
 
-    def _draw(self) -> None:
-        n = 0
-        while not self._stop.wait(FRAME_S):
-            if not self.server.get_clients() and self._patient is not None:
-                continue
-            self._show(self._ask(SessionState.frame))
-            if n % PANELS_EVERY == 0:
-                self._update_panels()
-            n += 1
+    def draw(self) -> None:
+        """Show the world as it is now; update the panels with every fourth frame."""
+        if not self.server.get_clients() and self._patient is not None:
+            return
+        self._show(self._ask(SessionState.frame))
+        if self._n_frames % PANELS_EVERY == 0:
+            self._update_panels()
+        self._n_frames += 1
 
     def _show(self, frame: Frame | None) -> None:
         if frame is None:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import redirect_stdout
 from html import escape
-from io import StringIO
-from threading import Event, Thread
 from time import monotonic
-from types import TracebackType
-from typing import Self
 
 import viser
 
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
-from scenarios.viewer.scene import FRAME_S, SHOWN_FIRST, Scene, look_through
-from scenarios.viewer.serving.gate import gate_for, guarded
+from scenarios.viewer.scene import SHOWN_FIRST, Scene, look_through
+from scenarios.viewer.serving.drawn_page import DrawnPage
+from scenarios.viewer.serving.gate import gate_for
 from tissue_sim.patient.axes import field_point
 
 APART_M = 0.30  # between fields side by side, which are 0.28 wide
@@ -27,15 +23,13 @@ SPEEDS = {"½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "4 ×": 4.0, "8 ×": 8.0}
 LABEL_M = field_point(0.0, -0.036, 0.0)  # below the organ
 
 
-class ReplayPage:
-    """Serves while its `with` block lasts. Shows the frames that are ready so far."""
+class ReplayPage(DrawnPage):
+    """A page of recordings. Shows the frames that are ready so far."""
 
     def __init__(
         self, recordings: Sequence[RecordingFrames], names: Sequence[str], *, host: str, port: int
     ):
-        self.gate = gate_for(host)
-        with guarded(self.gate), redirect_stdout(StringIO()):  # hides viser's banner
-            self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
+        super().__init__(gate_for(host), host=host, port=port)
         self._recordings, self._names = tuple(recordings), tuple(names)
         self._scenes = stage(self.server, recordings)
         for k, name in enumerate(names):
@@ -43,29 +37,8 @@ class ReplayPage:
         self._end_s = max(recording.end_s for recording in recordings)
         self._marks = _labelled(self._recordings)
         self._time_s, self._playing = 0.0, True
-        self._stop = Event()
+        self._drawn_s = monotonic()
         self._make_panel()
-        self._drawing = Thread(target=self._draw, name="calot-replay", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._drawing.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._stop.set()
-        self._drawing.join()
-        with redirect_stdout(StringIO()):
-            self.server.stop()
-
-    @property
-    def port(self) -> int:
-        """Return the port on which the page is served."""
-        return self.server.get_port()
 
     def _make_panel(self) -> None:
         gui = self.server.gui
@@ -115,16 +88,15 @@ class ReplayPage:
     def _go(self, time_s: float) -> None:
         self._time_s, self._playing = time_s, False
 
-    def _draw(self) -> None:
-        last_s = monotonic()
-        while not self._stop.wait(FRAME_S):
-            now_s = monotonic()
-            if self._playing:
-                ahead_s = SPEEDS[self._speed.value] * (now_s - last_s)
-                self._time_s = min(self._time_s + ahead_s, self._end_s, self._filled_s())
-            last_s = now_s
-            if self.server.get_clients():
-                self._show(self._time_s)
+    def draw(self) -> None:
+        """Show the recordings at the time to which they have been played."""
+        now_s = monotonic()
+        if self._playing:
+            ahead_s = SPEEDS[self._speed.value] * (now_s - self._drawn_s)
+            self._time_s = min(self._time_s + ahead_s, self._end_s, self._filled_s())
+        self._drawn_s = now_s
+        if self.server.get_clients():
+            self._show(self._time_s)
 
     def _filled_s(self) -> float:
         """Return the time up to which all recordings can be shown."""

@@ -23,7 +23,6 @@ from scenarios.viewer.layers.tissue import TissueLayer
 from tissue_sim.frames import Array
 from tissue_sim.sensing.pictures.cameras import CAMERAS
 
-FRAME_S = 1.0 / 20.0  # from one update of a page's scene to the next, assumed
 MakeLayer = Callable[[viser.SceneApi, str, Patient], Layer]
 
 LAYERS: tuple[MakeLayer, ...] = (

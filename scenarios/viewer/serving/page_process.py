@@ -117,12 +117,14 @@ def _serve(
 
     What takes long is asked over the second line, so that no order waits for it.
     """
+    from scenarios.loop.person.inbox import interpreter
     from scenarios.viewer.page import Page
     from scenarios.viewer.serving.say_server import say_server
 
     ask, ask_slowly = map(SessionLink, lines)
     with ExitStack() as served, suppress(*GONE):
         page = served.enter_context(Page(ask, ask_slowly, gate, host=host, port=port))
+        Thread(target=interpreter().warm_up, name="calot-interpreter", daemon=True).start()
         if say_port is not None:
             served.enter_context(say_server(ask, gate, host=host, port=say_port))
         life.send(page.port)
