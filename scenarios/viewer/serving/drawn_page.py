@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from contextlib import redirect_stdout
 from io import StringIO
 from threading import Event, Thread
-from types import TracebackType
 from typing import Self
 
 import viser
@@ -36,12 +35,7 @@ class DrawnPage(ABC):
         self._drawing.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._stop.set()
         self._drawing.join()
         with redirect_stdout(StringIO()):

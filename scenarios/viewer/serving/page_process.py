@@ -8,7 +8,6 @@ from contextlib import ExitStack, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Lock, Thread
-from types import TracebackType
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
 from scenarios.files.errors import BadInputError
@@ -56,12 +55,7 @@ class PageProcess:
             raise BadInputError("cannot serve the page; see the error above") from None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._process.kill()  # it holds no data that could be lost
         self._process.join()
         self._life.close()
