@@ -85,7 +85,7 @@ class Evaluate:
         open_folder(self.out, self.arms)
         results = finished(self.out, plan)
         for arm in self.arms:
-            say_who_acts(arm.planner, arm.controller, arm.sense, arm.person)
+            say_who_acts(arm.planner, arm.controller, arm.sense, arm.person, arm.name)
         try:
             self._run(plan, results)
         except KeyboardInterrupt:

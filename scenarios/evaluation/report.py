@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -105,7 +105,8 @@ class ArmReport:
     Attributes:
         suites: suite reports by name.
         worst: failed episodes, the earliest first; then the slowest that passed.
-        called: episodes in which the planner called for a person in time, with its reason.
+        needless_calls: episodes in which the planner called for a person in time without need,
+            with its reason; `right_calls` likewise with need.
         errors: episodes that broke off, which do not count as failures.
         detection: over all suites; None if the planner gives no chance of failure.
     """
@@ -113,7 +114,8 @@ class ArmReport:
     arm: StudyArm
     suites: dict[str, SuiteReport]
     worst: tuple[ReportedEpisode, ...]
-    called: tuple[ReportedEpisode, ...]
+    needless_calls: tuple[ReportedEpisode, ...]
+    right_calls: tuple[ReportedEpisode, ...]
     errors: tuple[ReportedEpisode, ...]
     detection: Detection | None
 
@@ -163,8 +165,9 @@ def _of_arm(plan: Plan, arm: StudyArm, results: Results, folder: Path) -> ArmRep
         arm=arm,
         suites={suite.name: _of_suite(plan, arm, suite, mine, folder) for suite in plan.suites},
         worst=tuple(_episode(case, result) for case, result in worst[:WORST]),
-        called=tuple(_episode(c, r) for c, r in mine.items() if r.outcome == "called"),
-        errors=tuple(_episode(c, r) for c, r in mine.items() if r.outcome == "error"),
+        needless_calls=_listed(mine, lambda r: r.is_needless_call),
+        right_calls=_listed(mine, lambda r: r.outcome == "called" and not r.is_needless_call),
+        errors=_listed(mine, lambda r: r.outcome == "error"),
         detection=detection(list(judged.values())),
     )
 
@@ -222,6 +225,12 @@ def _climb(
     )
 
 
+def _listed(
+    results: Results, which: Callable[[EpisodeResult], bool]
+) -> tuple[ReportedEpisode, ...]:
+    return tuple(_episode(case, result) for case, result in results.items() if which(result))
+
+
 def _badness(result: EpisodeResult) -> tuple[bool, int, int, float]:
     """Return a sort key: failed before passed, few tasks before many, then injuries and time."""
     done = sum(task.is_over for task in result.tasks)
@@ -263,7 +272,8 @@ def document(report: Report, made_with: Mapping[str, Any]) -> dict[str, Any]:
                 "arm": found.arm,
                 "suites": {suite: _suite_document(s) for suite, s in found.suites.items()},
                 "worst": found.worst,
-                "called": found.called,
+                "needless_calls": found.needless_calls,
+                "right_calls": found.right_calls,
                 "errors": found.errors,
                 "failure_detection": found.detection,
             }

@@ -18,6 +18,7 @@ from scenarios.evaluation.words import (
     held,
     interval,
     number,
+    passed,
     rate,
     sensed,
     signed,
@@ -43,7 +44,7 @@ def tables(report: Report) -> Iterator[Table]:
         ),
         _table("why episodes failed", ("arm", "suite", "reason"), ("episodes",), _reasons(report)),
         _table("worst episodes", ("arm", "outcome", "recording"), (), _worst(report)),
-        _table("called for a person", ("arm", "call", "recording"), (), _called(report)),
+        _table("called without need", ("arm", "call", "recording"), (), _needless(report)),
         _table("errors, of nobody's making", ("arm", "error", "recording"), (), _errors(report)),
     )
     return (table for table in several if table.row_count)
@@ -87,7 +88,7 @@ def _rates(report: Report) -> Iterator[Row]:
 
 def _rate_figures(suite: SuiteReport) -> Row:
     return (
-        f"{suite.summary.passed} of {suite.summary.counted}",
+        passed(suite.summary),
         rate(suite.summary.pass_rate),
         interval(suite.summary.wilson_95, 3),
         called(suite.summary),
@@ -175,9 +176,9 @@ def _worst(report: Report) -> Iterator[Row]:
             yield arm, episode.outcome, episode.recording
 
 
-def _called(report: Report) -> Iterator[Row]:
+def _needless(report: Report) -> Iterator[Row]:
     for arm, found in report.arms.items():
-        for episode in found.called:
+        for episode in found.needless_calls:
             yield arm, episode.outcome, episode.recording
 
 

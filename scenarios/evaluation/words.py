@@ -14,9 +14,14 @@ SENSED = (
 """Headings of `sensed`; errors in mm."""
 
 
+def passed(summary: Summary) -> str:
+    """Return how many episodes passed, of those that count."""
+    return f"{summary.passed} of {summary.counted}"
+
+
 def counts(summary: Summary) -> str:
     """Return how many episodes passed, of those that count; and how many called rightly."""
-    told = f"{summary.passed} of {summary.counted}"
+    told = passed(summary)
     return f"{told}, {summary.rightly_called} rightly called" if summary.rightly_called else told
 
 

@@ -40,7 +40,7 @@ def in_detail(result: EpisodeResult) -> str:
         f"{injury.event} at {injury.time_s:.1f} s ({injury.value:.3g}, limit {injury.limit:.3g})"
         for injury in result.injuries[:1]
     ]
-    parts += [] if result.call is None else [result.call.in_words]
+    parts += [] if result.call is None else [result.call.in_words.removesuffix(".")]
     if (undone := first_not_done(result)) is not None:
         parts.append(f"{undone} not done")
         parts += [f"{task.time_s:.0f} s at {task.instruction}" for task in _too_long(result)]

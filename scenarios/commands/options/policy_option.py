@@ -64,9 +64,12 @@ def require_perception(sense: str, checkpoint: Path | None) -> None:
         require_renderer(f"--sense {sense}")
 
 
-def say_who_acts(planner: str, controller: str, sense: str, person: str | None = None) -> None:
-    """Print who plans, who moves, who corrects, and how everybody who acts observes."""
-    line = f"planner: {_described(planner)}; controller: {_described(controller)}"
+def say_who_acts(
+    planner: str, controller: str, sense: str, person: str | None = None, arm: str | None = None
+) -> None:
+    """Print who plans, moves and corrects, how everybody who acts observes, and in which arm."""
+    line = "" if arm is None else f"arm {arm}: "
+    line += f"planner: {_described(planner)}; controller: {_described(controller)}"
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
     Console(stderr=True).print(
         f"{line}\nsense: {sense}: {SENSES[sense]}",

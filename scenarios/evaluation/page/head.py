@@ -21,9 +21,9 @@ def head(report: Report) -> str:
     cards = "".join(_card(k, found, headline) for k, found in enumerate(report.arms.values()))
     return (
         f"<h1>How often does it succeed?</h1><p class='lead'>Every arm met the same {patients}, in"
-        f" {escape(suites)}. Seventeen tasks, three clips and a cut on either tube: a procedure"
-        " passes when all are done, every clip holds a test pull, nothing leaks and nothing is"
-        f" injured.</p><div class='cards'>{cards}</div>"
+        f" {escape(suites)}. The gallbladder is grabbed, either tube gets two or three clips and a"
+        " cut. A procedure passes when all is done, every clip holds a test pull, nothing leaks"
+        f" and nothing is injured.</p><div class='cards'>{cards}</div>"
     )
 
 
@@ -45,7 +45,7 @@ def _passed(suite: str, found: ArmReport) -> str:
 
 def _stack(arm: StudyArm) -> str:
     """Return the parts of an arm in words."""
-    parts = [f"{arm.planner} planner, {arm.controller} controller"]
+    parts = [f"{arm.planner} planner, {arm.controller} controller", f"sense {arm.sense}"]
     parts += [] if arm.safety_filter else ["no safety filter"]
     parts += [arm.ablation] if arm.ablation else []
     parts += [f"a scripted {arm.person} corrects"] if arm.person else []

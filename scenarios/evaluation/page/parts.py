@@ -25,6 +25,11 @@ def table(head: Sequence[str], names: int, rows: Iterable[Sequence[str]]) -> str
     return f"<div class='scroll'>{whole}</div>" if body else ""
 
 
+def folded(title: str, body: str) -> str:
+    """Return what is shown when its title is pressed; an empty text if `body` is empty."""
+    return f"<details><summary>{title}</summary>{body}</details>" if body else ""
+
+
 def _cell(tag: str, content: str, is_number: bool) -> str:
     kind = " class='n'" if is_number else ""
     return f"<{tag}{kind}>{content}</{tag}>"
@@ -35,4 +40,5 @@ def legend(report: Report) -> str:
 
 
 def arm_name(k: int, name: str) -> str:
-    return f"<span class='dot arm{k % N_COLOURS}'></span>{escape(name)}"
+    dot = f"<span class='dot arm{k % N_COLOURS}'></span>"
+    return f"<span class='arm-name'>{dot}{escape(name)}</span>"

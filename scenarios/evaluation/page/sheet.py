@@ -35,13 +35,14 @@ section { background: var(--card); border: 1px solid var(--rule); border-radius:
   font-weight: 650; }
 .card .soft { font-size: 13px; display: block; }
 .scroll { overflow-x: auto; }
+summary { cursor: pointer; color: var(--arm0); margin-top: 14px; }
 table { border-collapse: collapse; width: 100%; font-size: 14px;
   font-variant-numeric: tabular-nums; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 12.5px; }
 th, td { padding: 7px 12px 7px 0; border-bottom: 1px solid var(--rule); vertical-align: top; }
 tbody tr:last-child td { border-bottom: 0; }
 tbody tr:hover { background: var(--hover); }
-th.n, td.n { text-align: right; white-space: nowrap; }
+th.n, td.n { text-align: right; } td.n, .arm-name { white-space: nowrap; }
 td.n:last-child, th.n:last-child { padding-right: 0; }
 a { color: var(--arm0); text-decoration: none; }
 a:hover { text-decoration: underline; }

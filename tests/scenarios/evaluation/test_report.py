@@ -75,16 +75,19 @@ def test_calls_are_listed_with_their_reason_and_right_ones_leave_rate_and_pairs(
     summary = found.suites["nominal"].summary
     assert (summary.called, summary.needless, summary.pass_rate) == (10, 5, 0.0)
     assert found.suites["nominal"].reasons == {}
-    assert [c.outcome for c in found.called][:2] == [
-        "called rightly: <too> short.",
-        "called without need: <too> short.",
-    ]
+    assert {call.outcome for call in found.right_calls} == {"called rightly: <too> short."}
+    assert [call.seed for call in found.needless_calls] == [1, 3, 5, 7, 9]
+    assert {call.outcome for call in found.needless_calls} == {"called without need: <too> short."}
     assert (found.worst, found.errors) == ((), ())
     (pair,) = declined.comparisons
     assert (pair.pairs, pair.only_arm, pair.difference) == (5, 5, 1.0)
     assert "10 (100 %), 5 without need" in in_text(declined)
-    assert "0 of 5, 5 rightly called, 5 called without need" in page(declined, MADE_WITH)
-    assert "called rightly: &lt;too&gt; short." in page(declined, MADE_WITH)
+    assert "called without need: <too> short." in in_text(declined)
+    assert "called rightly: <too> short." not in in_text(declined)
+    html = page(declined, MADE_WITH)
+    assert "<td>nominal</td><td class='n'>5</td><td class='n'>5</td>" in html
+    assert html.index("called without need: &lt;too") < html.index("5 rightly called</summary>")
+    assert html.index("5 rightly called</summary>") < html.index("called rightly: &lt;too")
 
 
 def test_nobody_raises_the_lowest_rate_by_calling_without_need():
@@ -101,7 +104,7 @@ def test_a_late_call_is_the_reason_of_a_failure():
     failed = replace(episode(plan("nominal").due({})[0], passed=False), injuries=())
     late = replace(failed, call=CallResult(reason="Too short.", in_time=False, needed=True))
     assert reason(late) == CALLED_LATE
-    assert "called too late: Too short." in in_detail(late)
+    assert "called too late: Too short;" in in_detail(late)
 
 
 def test_a_climb_that_ends_with_calls_alone_did_not_break():
@@ -209,7 +212,8 @@ def test_no_pass_rate_is_pooled_over_ladders():
     assert "perturbation" not in rates
     alone = plan("perturbation", arms=(FIRST,))
     html = page(report_of(alone, results_of(alone, judge), NOWHERE), MADE_WITH)
-    assert "scripted planner, expert controller</span></div>" in html  # a card without a rate
+    without_rate = "scripted planner, expert controller, sense exact</span></div>"
+    assert without_rate in html
     assert "Beside SRT-H" not in html
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from html import escape
 
-from scenarios.evaluation.page.parts import arm_name, section, table
-from scenarios.evaluation.report import Report, ReportedEpisode
+from scenarios.evaluation.page.parts import arm_name, folded, section, table
+from scenarios.evaluation.report import ArmReport, Report, ReportedEpisode
+
+EPISODE = ("arm", "recording", "outcome")
 
 
 def failures(report: Report) -> str:
@@ -20,21 +23,28 @@ def failures(report: Report) -> str:
         for name, suite in found.suites.items()
         for reason, count in suite.reasons.items()
     ]
-    episodes = [
-        (arm_name(k, arm), _place(episode), escape(episode.outcome))
-        for k, (arm, found) in enumerate(report.arms.items())
-        for episode in (*found.errors, *found.called, *found.worst)
-    ]
+    to_look_at = _episodes(report, lambda arm: (*arm.errors, *arm.needless_calls, *arm.worst))
+    right_calls = _episodes(report, lambda arm: arm.right_calls)
     return section(
         "Why, and which to look at",
         "What went wrong first in each failed episode. Below, errors, episodes in which the planner"
-        " called for a person, and the worst episodes: those that failed earliest, then the slowest"
-        " that passed. Watch one with"
-        " <code>calot replay FILE --view</code>.",
+        " called for a person without need, and the worst episodes: those that failed earliest,"
+        " then the slowest that passed. Watch one with <code>calot replay FILE --view</code>.",
         table(("arm", "suite", "reason", "episodes"), 3, reasons)
         + "<div style='height:18px'></div>"
-        + table(("arm", "recording", "outcome"), 9, episodes),
+        + table(EPISODE, len(EPISODE), to_look_at)
+        + folded(f"{len(right_calls)} rightly called", table(EPISODE, len(EPISODE), right_calls)),
     )
+
+
+def _episodes(
+    report: Report, which: Callable[[ArmReport], Sequence[ReportedEpisode]]
+) -> list[Sequence[str]]:
+    return [
+        (arm_name(k, arm), _place(episode), escape(episode.outcome))
+        for k, (arm, found) in enumerate(report.arms.items())
+        for episode in which(found)
+    ]
 
 
 def _place(episode: ReportedEpisode) -> str:

@@ -9,7 +9,7 @@ from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.page.plots import PlotMark, forest
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report, SuiteReport
-from scenarios.evaluation.words import counts, number
+from scenarios.evaluation.words import number, passed
 
 
 def pass_rates(report: Report) -> str:
@@ -25,8 +25,8 @@ def pass_rates(report: Report) -> str:
         if not suite.ladders
         for k, (arm, found) in enumerate(report.arms.items())
     ]
-    head = ("arm", "suite", "time (s)", "path (mm)", "jerk (µm/step³)", "corrections",
-            "altered", "injured", "clearance (mm)")  # fmt: skip
+    head = ("arm", "suite", "called rightly", "without need", "time (s)", "path (mm)",
+            "jerk (µm/step³)", "corrections", "altered", "injured", "clearance (mm)")  # fmt: skip
     return section(
         "Pass rates",
         "Bars are 95 % Wilson intervals. Episodes that broke off with an error are nobody's"
@@ -41,8 +41,7 @@ def pass_rates(report: Report) -> str:
 
 
 def _note(suite: SuiteReport) -> str:
-    notes = [counts(suite.summary)]
-    notes += [f"{suite.summary.needless} called without need"] if suite.summary.needless else []
+    notes = [passed(suite.summary)]
     notes += [f"{suite.summary.errors} errors"] if suite.summary.errors else []
     notes += [f"{suite.missing} not run"] if suite.missing else []
     return ", ".join(notes)
@@ -53,10 +52,12 @@ def _figures(report: Report) -> Iterator[Sequence[str]]:
         if suite.ladders:
             continue
         for k, (arm, found) in enumerate(report.arms.items()):
-            f = found.suites[suite.name].figures
+            f, summary = found.suites[suite.name].figures, found.suites[suite.name].summary
             yield (
                 arm_name(k, arm),
                 escape(suite.name),
+                str(summary.rightly_called),
+                str(summary.needless),
                 number(f.time_s, 1),
                 number(f.path_m, 0, 1e3),
                 number(f.jerk_m, 1, 1e6),

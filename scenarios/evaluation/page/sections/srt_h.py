@@ -9,7 +9,7 @@ from scenarios.evaluation import published
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.figures import TaskFigures
-from scenarios.evaluation.words import NOTHING, counts, number
+from scenarios.evaluation.words import NOTHING, number, passed
 
 
 def beside_srt_h(report: Report) -> str:
@@ -24,7 +24,7 @@ def beside_srt_h(report: Report) -> str:
     head = ("", *(escape(arm) for arm in report.arms), "SRT-H", "its surgeon")
     seconds, corrections = published.DURATIONS_S, published.CORRECTIONS
     rows: list[Sequence[str]] = [
-        ("procedures passed", *(counts(a.summary) for a in arms),
+        ("procedures passed", *(passed(a.summary) for a in arms),
          f"{published.PASSED} of {published.GALLBLADDERS}", NOTHING),
         ("procedure (s)", *(number(a.figures.time_s, 0) for a in arms),
          f"{sum(seconds) / len(seconds):.0f}", NOTHING),
