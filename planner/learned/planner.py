@@ -79,8 +79,7 @@ class PlannerLearned:
         self._remember(observation)
         self._standstill.see(observation)
         self._sight.see(observation)
-        if _untouched(observation):
-            self._room.see(observation)
+        self._room.see(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
@@ -116,9 +115,7 @@ class PlannerLearned:
             return UNSEEN
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
-        if _untouched(observation):
-            return self._room.why_call(observation, due=task.kind in ("clip", "cut"))
-        return None
+        return self._room.why_call(observation, due=task.kind in ("clip", "cut"))
 
     def _remember(self, observation: Observation) -> None:
         """Add a moment."""
@@ -164,11 +161,6 @@ class PlannerLearned:
             correction=torch.tensor([[row.correction for row in rows]]),
             since_s=torch.tensor([[row.since_s for row in rows]]),
         )
-
-
-def _untouched(observation: Observation) -> bool:
-    """Return whether nothing has been clipped or cut yet."""
-    return not (observation.n_clips or observation.severed.any())
 
 
 def load_planner(checkpoint: str | Path | None = None, *, alone: bool = False) -> PlannerLearned:

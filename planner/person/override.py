@@ -20,6 +20,7 @@ from planner.person.orders import Order, OrderProgress
 from planner.person.standing import Standing
 from planner.seen.done import is_back
 from planner.seen.next_task import DoneAlreadyError, NotNowError
+from planner.seen.room import RoomSeen
 from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
@@ -73,6 +74,7 @@ class PlannerOverridden:
         not asked: its clock stands still, and what others try, or nobody may, counts for nothing.
         Where arms are to move slower, its clock runs slower, too.
         """
+        self._room.see(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
         self._seen_s = observation.time_s
         if rests:
@@ -173,8 +175,10 @@ class PlannerOverridden:
             )
         after = f", then {_in_order(then)}" if then else ""
         what = order_in_words(order, instruction)
-        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
-        return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
+        reply = (
+            f"{what}, {order.lasts(self.standing.speed)}{after}. {self._doubts(order, observation)}"
+        )
+        return Answer(instruction=instruction, reply=f"{reply}{self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
@@ -183,6 +187,13 @@ class PlannerOverridden:
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
+
+    def _doubts(self, order: Order, observation: Observation) -> str:
+        """Return why the robot would have called for a person; "" if nothing speaks against it."""
+        if order.correction or order.task is None or order.task.kind not in ("clip", "cut"):
+            return ""
+        why = self._room.why_call(observation, due=True)
+        return f"I would have called for a person. {why} " if why else ""
 
     def _asked(self, observation: Observation) -> Instruction:
         """Return the planner's instruction for what is seen, at the time by its own clock."""
@@ -215,6 +226,7 @@ class PlannerOverridden:
         self._latest = Order()
         self._stopped_s: float | None = None
         self._offered: Said | None = None
+        self._room = RoomSeen()
         self.standing = Standing()
 
     def _doing(self, observation: Observation) -> str:

@@ -1,10 +1,12 @@
-"""Do the tubes have room for the procedure? From the observation alone, before the first clip.
+"""Do the tubes have room for the procedure? From the observation alone, before the own first clip.
 
 The rule of `tissue_sim.outcome.room`, on what is seen: lengths of the tubes, whether they cross,
 and whether there is a third one.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -28,39 +30,53 @@ BESIDE_M = 0.0021
 
 
 class RoomSeen:
-    """Collects observations of one patient's tubes until the first clip."""
+    """Collects observations of one patient's tubes until the first clip, and judges them.
+
+    It judges until the first clip, and at least once when a clip or a cut of its own is due: a
+    person may have ordered others before.
+    """
 
     def __init__(self) -> None:
-        self._n, self._beside_m = 0, 0.0
+        self._n, self._beside_m, self._judged = 0, 0.0, False
 
     def see(self, seen: Observation) -> None:
-        """Take in one observation."""
-        self._n += 1
-        self._beside_m += artery_beside_m(seen)
+        """Take in one observation; those after the first clip tell nothing of the room."""
+        if _is_untouched(seen):
+            self._n += 1
+            self._beside_m += artery_beside_m(seen)
 
     def why_call(self, seen: Observation, *, due: bool) -> str | None:
         """Return why a person must be called, in a surgeon's words; None if there is no reason.
 
         Args:
             seen: the last observation that was taken in.
-            due: the first clip is next, so that what is uncertain must be decided now.
+            due: a clip or a cut is next, so that what is uncertain must be decided now.
         """
-        reasons = []
-        for side, length_m, std_m in zip(
-            TUBES, seen.rest_length_m, seen.rest_length_std_m, strict=True
+        if not _is_untouched(seen) and (self._judged or not due):
+            return None
+        self._judged |= due
+        return " ".join(self._reasons(seen, due=due)) or None
+
+    def _reasons(self, seen: Observation, *, due: bool) -> Iterator[str]:
+        for side, length_m, std_m, severed in zip(
+            TUBES, seen.rest_length_m, seen.rest_length_std_m, seen.severed, strict=True
         ):
             tube = structure_seen(side, seen)
             needs_m = needed_m(tube, FEWEST_CLIPS)
-            if needs_m - length_m > (DUE if due else SURE) * std_m:
-                reasons.append(
+            if not severed and needs_m - length_m > (DUE if due else SURE) * std_m:
+                yield (
                     f"The {tube} looks {1e3 * length_m:.1f} mm long: a clip on either side of"
                     f" a cut needs {1e3 * needs_m:.1f} mm."
                 )
         if self._beside_m < (BESIDE_M if due else 0.0) * self._n:
-            reasons.append("The artery seems to cross the duct: a person must deal with it.")
+            yield "The artery seems to cross the duct: a person must deal with it."
         if seen.third_tube > (LIKELY if due else CERTAIN):
-            reasons.append("There seems to be a second artery: a person must deal with it.")
-        return " ".join(reasons) or None
+            yield "There seems to be a second artery: a person must deal with it."
+
+
+def _is_untouched(seen: Observation) -> bool:
+    """Return whether nothing has been clipped or cut yet."""
+    return not (seen.n_clips or seen.severed.any())
 
 
 def artery_beside_m(seen: Observation) -> float:

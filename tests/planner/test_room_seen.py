@@ -55,6 +55,23 @@ def test_what_is_uncertain_is_decided_when_the_first_clip_is_due():
     assert why(clearly, due=False) is not None
 
 
+def test_what_a_person_had_clipped_does_not_spare_the_robot_its_own_judgement():
+    room, short_m = RoomSeen(), needed_m("duct", FEWEST_CLIPS) - 1e-3
+    short = with_length(short_m, std_m=0.001)
+    room.see(short)
+    assert room.why_call(short, due=False) is None
+    clipped_by_a_person = replace(clipped(right=2), rest_length_m=short.rest_length_m)
+    assert room.why_call(clipped_by_a_person, due=False) is None
+    assert "The duct looks" in (room.why_call(clipped_by_a_person, due=True) or "")
+    assert room.why_call(clipped_by_a_person, due=True) is None  # it is judged once
+
+
+def test_a_tube_that_is_cut_needs_no_room_any_more():
+    short = with_length(needed_m("duct", FEWEST_CLIPS) - 0.005)
+    assert why(replace(short, severed=np.array([True, False]))) is None
+    assert why(replace(short, severed=np.array([False, True]))) is not None
+
+
 def artery_ending(beside_m: float, duct: Tube = "left") -> Observation:
     """Return an observation whose artery ends so far beside the duct's line."""
     seen = clipped(duct=duct)

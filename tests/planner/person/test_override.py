@@ -298,6 +298,24 @@ def test_an_order_comes_before_a_call_which_is_still_there_afterwards():
     assert planner.in_force(there) == call
 
 
+def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(planner):
+    short = {"rest_length_m": np.array([0.010, 0.028]), "rest_length_std_m": np.full(2, 1e-4)}
+    at_rest = replace(clipped(), **short)
+    planner.plan(at_rest)
+    told = planner.hear(INTERPRETER.read("clip the artery"), at_rest)
+    assert told.instruction.task.tube == "right"
+    assert "I would have called for a person. The duct looks 10.0 mm long" in told.reply
+    moved = planner.hear(INTERPRETER.read("left arm higher"), at_rest)
+    assert "called for a person" not in moved.reply
+    begun = replace(clipped(right=1, time_s=1.0), **short)
+    again = planner.hear(INTERPRETER.read("clip the artery"), begun)
+    assert "called for a person" not in again.reply  # once begun, the person knows
+
+
+def test_who_orders_a_clip_in_a_patient_with_room_is_told_of_no_call(planner):
+    assert "called for a person" not in hear(planner, "clip the artery").reply
+
+
 @pytest.mark.parametrize("word", ["stop", "pause"])
 def test_a_hold_lasts_until_a_task_is_ordered_and_a_correction_in_it_ends_in_it(word):
     planner, seen = fixed(), clipped(time_s=5.0)
