@@ -60,7 +60,7 @@ class PlannerScripted:
                 self._index = 0 if self._slipped() else self._index
         elif self._is_over(task):
             self._index, self._since_s, self._tries = self._next_to_do(), now_s, 1
-        elif task.kind in ("clip", "cut"):
+        elif task.is_deed:
             self._backing_off = self._slipped() or now_s - self._since_s > PATIENCE_S
         said = self._order[self._index + 1 if self._backing_off else self._index]
         return Instruction(task=said, time_s=now_s)

@@ -33,6 +33,11 @@ class Task:
         """Return whether the right arm only goes back, from a clip or from the cut."""
         return self.kind in ("go_back", "go_back_from_cut")
 
+    @property
+    def is_deed(self) -> bool:
+        """Return whether it clips or cuts, which cannot be undone."""
+        return self.kind in ("clip", "cut")
+
 
 def _tasks_of(tube: Tube, first_index: int) -> list[Task]:
     steps: list[tuple[str, TaskKind, int | None, RightTool]] = []

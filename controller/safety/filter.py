@@ -170,7 +170,7 @@ def _entry(situation: Situation, kept: _Kept, time_s: float) -> Entry | None:
 def _is_no_event(situation: Situation, broken: dict[str, float]) -> bool:
     """Return whether at most a jaw, which had no task, was kept from closing a little."""
     jaws = all(name.partition(":")[0] in JAW_LOCKS for name in broken)
-    idle = situation.instruction.task.kind not in ("clip", "cut")
+    idle = not situation.instruction.task.is_deed
     return jaws and (not broken or (idle and max(broken.values()) < JAW_DEAD_BAND_RAD))
 
 

@@ -49,7 +49,7 @@ class OnlyWhatIsMeant:
     name: str = "only what is meant"
 
     def bounds(self, situation: Situation) -> Bounds:
-        acts = situation.instruction.task.kind in ("clip", "cut")
+        acts = situation.instruction.task.is_deed
         meant = situation.worked_on[RIGHT_ARM] if acts else frozenset[str]()
         wrong = sorted(situation.between_jaws - meant)
         return _no_closing(wrong) if wrong else NO_BOUNDS

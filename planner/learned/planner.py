@@ -115,7 +115,7 @@ class PlannerLearned:
             return UNSEEN
         if self._tries[self._task] > MOST_TRIES:
             return failed_too_often(task)
-        return self._room.why_call(observation, due=task.kind in ("clip", "cut"))
+        return self._room.why_call(observation, due=task.is_deed)
 
     def _remember(self, observation: Observation) -> None:
         """Add a moment."""
@@ -147,7 +147,7 @@ class PlannerLearned:
         if sure and task != self._task:
             self._task, self._uneasy = task, False
             self._clock.begin()
-            self._tries[task] += TASKS[task].kind in ("clip", "cut")
+            self._tries[task] += TASKS[task].is_deed
             self._has_cut |= TASKS[task].kind == "go_back_from_cut"
 
     def _stacked(self) -> Moments:

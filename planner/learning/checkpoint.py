@@ -84,16 +84,17 @@ class Checkpoints(Generic[Config, Model]):
             CheckpointError: there is no file, or it has no model that fits.
         """
         path = self.chosen(path)
+        another = f"{path} is no checkpoint of a {self.holds}"
         try:
             with safe_open(path, "pt") as file:
                 said = file.metadata() or {}
             found, config = (dict(json.loads(said[name])) for name in ("fits", "config"))
-            if found.keys() != self.fits.keys():
-                raise KeyError(path)
         except OSError as error:
             raise CheckpointError(f"{path} cannot be read: {_why(path, error)}") from None
         except (SafetensorError, KeyError, TypeError, ValueError):
-            raise CheckpointError(f"{path} is no checkpoint of a {self.holds}") from None
+            raise CheckpointError(another) from None
+        if found.keys() != self.fits.keys():
+            raise CheckpointError(another)
         for name, wanted in self.fits.items():
             if found.get(name) != wanted:
                 raise CheckpointError(f"{path}: {name} {found.get(name)}, but here it is {wanted}")

@@ -87,7 +87,7 @@ class PlannerOverridden:
 
     def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
-        told, self._left = self._left, []
+        told, self._untold = self._untold, []
         progress = self._progress
         ended = progress and progress.see(
             observation, exchanging=exchanging, speed=self.standing.speed
@@ -175,10 +175,8 @@ class PlannerOverridden:
             )
         after = f", then {_in_order(then)}" if then else ""
         what = order_in_words(order, instruction)
-        reply = (
-            f"{what}, {order.lasts(self.standing.speed)}{after}. {self._doubts(order, observation)}"
-        )
-        return Answer(instruction=instruction, reply=f"{reply}{self._doing(observation)}")
+        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
+        return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
@@ -187,13 +185,6 @@ class PlannerOverridden:
         instruction = self.in_force(observation)
         reply = f"Back to the planner. {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
-
-    def _doubts(self, order: Order, observation: Observation) -> str:
-        """Return why the robot would have called for a person; "" if nothing speaks against it."""
-        if order.correction or order.task is None or order.task.kind not in ("clip", "cut"):
-            return ""
-        why = self._room.why_call(observation, due=True)
-        return f"I would have called for a person. {why} " if why else ""
 
     def _asked(self, observation: Observation) -> Instruction:
         """Return the planner's instruction for what is seen, at the time by its own clock."""
@@ -221,7 +212,7 @@ class PlannerOverridden:
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
-        self._left: list[str] = []  # what is still to be told of orders that were left
+        self._untold: list[str] = []  # what is still to be told of orders
         self._hold_after = False  # a correction in a hold ends in it
         self._latest = Order()
         self._stopped_s: float | None = None
@@ -258,14 +249,14 @@ class PlannerOverridden:
             self._drop(self._then)
         if order.correction is None and self._interrupted is not None:
             progress, then = self._interrupted
-            self._left.append(progress.left())
+            self._untold.append(progress.left())
             self._drop(then)
             self._interrupted = None
         self._then = deque[Said]()
 
     def _drop(self, then: deque[Said]) -> None:
         if then:
-            self._left.append(f"Not done: {_in_order(then)}; something else was said.")
+            self._untold.append(f"Not done: {_in_order(then)}; something else was said.")
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
         tips_m = observation.tips_endoscope[:, :3, 3].copy()
@@ -273,6 +264,14 @@ class PlannerOverridden:
         self._progress = OrderProgress(now, self._leaving(order, observation))
         if not order.hold:
             self._latest = order
+        self._doubt(order, observation)
+
+    def _doubt(self, order: Order, observation: Observation) -> None:
+        """Tell why the robot would not have begun with a clip or a cut that is ordered, if so."""
+        if order.correction or order.task is None or not order.task.is_deed:
+            return
+        if (why := self._room.why_call(observation, due=True)) is not None:
+            self._untold.append(f"I would have called for a person. {why}")
 
     def _leaving(self, order: Order, observation: Observation) -> Task | None:
         """Return the way back that must come first: to go on from among tissue is not learned."""

@@ -1,4 +1,4 @@
-"""Do the tubes have room for the procedure? From the observation alone, before the own first clip.
+"""Have the tubes room for the procedure? From the observation alone, before the first own clip.
 
 The rule of `tissue_sim.outcome.room`, on what is seen: lengths of the tubes, whether they cross,
 and whether there is a third one.

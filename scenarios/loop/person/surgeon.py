@@ -54,7 +54,7 @@ class Surgeon:
         self._said = self._said if task == self._task else 0
         self._task = task
         waits = step.exchange or step.instruction.hold or step.instruction.source == "human"
-        if waits or task.kind not in ("clip", "cut") or task_done(task, self._world):
+        if waits or not task.is_deed or task_done(task, self._world):
             return
         if (words := self._words(task, closes=closes, stands=stands)) is not None:
             self._said += 1

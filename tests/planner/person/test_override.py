@@ -302,18 +302,30 @@ def test_who_orders_a_clip_in_a_patient_without_room_is_told_so_and_obeyed(plann
     short = {"rest_length_m": np.array([0.010, 0.028]), "rest_length_std_m": np.full(2, 1e-4)}
     at_rest = replace(clipped(), **short)
     planner.plan(at_rest)
-    told = planner.hear(INTERPRETER.read("clip the artery"), at_rest)
-    assert told.instruction.task.tube == "right"
-    assert "I would have called for a person. The duct looks 10.0 mm long" in told.reply
-    moved = planner.hear(INTERPRETER.read("left arm higher"), at_rest)
-    assert "called for a person" not in moved.reply
+    obeyed = planner.hear(INTERPRETER.read("clip the artery"), at_rest)
+    assert obeyed.instruction.task.tube == "right"
+    (told,) = planner.follow(at_rest)
+    assert told.startswith("I would have called for a person. The duct looks 10.0 mm long")
+    assert told.endswith(f"I go on: {obeyed.instruction.text}.")
+    planner.hear(INTERPRETER.read("left arm higher"), at_rest)
+    assert not planner.follow(at_rest)
     begun = replace(clipped(right=1, time_s=1.0), **short)
-    again = planner.hear(INTERPRETER.read("clip the artery"), begun)
-    assert "called for a person" not in again.reply  # once begun, the person knows
+    planner.hear(INTERPRETER.read("clip the artery"), begun)
+    assert not any("called for" in told for told in planner.follow(begun))  # the person knows
+
+
+def test_who_orders_a_clip_after_something_else_is_told_when_it_begins(planner):
+    short = {"rest_length_m": np.array([0.010, 0.028]), "rest_length_std_m": np.full(2, 1e-4)}
+    planner.hear(INTERPRETER.read("open the right gripper, then clip the artery"), clipped())
+    assert not planner.follow(clipped())
+    opened = replace(clipped(time_s=0.5 * JAWS_S), **short), replace(clipped(time_s=9.0), **short)
+    told = [line for seen in (*opened, opened[1]) for line in planner.follow(seen)]
+    assert any("I would have called for a person. The duct" in line for line in told)
 
 
 def test_who_orders_a_clip_in_a_patient_with_room_is_told_of_no_call(planner):
-    assert "called for a person" not in hear(planner, "clip the artery").reply
+    hear(planner, "clip the artery")
+    assert not planner.follow(clipped())
 
 
 @pytest.mark.parametrize("word", ["stop", "pause"])
