@@ -37,10 +37,11 @@ class ProgressDisplay:
         self._progress.reset(self._tasks, detail="ready", visible=True)
 
     def on_step(self, step: Any) -> None:
-        """Show the current task, the simulated time, and what was said and replied."""
+        """Show the task, the simulated time, what was said and replied, and what came of it."""
         for heard in step.heard:
-            line = f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}"
-            self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
+            self._say(f"{heard.time_s:.1f} s, {heard.text!r}: {heard.reply}")
+        for told in step.told:
+            self._say(f"{step.time_s:.1f} s: {told}")
         why = f" ({step.instruction.remark})" if step.instruction.remark else ""
         said = f"{step.instruction.text}{why}"
         self._progress.update(
@@ -56,3 +57,6 @@ class ProgressDisplay:
     def advance(self) -> None:
         """Count one finished episode."""
         self._progress.advance(self._episodes)
+
+    def _say(self, line: str) -> None:
+        self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
