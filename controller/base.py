@@ -14,7 +14,12 @@ class Controller(Protocol):
     """Turns an instruction and an observation into the next motions."""
 
     def reset(self) -> None:
-        """Forget the current motion: an episode starts, or a tool was exchanged."""
+        """Forget the current motion: an episode starts, or others have moved the arms.
+
+        It is called as an episode starts, after each exchange of a tool, in each control step in
+        which a person holds the arms or a perturbation leads one, and where the right tool's place
+        was learned anew.
+        """
         ...
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:

@@ -20,7 +20,7 @@ class Planner(Protocol[Observation_contra]):
     """
 
     def reset(self) -> None:
-        """Forget the episode so far."""
+        """Forget the episode so far: another one starts."""
         ...
 
     def plan(self, observation: Observation_contra) -> Instruction:

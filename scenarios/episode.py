@@ -120,7 +120,9 @@ class Episode:
         return self._instruction
 
     def _begin(self) -> None:
+        self.controller.reset()
         self._override = PlannerOverridden(self.planner)
+        self._override.reset()
         self._instruction = self._plan()
         self._begun = True
 

@@ -71,8 +71,8 @@ class PlannerOverridden:
         """Ask the other planner, and return the instruction in force.
 
         While a person holds the arms, has ordered a task, or has forbidden what it asks for, it is
-        not asked: its clock stands still, and what others try, or nobody may, counts for nothing.
-        Where arms are to move slower, its clock runs slower, too.
+        not asked, so that by a `TaskClock` what others try, or nobody may, counts for nothing.
+        Where arms are to move slower, the time that it is told runs slower, too.
         """
         self._room.see(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
@@ -195,7 +195,7 @@ class PlannerOverridden:
         return replace(planned, time_s=planned.time_s + self._late_s)
 
     def _rests(self, observation: Observation) -> bool:
-        """Return whether the planner's clock stands still: what it asks for is not done now."""
+        """Return whether the planner is not asked: what it asks for is not done now."""
         if self._planned is None:
             return False
         ordered = self._progress is not None and self._progress.task is not None

@@ -397,6 +397,28 @@ def test_an_undone_task_counts_when_it_is_done_under_another_instruction(first, 
     assert episode.tasks.results[back.task.index].success
 
 
+class PlannerOneByOne:
+    """Answers with the first task, then the second, and so on, from each reset on."""
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self):
+        self._asked = 0
+
+    def plan(self, observation):
+        self._asked += 1
+        return Instruction(task=TASKS[self._asked - 1])
+
+
+def test_policies_that_have_run_before_begin_an_episode_anew():
+    planner, controller = PlannerOneByOne(), ControllerCounts()
+    for _ in range(2):
+        (step,) = islice(episode_of(planner, controller).steps(), 1)
+        assert step.instruction.task == TASKS[0]
+    assert controller.resets == 2
+
+
 def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     clip, cut = Instruction(task=TASKS[1]), Instruction(task=TASKS[7])
     controller = ControllerCounts()
@@ -407,7 +429,7 @@ def test_an_exchange_drops_the_chunk_and_resets_the_controller():
     )
     steps = list(islice(episode.steps(), period + exchange + 5))
     assert chunks(steps) == [(1, period), (0, exchange), (2, 5)]
-    assert controller.resets == 1
+    assert controller.resets == 2  # at the start, and after the exchange
     assert steps[-1].observation.tools[RIGHT_ARM] == "scissors"
     assert 1 not in episode.tasks.results  # a cut's time does not include the exchange
     assert episode.tasks.results[8].time_s == pytest.approx(5 * CONTROL_PERIOD_S)
@@ -422,7 +444,7 @@ def test_a_reload_drops_the_chunk_under_the_same_instruction_too():
     exchange = round(2 * EXCHANGE_S / CONTROL_PERIOD_S)
     after = list(islice(steps, exchange + 5))
     assert chunks([*before, *after]) == [(1, 11), (0, exchange), (2, 4)]  # seen a step later
-    assert controller.resets == 1
+    assert controller.resets == 2  # at the start, and after the exchange
     assert after[-1].observation.clip_loaded
 
 
