@@ -247,7 +247,7 @@ SUITES: dict[str, Suite] = {
         ),
         Suite(
             name="registration",
-            description="the arms are some 2 mm from where they believe to be, as a person can see",
+            description="the arms are 1.5 mm (SD along each axis) from where they believe to be",
             conditions=(Condition(name="hand-eye", scenario="hand-eye", magnitude=0.0015),),
         ),
         Suite(

@@ -31,7 +31,7 @@ def due(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) ->
     long: an arm may stop just short of it. Then follows the grab, if the gallbladder has slipped or
     the planner says so, or the first clip or cut that is not done. A grab lasts until the grasp is
     seen to be good, or has taken too long and the planner says so, unless it is seen to hold badly
-    or nothing; and never longer than too long a pull.
+    or nothing. It ends at the latest when the grasper has pulled for `PATIENCE_S`.
 
     Args:
         asked: by the planner.

@@ -33,8 +33,8 @@ class EpisodeConfig:
         planner: A key of `scenarios.catalogue.PLANNERS`, or MODULE:FACTORY.
         controller: A key of `scenarios.catalogue.CONTROLLERS`, or MODULE:FACTORY.
         sense: A key of `scenarios.catalogue.SENSES`: how everybody who acts observes the world.
-        perception_checkpoint: File of the perception, for the sense "cameras"; None for the one
-            that comes with Calot.
+        perception_checkpoint: File of the perception, for the senses "cameras" and "endoscope";
+            None for the one that comes with Calot.
         task_cap_s: Simulated time after which a task, and with it the episode, fails; the default
             is that of SRT-H.
         checkpoint: File of a learned controller; None for the one that comes with Calot.

@@ -187,6 +187,11 @@ def _apart(clip: Clip, placed: Sequence[Clip], tube: str) -> bool:
 
 
 def station_m(clip: Clip, tube: str) -> float:
+    """Return a clip's place along its tube at rest, m from the fixed end.
+
+    Raises:
+        ValueError: the clip is not on this tube.
+    """
     crossing = clip.on(tube)
     if crossing is None:
         raise ValueError(f"clip {clip.number} is not on the {tube}")

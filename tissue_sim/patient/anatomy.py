@@ -167,7 +167,7 @@ class Anatomy:
 def anatomy_from_seed(seed: int) -> Anatomy:
     """Return the patient of a seed, of the published population (`tissue_sim.patient.population`).
 
-    Seeds 0-9,999 train, 10,000-19,999 validate, 20,000 up test.
+    Seeds 0-9,999 train, 10,000-19,999 tune, 20,000 up test.
 
     Raises:
         ValueError: the seed is not a non-negative integer.

@@ -17,7 +17,7 @@ HEPATIC_ARTERY = "hepatic artery"
 BRANCHES = {COMMON_DUCT: "duct", HEPATIC_ARTERY: "artery"}  # trunk -> the tube that leaves it
 AT_RISK = tuple(BRANCHES)
 
-# outer radii, of a usual common bile duct and right hepatic artery; see docs/physics.md
+# assumed: outer radii of a common bile duct and a right hepatic artery
 RADIUS_M = {COMMON_DUCT: 0.0030, HEPATIC_ARTERY: 0.0016}
 SPACING_M = 0.005  # of a trunk's rings at most: a grasper's jaws, as wide as this, touch one
 DIVE_M = 0.005  # assumed: depth below the branch at which the ends of a trunk leave the field

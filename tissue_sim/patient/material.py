@@ -11,8 +11,8 @@ opposite walls from passing through each other.
 A solid gallbladder does not show what a hollow wall under bile pressure would show. The wall is not
 under tension at rest, so an opening does not gape, and the sac does not become slack as it empties
 (only the leak ends). The bile does not flow away from the jaws, so a pinch feels the filling
-instead of two walls in contact. A fold of wall cannot be lifted alone. Walls are linear, while real
-walls stiffen: the real stress at a given stretch is not known, so the gallbladder's wall tears at a
+instead of two walls in contact. A fold of wall cannot be lifted alone. The gallbladder's wall is
+linear, while a real one stiffens: the real stress at a given stretch is not known, so it tears at a
 stretch, and not at its strength (2.5 MPa, in the same table), which this material would reach at a
 stretch of ten.
 """

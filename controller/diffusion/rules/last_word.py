@@ -1,4 +1,4 @@
-"""All rules that have the last word on a chunk, in their order."""
+"""The rules that change a chunk as it is made, in their order."""
 
 from __future__ import annotations
 

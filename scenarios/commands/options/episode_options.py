@@ -33,8 +33,8 @@ class EpisodeOptions:
     model of cameras and encoders; cameras perceives pictures, and needs a renderer. The default is
     tracked, for the witness exact."""
     perception_checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Checkpoint of the perception, for --sense cameras; the default is the one that comes with
-    Calot."""
+    """Checkpoint of the perception, for --sense cameras or endoscope; the default is the one that
+    comes with Calot."""
     cameras: Annotated[tuple[str, ...], arg(metavar="NAME ...")] = ()
     """Cameras whose pictures (320x240) the controller gets besides what --sense tells."""
     scenario: Annotated[str, one_of(SCENARIOS)] = "nominal"

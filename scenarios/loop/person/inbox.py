@@ -29,8 +29,8 @@ class Heard:
 
     Attributes:
         time_s: simulated time at which the loop read it.
-        instruction: the resulting instruction; None if the text was not understood or was refused,
-            which changes nothing.
+        instruction: the resulting instruction; None if the text was a question, was not understood
+            or was refused, which changes nothing.
         reply: in words, for the person.
     """
 

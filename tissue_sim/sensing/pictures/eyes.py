@@ -1,4 +1,4 @@
-"""Pictures, encoders and motor currents of a field, with the errors of a real robot's.
+"""Pictures, encoders and motor currents of a field, with assumed errors.
 
 The views are the left eye of the endoscope, whole and as a narrow crop at the tubes by turns, and a
 narrow crop of each wrist's camera: the right eye adds nothing, and the wrists' wide pictures added
