@@ -35,6 +35,12 @@ _REQUEST = re.compile(
     r"|(can|could) (?=(left|right|robot|grasper|scissors|clip applier)"
     r"( \w+){0,2} (come|go|move|drop|sit|get)\b))\b"
 )
+_THING = r"(?:it|them|tubes?|vessels?|structures?|duct|artery|gallbladder|tissue|wall|clips?)\b"
+_BY_A_THING = re.compile(  # nobody has said which way that is
+    rf"\b(?:(?:away|further|farther) from|(?:closer|nearer|close|near|towards?)(?: to)?)"
+    rf" (?:(?:this|that|left|right|cystic|other) )*{_THING}"
+    rf"|\b(?:closer|nearer|near)\b.* to (?:(?:this|that|left|right|cystic) )*{_THING}"
+)
 _TELLS = re.compile(r"\w{2,}(ed|[^s']s)")  # slipped, slips: no order has such words
 _TURNED = ("kind", "what", "side", "particle", "preposition")  # "too" reverses their direction
 Openness = Literal["unknown words", "open slots"]
@@ -71,7 +77,10 @@ def parse(text: str) -> Parse:
             return Parse(filled={"kind": {"stop"}})
         if said["kind"] == {"pause"}:
             refusal = ""
-    return Parse(filled=_filled(said, whole=not unknown), unknown=unknown, refusal=refusal)
+    filled = _filled(said, whole=not unknown)
+    if filled.get("what", set()) & {"towards", "away"} and _BY_A_THING.search(words):
+        refusal = refusal or "which way that is; say up, down, left, right, towards or away from me"
+    return Parse(filled=filled, unknown=unknown, refusal=refusal)
 
 
 def _said(found: Iterable[Meaning]) -> dict[str, set[str]]:

@@ -60,6 +60,8 @@ _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?)\b"
 )
+_ASIDE = re.compile(r"\bto (?:the |my )?(?:left|right)\b")
+_FARTHER_ASIDE = re.compile(rf"\b(?:more|further|farther) {_ASIDE.pattern[2:]}")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
 _UNLISTED = "qqqq the left arm higher"
 
@@ -86,9 +88,10 @@ class Interpreter:
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
         reading = self._commanded(text, english)
-        if self._alarms(reading, english):
+        allows = allowed_in(english)
+        if allows is None and self._alarms(reading, english):
             return self._warned(text, english, danger)
-        return replace(reading, allows=allowed_in(english))
+        return replace(reading, allows=allows)
 
     def _alarms(self, reading: Reading, english: str) -> bool:
         """Return whether a sentence that is not understood is taken for a warning."""
@@ -199,6 +202,8 @@ class Interpreter:
         plain, side = without_side(sized.text)
         parsed = parse(plain)
         command = None if parsed.refusal else spelt_out(parsed.filled)
+        if command and _is_placed(command, sized, english):
+            return _not_understood(text, "only an arm goes by a length, or farther to a side")
         if command and not (parsed.unknown and command.moves):
             return _understood(text, _said(command, sized.size_m, side), 1.0, "grammar")
         if (question := question_in(english)) is not None:
@@ -248,11 +253,21 @@ def _sized(part: str) -> Said | None:
     sized = without_size(part)
     plain, side = without_side(sized.text)
     command = _by_grammar(plain)
-    return None if command is None else _said(command, sized.size_m, side)
+    if command is None or _is_placed(command, sized, part):
+        return None
+    return _said(command, sized.size_m, side)
 
 
 def _said(command: Command, size_m: float | None, side: Tube | None) -> Said:
     return Said(command=command, size_m=size_m if command.correction else None, side=side)
+
+
+def _is_placed(command: Command, sized: Sized, english: str) -> bool:
+    """Return whether a clip or a cut is to go to another place than its own: "2 mm higher"."""
+    if not (command.deed or command.task):
+        return False
+    aside = _FARTHER_ASIDE.search(english) or (sized.size_m and _ASIDE.search(english))
+    return sized.measured or bool(aside)
 
 
 def _not_so_far(text: str, said: Sequence[Said]) -> str:

@@ -88,13 +88,13 @@ def _on(instruction: Instruction, seen: Observation) -> str:
 
 def _wrong(instruction: Instruction, seen: Observation) -> str:
     if instruction.call:
-        return f"Yes: {_sentence(instruction.remark)}"
+        return f"Something is wrong: {_sentence(instruction.remark)}"
     if has_slipped(seen) and instruction.task.kind != "grab":
-        return "Yes: the grasper does not hold the gallbladder."
+        return "Something is wrong: the grasper does not hold the gallbladder."
     if (judged := instruction.assessment) is not None:
         chance = f"I give this task a chance of failure of {judged.failure_chance:.0%}."
-        return f"It may: {chance}" if judged.alarm else f"Not that I can see: {chance}"
-    return "Not that I can see."
+        return f"It may go wrong: {chance}" if judged.alarm else f"I see nothing wrong: {chance}"
+    return "I see nothing wrong."
 
 
 def _sure(instruction: Instruction, seen: Observation) -> str:

@@ -14,6 +14,7 @@ _CLAUSE = re.compile(r"[,;.!?:]|\bbut\b|\binstead\b")
 _IMPERATIVE = r"(?:please )?(?:don't|dont|do not|never)\b"
 _COMMANDS = re.compile(rf"(?:and |or )?{_IMPERATIVE}")
 _OR = re.compile(rf" (?:or|nor|and(?= {_IMPERATIVE})) ")
+TOUCHING: tuple[Act, ...] = ("clip", "cut")
 _AND = r"(?:and|or|nor) (?:(?:the|your|cystic|on|of) )*"
 
 
@@ -27,6 +28,8 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
     whole = in_plain_letters(text)
     if excepts(text):
         return tuple(Prohibition(act=act) for act in _acts(whole)[:1])
+    if (tube := _untouched(whole)) and not _acts(whole):
+        return tuple(Prohibition(act=act, on=tube) for act in TOUCHING)
     clauses = [in_plain_letters(clause) for clause in _CLAUSE.split(text.lower())]
     found = list[Prohibition]()
     for k, words in enumerate(clauses):
@@ -34,6 +37,8 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
         if never is None or not _acts(words) or (found and not _COMMANDS.match(words)):
             continue
         denied = words[never.end() :].strip()
+        if never[0].startswith("only") and _acts(before := words[: never.start()]):
+            denied = before
         asked = danger_in(text) and not danger_in(" ".join((denied, *clauses[k + 1 :])))
         if not asked or _says_not_to_act(words[never.start() :]):
             found += _denied_in(denied if _acts(denied) else words, words, whole)
@@ -48,9 +53,14 @@ def excepts(text: str) -> bool:
 
 
 def allowed_in(text: str) -> Prohibition | None:
-    """Return what an English sentence allows again; None if it names no act, or an exception."""
+    """Return what an English sentence allows again, now; None if it names no act, or an exception.
+
+    Who asks, or says when it will be allowed, allows nothing.
+    """
     words = in_plain_letters(text)
-    acts = _acts(words) if _find("may", words) and not excepts(text) else ()
+    asks = text.rstrip().endswith("?") or _find("asks", words) is not None
+    now = _find("may", words) and not asks and not _find("later", words)
+    acts = _acts(words) if now and not excepts(text) else ()
     return Prohibition(act=acts[0], on=_on(acts[0], words)) if acts else None
 
 
@@ -87,6 +97,12 @@ def _acts(words: str) -> tuple[Act, ...]:
         acts.append(ACTS[k])
         end = stop
     return tuple(dict.fromkeys(acts))
+
+
+def _untouched(words: str) -> str:
+    """Return the tube that is to be left alone, not touched or not approached; "" if none is."""
+    said = _find("never", words) and _find("touch", words) and not _find("elsewhere", words)
+    return _on("cut", words) if said else ""
 
 
 def _find(kind: str, words: str) -> re.Match[str] | None:

@@ -28,7 +28,7 @@ _TENS = ("twenty", "thirty", "forty", "fifty")
 _NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _ONES}
 _NUMBERS |= {f"{ten} {one}": _NUMBERS[ten] + _NUMBERS[one] for ten in _TENS for one in _ONES}
 _UNITS_M = {
-    r"(?:mms?|mils?|millis?|mil+im(?:et(?:er|re)s?))": 1e-3,
+    r"(?:mms?|mill?s?|millis?|mil+im(?:et(?:er|re)s?))": 1e-3,
     r"(?:cms?|cent(?:i|e)m(?:et(?:er|re)s?)|centis?)": 1e-2,
     r"inch(?:es)?": 0.0254,
     r"in(?:$|[.,!?])": 0.0254,
@@ -52,8 +52,10 @@ _MORE = r"(?:(?:more|good|full|whole|mere|bare|further|extra|additional) )?"
 _MINUS = re.compile(rf"(?:(?<!\S)[-−–]|\b(?:minus|negative) )(?=(?:{_NUMBER})(?!\w))")
 _OTHER_NUMBER = re.compile(rf"(?:\d|\b(?:{_COUNTED}))(?: ?[.,/]| (?:to|or|and))?$")
 _NO_UNIT = re.compile(
-    rf"(?<![\w.])((?:\d[\w.,/]*|{_COUNTED}) ?(?:m|met(?:er|re)s?|feet|foot)?)[.!]*$"
+    rf"(?<![\w.])((?:\d[\w.,/]*|{_COUNTED}) ?(?:m|met(?:er|re)s?|feet|foot)?)"
+    r"(?:[.!]*$| (?=(?:up|down|higher|lower|deeper|left|right|to the|towards|away|please|now)\b))"
 )
+_PARTS = (("½", ".5"), ("¼", ".25"), ("¾", ".75"))  # "1½ mm"
 _THOUSANDS = re.compile(r"(?<![\d.,])([1-9]\d{0,2}),(\d{3})(?!\d)")
 _LENGTH = {
     re.compile(
@@ -70,10 +72,12 @@ class Sized:
 
     Attributes:
         size_m: None if none is said.
+        measured: it has a unit; "a bit" has none.
     """
 
     text: str
     size_m: float | None = None
+    measured: bool = False
 
 
 def without_size(text: str) -> Sized:
@@ -82,7 +86,7 @@ def without_size(text: str) -> Sized:
     for pattern, unit_m in _LENGTH.items():
         if found := pattern.search(plain):
             count = _number(found[1]) + _HALVES.get(found[2] or found[3] or "", 0.0)
-            return Sized(text=_without(found, plain), size_m=count * unit_m)
+            return Sized(text=_without(found, plain), size_m=count * unit_m, measured=True)
     for vague, size_m in (("much", LARGE_M), ("a bit", SMALL_M)):
         if found := whole_words(phrase_lists("sizes")["sizes"][vague]).search(plain):
             return Sized(text=_without(found, plain), size_m=size_m)
@@ -98,8 +102,11 @@ def unclear_length(text: str) -> str:
 
 
 def without_unit(text: str) -> str:
-    """Return the number at the end of a text that no unit of an arm's motion follows; or ""."""
-    found = _NO_UNIT.search(_plain(text))
+    """Return a number, at the end or before a direction, that no unit follows; or ""."""
+    plain = _plain(text)
+    for pattern in _LENGTH:
+        plain = pattern.sub(" ", plain)
+    found = _NO_UNIT.search(plain)
     return found[1] if found else ""
 
 
@@ -112,6 +119,8 @@ def out_of_range(size_m: float | None) -> str:
 
 
 def _plain(text: str) -> str:
+    for sign, decimals in _PARTS:
+        text = text.replace(sign, decimals)
     plain = not_drawn_out(" ".join(text.lower().replace("-", " ").split()))
     return _THOUSANDS.sub(r"\1\2", plain)
 

@@ -39,7 +39,7 @@ def test_a_cut_tube_is_said_to_be_cut_and_what_is_next_follows():
 
 def test_a_lost_gallbladder_and_an_alarm_are_what_went_wrong():
     held, lost = clipped(), replace(clipped(), pinch_n=0.4 * HELD_PINCH_N)
-    assert answer("wrong", CLIP, held).startswith("Not that I can see")
+    assert answer("wrong", CLIP, held).startswith("I see nothing wrong")
     assert "does not hold the gallbladder" in answer("wrong", CLIP, lost)
     fears = replace(CLIP, assessment=Assessment(progress=0.5, failure_chance=0.8, alarm=True))
     assert "80%" in answer("wrong", fears, held)

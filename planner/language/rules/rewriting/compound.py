@@ -102,7 +102,8 @@ _CLIP_OR_CUT = re.compile(r"\b(?:clip|cut|clamp|divide|snip|transect)\b")
 _TUBE_ALONE = re.compile(rf"(?:the )?(?:{_TUBE.pattern})")
 _AGAIN = re.compile(r"\s+(?:again|too|as well|please)$")
 _BARE = re.compile(
-    r"(?<![\d.#])(\d+(?:[.,]\d+)?)\s*$|(?<=\bby )(one|two|three|four|five|six|seven|eight|ten)$"
+    r"(?<![\d.#])(\d+(?:[.,]\d+)?)(?:\s*$|(?= (?:up|down|higher|lower|deeper|to the|towards)\b))"
+    r"|(?<=\bby )(one|two|three|four|five|six|seven|eight|ten)$"
 )
 
 

@@ -57,6 +57,25 @@ _RULES = (
     (r"\bre-?run\b|\bdo one (?:time more|more time)\b", "repeat"),
     (r"\bre-?gra(?:sp|b)\b", "grab"),
     (r"(?<!to the )(?<!to )(?<!into )\bcut (?:pose|place|point)\b", "cut"),
+    (r"(?<!the )(?<!to )(?<!move )(?<!go )(?<!further )(?<!more )(?<!bit )(?<!arm )(?<!mm )"
+     r"\bright (?:now|this (?:second|minute|instant))\b", "now"),
+    (r"(?<=it )right (?=(?:up|down)\b)", ""),
+    (r"^((?!.*\b(?:arm|hand|up|down)\b).*\b(?:clip|cut|divide)\b.*?),\s*(?:all )?right[.!?]*$",
+     r"\1"),
+    (r"^(?:(?:only|just|still) )?(?:one|two|three|[123])(?: more)? clips? left[.!]*$",
+     "there is one clip to do"),
+    (r"\b(clips?|cut|one) left (?=to (?:do|go|place|put|clip|cut)\b)", r"\1 remaining "),
+    (r"\b(duct|artery|(?:left|right) (?:tube|vessel|structure|one)),? (?:second|last)\b"
+     r"(?! (?:clip|one))", r"\1 at some point"),
+    (r"^(?:(?:ok|okay|so|now|please),? )*let me"
+     r" (?=(?:clip|cut|divide|snip|transect|do|place|put|fire)\b)", "i will "),
+    (r"\b((?:cut|divide|snip|transect)\b.*?) (?:on|at) "
+     r"(?:three|3|go|my (?:count|mark|signal|command|word))\b", r"\1 when i say so"),
+    (r"\bclose enough\b(?! to (?:me|us|my)\b)", "near enough to it"),
+    (r"\bclose (?=to\b)", "near "),
+    (r"\b((?:come|comes|coming|stay|stays|staying|bring|bringing)"
+     r"(?: (?:the|your|left|right|arm|hand|scissors|clip applier|applier|grasper|it))*) close\b"
+     r"(?=[.,;!?]|$)", r"\1 near"),
     (r"\b(?:i should|i would|i'd) like (?=(?:the |your )?(?:left|right) (?:arm|hand|gripper))",
      "i want "),
 )  # fmt: skip
