@@ -60,8 +60,7 @@ _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?)\b"
 )
-_ASIDE = re.compile(r"\bto (?:the |my )?(?:left|right)\b")
-_FARTHER_ASIDE = re.compile(rf"\b(?:more|further|farther) {_ASIDE.pattern[2:]}")
+_ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
 _UNLISTED = "qqqq the left arm higher"
 
@@ -266,8 +265,8 @@ def _is_placed(command: Command, sized: Sized, english: str) -> bool:
     """Return whether a clip or a cut is to go to another place than its own: "2 mm higher"."""
     if not (command.deed or command.task):
         return False
-    aside = _FARTHER_ASIDE.search(english) or (sized.size_m and _ASIDE.search(english))
-    return sized.measured or bool(aside)
+    aside = _ASIDE.search(english)
+    return sized.measured or bool(aside and (aside["farther"] or sized.size_m))
 
 
 def _not_so_far(text: str, said: Sequence[Said]) -> str:

@@ -41,8 +41,8 @@ class TissueConfig:
     """Step size, damping, gravity and solver settings of the tissue.
 
     Attributes:
-        iterations: of the conjugate gradients at most, in each step; chosen by trial.
-        tolerance: of the preconditioned residual, relative to its start; chosen by trial.
+        iterations: of the conjugate gradients at most, in each step; assumed.
+        tolerance: of the preconditioned residual, relative to its start; assumed.
         settled_j: preconditioned residual, as an energy, that always ends the iteration.
     """
 
