@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,12 @@ class ToolAction:
         turn_tool: (2, 6) change of orientation, first two columns of the rotation matrix.
         jaw_rad: (2,) wanted total opening; below zero the fingers press on each other.
 
+    Each field may be given as anything that numpy reads, or as a tensor of any device; it is kept
+    as a read-only copy, so that nobody changes the motion afterwards.
+
     Raises:
-        ValueError: a field has another shape or is not finite, or two columns are parallel.
+        ValueError: a field holds no numbers, has another shape or is not finite, or two columns
+            are parallel.
     """
 
     move_endoscope_m: Array
@@ -33,10 +38,13 @@ class ToolAction:
 
     def __post_init__(self) -> None:
         for name, shape in (("move_endoscope_m", (2, 3)), ("turn_tool", (2, 6)), ("jaw_rad", (2,))):
-            value = np.asarray(getattr(self, name))
-            if value.shape != shape or not np.isfinite(value).all():
-                raise ValueError(f"action: {name} must be {shape} finite numbers, got {value!r}")
-        if not all(_span(six) for six in np.asarray(self.turn_tool).tolist()):
+            given = getattr(self, name)
+            value = _numbers(given)
+            if value is None or value.shape != shape or not np.isfinite(value).all():
+                raise ValueError(f"action: {name} must be {shape} finite numbers, got {given!r}")
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        if not all(_span(six) for six in self.turn_tool.tolist()):
             raise ValueError(
                 "action: each row of turn_tool must be two columns that are not parallel; no turn"
                 f" is (1, 0, 0, 0, 1, 0), got {self.turn_tool!r}"
@@ -46,6 +54,17 @@ class ToolAction:
         """Return (`ACTION_SIZE`,): move, turn and jaw of the left arm, then of the right."""
         rows = (self.move_endoscope_m, self.turn_tool, np.reshape(self.jaw_rad, (2, 1)))
         return np.concatenate(rows, axis=1).ravel()
+
+
+def _numbers(given: Any) -> Array | None:
+    """Return a copy as an array of floats; None if these are no real numbers."""
+    try:
+        if hasattr(given, "detach"):  # a tensor of PyTorch
+            given = given.detach().cpu().double()
+        array = np.asarray(given)
+        return np.array(array, float) if array.dtype.kind in "iuf" else None
+    except (TypeError, ValueError, RuntimeError):  # ragged, or tensors of a graph in a list
+        return None
 
 
 def _span(six: list[float]) -> bool:

@@ -31,6 +31,7 @@ OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and consta
     "tissue_sim.patient.at_risk",  # usual radii, the same for every patient
     "tissue_sim.patient.axes",
     "tissue_sim.periods",
+    "tissue_sim.read_only",
     "tissue_sim.sensing.pictures.glance",
     "tissue_sim.sensing.observation",
     "tissue_sim.sensing.pictures.picture_faults",

@@ -189,11 +189,11 @@ def commanded_pose(world: World, arm: int) -> Array:
 def _action(world: World, arm: int, T_world_tool: Array, jaw_rad: float) -> ToolAction:
     """Return the action from the arm's commanded pose to a pose; the other arm holds."""
     T, still = commanded_pose(world, arm), hold(world.target[:, 6])
-    moves, turns, jaws = still.move_endoscope_m, still.turn_tool, still.jaw_rad
+    moves, turns, jaws = still.move_endoscope_m.copy(), still.turn_tool.copy(), still.jaw_rad.copy()
     moves[arm] = (T_world_tool[:3, 3] - T[:3, 3]) @ world.T_world_endoscope[:3, :3]
     turns[arm] = rotation_to_6d(T[:3, :3].T @ T_world_tool[:3, :3])
     jaws[arm] = jaw_rad
-    return still
+    return ToolAction(move_endoscope_m=moves, turn_tool=turns, jaw_rad=jaws)
 
 
 def _has_hold(world: World) -> bool:

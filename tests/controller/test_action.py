@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -22,12 +23,45 @@ STILL["turn_tool"] = np.tile([1.0, 0.0, 0.0, 0.0, 1.0, 0.0], (2, 1))
         ("turn_tool", np.full((2, 6), np.inf), "(2, 6)"),
         ("jaw_rad", 0.3, "(2,)"),
         ("jaw_rad", np.array([0.3, np.nan]), "(2,)"),
+        ("jaw_rad", None, "(2,)"),
+        ("jaw_rad", "ab", "(2,)"),
+        ("jaw_rad", np.array([0.3, 1j]), "(2,)"),
+        ("jaw_rad", np.array([True, False]), "(2,)"),
+        ("jaw_rad", np.array([0.3, None]), "(2,)"),
+        ("turn_tool", [[1.0], [1.0, 2.0]], "(2, 6)"),
+        ("move_endoscope_m", torch.zeros(1, 2, 3), "(2, 3)"),
+        ("move_endoscope_m", torch.full((2, 3), torch.nan), "(2, 3)"),
+        ("jaw_rad", [torch.ones((), requires_grad=True)] * 2, "(2,)"),
+        ("jaw_rad", torch.zeros(2, device="meta"), "(2,)"),
     ],
 )
 def test_wrong_shape_or_no_number_is_refused_and_says_which(name, value, shape):
     with pytest.raises(ValueError, match="finite numbers") as refusal:
         ToolAction(**STILL | {name: value})
     assert f"{name} must be {shape}" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        np.float32,
+        list,
+        torch.from_numpy,
+        lambda array: torch.from_numpy(array).float().requires_grad_(),
+        lambda array: torch.from_numpy(array).bfloat16(),
+        lambda array: torch.from_numpy(array).int(),
+        lambda array: array.astype(int),
+        lambda array: torch.from_numpy(array)[:, None].expand(-1, 2, *array.shape[1:])[:, 0],
+    ],
+    ids=["float32", "list", "tensor", "graph", "bfloat16", "int tensor", "int", "view"],
+)
+def test_an_action_of_arrays_lists_or_tensors_is_the_same_in_floats(kind):
+    given = {name: np.round(array) for name, array in STILL.items()}
+    action = ToolAction(**{name: kind(array) for name, array in given.items()})
+    for name, array in given.items():
+        taken = getattr(action, name)
+        assert (type(taken), taken.dtype, taken.flags.writeable) == (np.ndarray, float, False)
+        np.testing.assert_array_equal(taken, array)
 
 
 @pytest.mark.parametrize(

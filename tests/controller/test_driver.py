@@ -157,7 +157,8 @@ def test_another_tool_starts_from_its_own_pose():
 def test_the_commanded_joints_are_a_copy():
     driver = driver_at(np.tile(HOME_JOINTS, (2, 1)))
     driver.joints[:] = 0.0
-    driver.drive(hold([0.3, 0.3])).joints[:] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        driver.drive(hold([0.3, 0.3])).joints[:] = 0.0
     np.testing.assert_allclose(
         driver.joints[:, :6], np.tile(HOME_JOINTS[:6], (2, 1)), atol=ROUNDING
     )

@@ -73,10 +73,19 @@ def at_work(
     held: bool = True,
 ) -> Observation:
     """Return an observation with clips, the right tip at the tubes or back, the grasp held."""
-    made = clipped(left, right, time_s)
+    made = writable(clipped(left, right, time_s))
     made.tips_endoscope[1, :3, 3] = made.left_tube_m[3]
     made.tips_endoscope[1, 2, 3] -= 1.1 * RETRACTED_M if back else 0.0
     return replace(made, pinch_n=(1.2 if held else 0.4) * HELD_PINCH_N)
+
+
+def writable(seen: Observation) -> Observation:
+    """Return a copy whose arrays can be written into, as those of no observation else."""
+    made = replace(seen)
+    for name, value in vars(made).items():
+        if isinstance(value, np.ndarray):
+            vars(made)[name] = value.copy()
+    return made
 
 
 def trunk_m(branch_m: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from planner.seen.due import GRASPED_S
 from planner.task import GRAB, TASKS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import run_episode
-from tests.planner.seen import at_work
+from tests.planner.seen import at_work, writable
 
 
 class Listener:
@@ -35,7 +35,7 @@ def at_first_clip() -> PlannerByRule:
     """Return a planner that has left the grab, which is seen to be good, for the first clip."""
     planner = PlannerByRule()
     for time_s in np.arange(0.0, GRASPED_S + 1.5):
-        grasped = at_work(time_s=float(time_s))
+        grasped = writable(at_work(time_s=float(time_s)))
         grasped.forces_n[0, 1] = 1.0
         said = planner.plan(grasped)
     assert said.task == TASKS[1]

@@ -18,7 +18,7 @@ from planner.seen.done import (
     is_low,
     pulls,
 )
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, SPREAD_MIN_M
@@ -37,7 +37,7 @@ def grasp(
 ) -> Observation:
     """Return a grasp as it is seen. Each number is in units of its threshold."""
     bare = clipped()
-    seen = clipped(apart_m=gap * SPREAD_MIN_M + float(bare.tube_radius_m.sum()))
+    seen = writable(clipped(apart_m=gap * SPREAD_MIN_M + float(bare.tube_radius_m.sum())))
     seen.left_tube_m[:, 1] *= left
     seen.right_tube_m[:, 1] *= right
     seen.forces_n[LEFT_ARM, 1] = pull * FIRM_TRACTION_N
@@ -70,7 +70,7 @@ def test_jaws_that_are_too_wide_hold_nothing() -> None:
 
 def at(up_m: float, aside_m: float = 0.0, jaw_rad: float = 0.3) -> Observation:
     """Return a good grasp whose fingers are so far up the gallbladder's axis, and beside it."""
-    seen = grasp(jaw=jaw_rad / GRASP_MAX_JAW_RAD)
+    seen = writable(grasp(jaw=jaw_rad / GRASP_MAX_JAW_RAD))
     along = (seen.sac_m[-1] - seen.sac_m[0]) / np.linalg.norm(seen.sac_m[-1] - seen.sac_m[0])
     off_m = up_m * along + aside_m * np.array([1.0, 0.0, 0.0])
     ahead = seen.tips_endoscope[LEFT_ARM, :3, 2]

@@ -10,7 +10,7 @@ from planner.seen.done import FIRM_TRACTION_N
 from planner.seen.due import GRAB_S, GRASPED_S, due
 from planner.seen.task_clock import TaskClock
 from planner.task import GRAB, TASKS, Task
-from tests.planner.seen import at_work
+from tests.planner.seen import at_work, writable
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD
 from tissue_sim.tools.arms import LEFT_ARM
@@ -100,7 +100,7 @@ def test_that_a_grab_is_done_which_takes_too_long_is_up_to_the_network() -> None
 
 @pytest.mark.parametrize(("share", "goes_on"), [(0.9, True), (1.1, False)])
 def test_a_grab_goes_on_while_the_pull_is_too_weak_to_be_sure(share: float, goes_on: bool) -> None:
-    now = at_work()
+    now = writable(at_work())
     now.forces_n[LEFT_ARM, 1] = share * FIRM_TRACTION_N
     assert due(FIRST, GRAB, now, clock(LATE_S)) == (GRAB if goes_on else FIRST)
 
@@ -117,7 +117,7 @@ def test_a_grasp_that_has_surely_been_good_is_done(given: Task | None) -> None:
 
 @pytest.mark.parametrize(("wide", "goes_on"), [(1.1, True), (0.9, False)])
 def test_a_grab_goes_on_while_the_jaws_are_too_wide(wide: float, goes_on: bool) -> None:
-    now = at_work()
+    now = writable(at_work())
     now.joints[LEFT_ARM, -1] = wide * GRASP_MAX_JAW_RAD
     assert due(FIRST, GRAB, now, clock(LATE_S)) == (GRAB if goes_on else FIRST)
     assert due(FIRST, GRAB, now, clock(LATE_S, pulled_s=LATE_S)) == FIRST

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.seen.next_task import NotNowError, clips_on, next_of_all, next_task
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.outcome.clip_rule import needed_m
 
 
@@ -49,7 +49,7 @@ def test_nothing_is_due_on_a_tube_that_is_cut(deed):
 
 
 def test_a_clip_that_fell_is_on_no_tube():
-    seen = clipped(left=2)
+    seen = writable(clipped(left=2))
     seen.clips_m[1] += [0.0, -0.02, 0.0]
     assert (clips_on("left", seen), clips_on("right", seen)) == (1, 0)
 

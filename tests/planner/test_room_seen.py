@@ -8,7 +8,7 @@ import pytest
 from planner.seen.next_task import clips_needed_on
 from planner.seen.room import BESIDE_M, RoomSeen, artery_beside_m
 from planner.task import Tube
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -74,7 +74,7 @@ def test_a_tube_that_is_cut_needs_no_room_any_more():
 
 def artery_ending(beside_m: float, duct: Tube = "left") -> Observation:
     """Return an observation whose artery ends so far beside the duct's line."""
-    seen = clipped(duct=duct)
+    seen = writable(clipped(duct=duct))
     lines = {"left": seen.left_tube_m, "right": seen.right_tube_m}
     artery = lines["right" if duct == "left" else "left"]
     side = np.sign(artery[0, 0] - lines[duct][0, 0])

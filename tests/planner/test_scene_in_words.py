@@ -7,7 +7,7 @@ import pytest
 
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.scene_in_words import scene_in_words, way_in_words
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.tools.arms import RIGHT_ARM
 
 WORDS = {"away": "further away", "towards": "nearer"}
@@ -24,7 +24,7 @@ def test_a_way_of_no_length_is_right_there():
 
 
 def test_following_the_words_leads_to_the_tube():
-    seen = clipped()
+    seen = writable(clipped())
     seen.tips_endoscope[RIGHT_ARM, :3, 3] = seen.right_tube_m.mean(axis=0) - [0.005, -0.003, 0.02]
     words = (
         "from its tip to the middle of the right tube: 5 mm left, 3 mm lower, 20 mm further away"

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
+from tissue_sim.read_only import seal
 from tissue_sim.sensing.polyline import nearest_on
 
 TUBE_POINTS = 8  # along each tube, from the fixed end up
@@ -39,6 +40,8 @@ N_LINE = N_POINTS - MAX_CLIPS  # points that belong to lines; the others are cli
 @dataclass(frozen=True, kw_only=True)
 class Observation:
     """One control step. Rows: left, right arm. Frame: endoscope (+x left, +y up, +z away).
+
+    Everybody who acts reads the same one: its arrays cannot be written into; write into a copy.
 
     Attributes:
         time_s: since the episode's start.
@@ -98,6 +101,14 @@ class Observation:
     hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(N_POINTS, bool))
     stands_still: bool = False
     images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become what was copied or pickled, which numpy makes writable."""
+        vars(self).update(state)
+        seal(self)
 
     def points_m(self) -> Array:
         """Return all points (`N_POINTS`, 3), in the order of `POINTS`."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tissue_sim.frames import Array, pose, unit
 from tissue_sim.patient.axes import UP, field_point
+from tissue_sim.read_only import seal
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, Instrument, link_patches
 from tissue_sim.tools.psm import T_yaw_tool, joint_limits
 from tissue_sim.tools.urdf import JOINT_ORDER, urdf_path
@@ -72,7 +73,10 @@ class JointCommand:
     (rad, total opening; below 0 presses the fingers together, up to the drive's torque).
     """
 
-    joints: Array  # (2, 7), rows left and right arm
+    joints: Array  # (2, 7), rows left and right arm; read-only
+
+    def __post_init__(self) -> None:
+        seal(self)
 
 
 @dataclass(frozen=True, kw_only=True)

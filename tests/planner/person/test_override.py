@@ -16,7 +16,7 @@ from planner.language.interpreter import Interpreter
 from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import STOP_WINS_S, PlannerOverridden
 from tests.planner.person.fixed import PlannerFixed, fixed
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 
 INTERPRETER = Interpreter()
 HIGHER = COMMANDS["move right arm higher"]
@@ -160,7 +160,7 @@ def test_a_slow_task_has_as_much_more_time_for_its_tries_as_it_is_slower(speed):
         planner = fixed()
         say(planner, words)
         planner.standing.speed = share
-        near = clipped()
+        near = writable(clipped())
         near.tips_endoscope[1, :3, 3] = near.right_tube_m[3]
         near = replace(near, pinch_n=0.0)
         times_s = (k / share for k in range(100))

@@ -78,8 +78,9 @@ def test_neighbours_on_a_line_err_alike_and_other_lines_do_not():
 
 
 def test_errors_are_larger_far_from_the_right_tip():
-    near = replace(SEEN, tips_endoscope=np.tile(np.eye(4), (2, 1, 1)))
-    near.tips_endoscope[1, :3, 3] = SEEN.left_tube_m[4]
+    tips = np.tile(np.eye(4), (2, 1, 1))
+    tips[1, :3, 3] = SEEN.left_tube_m[4]
+    near = replace(SEEN, tips_endoscope=tips)
     size_m = [
         fields(tracked(SensorModel(), [seen.vector()])[0])["std_m"][4] for seen in (near, SEEN)
     ]

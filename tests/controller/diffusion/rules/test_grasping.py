@@ -20,7 +20,7 @@ from controller.diffusion.rules.grasping import (
 from planner.seen.done import FINGER_M, FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, still
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import observation_of
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N
@@ -33,7 +33,7 @@ def seen(
     left: float, right: float, pinch_n: float = 1.0, pull_n: float = 0.5, jaw_rad: float = 0.3
 ) -> Array:
     """Return what is seen: tubes as straight as said, which point up (+y), and a grasp."""
-    now = clipped()
+    now = writable(clipped())
     now.left_tube_m[:, 1] *= left
     now.right_tube_m[:, 1] *= right
     now.forces_n[LEFT_ARM, 1] = pull_n
@@ -111,7 +111,7 @@ def test_jaws_that_hold_too_wide_close_little_by_little_and_press_never_hard() -
 
 @pytest.mark.parametrize("jaw_rad", [0.0, 0.3, 0.7])
 def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
-    now = observation_of(seen(1.0, 1.0, jaw_rad=jaw_rad), 0.0)
+    now = writable(observation_of(seen(1.0, 1.0, jaw_rad=jaw_rad), 0.0))
     now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + [0.0, 0.0, FINGER_M]
     arms = still()
     arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, 0.01, STEPS)
@@ -128,7 +128,7 @@ def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
 def test_open_jaws_that_rest_where_a_grasp_holds_close(
     up_m: float, own_m: float, closes: bool
 ) -> None:
-    now = observation_of(seen(0.9, 0.9, pinch_n=0.0, jaw_rad=1.0), 0.0)
+    now = writable(observation_of(seen(0.9, 0.9, pinch_n=0.0, jaw_rad=1.0), 0.0))
     up = (now.sac_m[-1] - now.sac_m[0]) / np.linalg.norm(now.sac_m[-1] - now.sac_m[0])
     now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + up_m * up + [0.0, 0.0, FINGER_M]
     arms = still()

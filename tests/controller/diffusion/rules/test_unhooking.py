@@ -12,7 +12,7 @@ from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhooked
 from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, still
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -24,7 +24,7 @@ def seen(
     *, jaw_rad: float = WIDE_RAD, pull_n: float = 1.1 * CAUGHT_N, pinch_n: float = 0.0
 ) -> Array:
     """Return an observation in which tissue pulls at the grasper."""
-    now = clipped()
+    now = writable(clipped())
     now.forces_n[LEFT_ARM] = [0.0, 0.0, pull_n]
     now.joints[LEFT_ARM, -1] = jaw_rad
     return replace(now, pinch_n=pinch_n).vector()
