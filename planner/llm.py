@@ -1,7 +1,8 @@
 """A language model as planner: it reads the scene in words and answers with an instruction.
 
-Simulated time stops while the model answers, so an episode does not depend on its speed. Without
-a valid answer both arms hold, and the instruction says why.
+Simulated time stops while the model answers, so an episode does not depend on its speed. After an
+answer that cannot be followed both arms hold, and the instruction says why. Where no model can
+answer there is no planner: that is an error of the episode.
 """
 
 from __future__ import annotations
@@ -9,10 +10,13 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from planner.base import PATIENCE_S
-from planner.chat import Endpoint, NoAnswerError, endpoint_from_environment
+from planner.chat.client import ChatClient
+from planner.chat.completion import NonsenseError, object_in
+from planner.chat.endpoint import Endpoint, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
@@ -21,8 +25,7 @@ from planner.task import TASKS, Task, task_from_text
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import Observation
 
-ATTEMPTS = 3
-FIRST_WAIT_S = 0.5  # wall-clock time before the second attempt; doubled before each further one
+ATTEMPTS = 3  # at an answer that can be followed
 REMEMBERED = 8  # past instructions that are repeated in each question
 NONE = "none"
 
@@ -67,26 +70,30 @@ class PlannerLlm:
     """Asks an endpoint once for each instruction, and again after an invalid answer."""
 
     def __init__(self, endpoint: Endpoint, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Take an endpoint, and `sleep` to wait between attempts."""
-        self._endpoint, self._sleep = endpoint, sleep
+        """Take an endpoint, and `sleep` to wait before it is asked again."""
+        self._client = ChatClient(endpoint, SCHEMA, sleep)
         self.reset()
 
     def reset(self) -> None:
         """Forget the past instructions."""
         self._task = TASKS[0]
         self._said: deque[tuple[float, str]] = deque(maxlen=REMEMBERED)
-        self._silent = False
+        self._confused = False
 
     def plan(self, observation: Observation) -> Instruction:
-        """Return the model's instruction, or a hold if the model gives no valid answer."""
+        """Return the model's instruction, or a hold if its answer cannot be followed.
+
+        Raises:
+            EndpointError: no model answers.
+        """
         now_s = observation.time_s
         try:
             task, correction, confidence, reason = self._answer(observation)
-        except NoAnswerError as error:
-            self._silent = True
-            remark = f"{self._endpoint.name}: {error}"
+        except NonsenseError as error:
+            self._confused = True
+            remark = f"{self._client.endpoint.name}: {error}"
             return Instruction(task=self._task, hold=True, time_s=now_s, remark=remark)
-        self._silent, self._task = False, task
+        self._confused, self._task = False, task
         instruction = Instruction(
             task=task, correction=correction, confidence=confidence, time_s=now_s, remark=reason
         )
@@ -94,17 +101,12 @@ class PlannerLlm:
         return instruction
 
     def _answer(self, observation: Observation) -> tuple[Task, Correction | None, float, str]:
-        """Return the first valid answer; after a failed question ask once only."""
+        """Return the first answer that can be followed; after a hold ask once only."""
         question = self._question(observation)
-        last = 1 if self._silent else ATTEMPTS
-        for attempt in range(1, last + 1):
-            try:
-                return parse_answer(self._endpoint.ask(SYSTEM, question, SCHEMA))
-            except NoAnswerError as error:
-                if attempt == last or not error.passing:
-                    raise
-                self._sleep(FIRST_WAIT_S * 2 ** (attempt - 1))
-        raise AssertionError("there is at least one attempt")
+        for _ in range(0 if self._confused else ATTEMPTS - 1):
+            with suppress(NonsenseError):
+                return parse_answer(self._client.ask(SYSTEM, question))
+        return parse_answer(self._client.ask(SYSTEM, question))
 
     def _question(self, observation: Observation) -> str:
         said = "\n".join(f"{time_s:.0f} s: {text}" for time_s, text in self._said)
@@ -115,25 +117,34 @@ class PlannerLlm:
             self._said.append((instruction.time_s, instruction.text))
 
 
-def parse_answer(answer: Any) -> tuple[Task, Correction | None, float, str]:
+def parse_answer(text: str) -> tuple[Task, Correction | None, float, str]:
     """Parse an answer into task, correction, confidence and reason.
 
     Raises:
-        NoAnswerError: the answer does not keep `SCHEMA`.
+        NonsenseError: no part of it keeps `SCHEMA`, but for keys besides.
     """
-    if not isinstance(answer, dict) or set(answer) != set(SCHEMA["required"]):
-        raise NoAnswerError(f"its answer must have {', '.join(SCHEMA['required'])}")
+    answer = object_in(text, SCHEMA["required"])
     said, confidence = answer["correction"], answer["confidence"]
     if isinstance(confidence, bool) or not isinstance(confidence, int | float):
-        raise NoAnswerError(f"confidence must be a number, got {confidence!r:.80}")
+        raise NonsenseError(f"confidence must be a number, got {confidence!r:.80}")
     if not 0.0 <= confidence <= 1.0:
-        raise NoAnswerError(f"confidence must be 0 to 1, got {confidence}")
+        raise NonsenseError(f"confidence must be 0 to 1, got {confidence}")
     try:
         task = task_from_text(answer["task"])
         correction = None if said == NONE else correction_from_text(said)
     except (ValueError, TypeError) as error:
-        raise NoAnswerError(f"its answer is outside the set: {str(error)[:80]}") from None
-    return task, correction, float(confidence), str(answer["reason"])[:200]
+        raise NonsenseError(f"its answer is outside the set: {str(error)[:80]}") from None
+    return task, correction, float(confidence), " ".join(str(answer["reason"]).split())[:200]
+
+
+def require_answer(endpoint: Endpoint) -> None:
+    """Ask a question whose answer does not matter, to know that a model answers.
+
+    Raises:
+        EndpointError: none does.
+    """
+    with suppress(NonsenseError):
+        ChatClient(endpoint, SCHEMA).ask(SYSTEM, "Nothing is seen yet: say task 1.")
 
 
 def make(setup: PolicySetup) -> PlannerLlm:

@@ -22,7 +22,7 @@ def outside(arm: StudyArm) -> dict[str, str]:
     names = {"planner": arm.planner, "controller": arm.controller}
     found = {f"{role} code": _digest(name) for role, name in names.items() if ":" in name}
     if arm.planner in ENDPOINT_PLANNERS:
-        from planner.chat import endpoint_from_environment
+        from planner.chat.endpoint import endpoint_from_environment
 
         found["language model"] = endpoint_from_environment().model
     return found

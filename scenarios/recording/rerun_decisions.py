@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.chat import endpoint_from_environment
+from planner.chat.endpoint import endpoint_from_environment
 from planner.command import COMMANDS
 from scenarios.catalogue import ENDPOINT_PLANNERS
 from scenarios.files.errors import describe_error

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+from planner.task import TASKS
+
 Answer = Callable[[BaseHTTPRequestHandler], None]
 
 
@@ -76,7 +78,7 @@ def sends(
 
 
 def completes(text: object) -> Answer:
-    """Return an answer that is a chat completion with this text."""
+    """Return an answer that is a chat completion with this content."""
     return sends(json.dumps({"choices": [{"message": {"content": text}}]}).encode())
 
 
@@ -98,6 +100,31 @@ def drips(handler: BaseHTTPRequestHandler) -> None:
     handler.end_headers()
     while not handler.server.closing.wait(0.05):
         handler.wfile.write(b" ")
+
+
+def drips_headers(handler: BaseHTTPRequestHandler) -> None:
+    """Begin an answer and send a byte of its headers now and then, each well within a timeout."""
+    handler.wfile.write(b"HTTP/1.1 200 OK\r\nX-Wait: ")
+    while not handler.server.closing.wait(0.05):
+        handler.wfile.write(b".")
+
+
+def refuses(name: str, status: int = 400, words: str | None = None) -> Answer:
+    """Return an answer that refuses requests with this field, and else takes them."""
+    words = f"unknown field {name}" if words is None else words
+
+    def answer(handler: BaseHTTPRequestHandler) -> None:
+        if name in handler.server.asked[-1]:
+            fails(status, words)(handler)
+        else:
+            says(TASKS[0].text)(handler)
+
+    return answer
+
+
+def fails(status: int, words: str, **headers: str) -> Answer:
+    """Return an answer with an error as OpenAI words it."""
+    return sends(json.dumps({"error": {"message": words}}).encode(), status, **headers)
 
 
 def hangs_up(handler: BaseHTTPRequestHandler) -> None:

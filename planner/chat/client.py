@@ -1,0 +1,129 @@
+"""Client of the chat-completions protocol: the text of an answer, within a time limit."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Any
+
+from planner.chat.completion import text_in
+from planner.chat.endpoint import TIMEOUT, Endpoint, EndpointError
+from planner.chat.transport import Reply, post
+
+WAITS_S = (0.5, 1.0)  # wall-clock time before the second and the third attempt
+REFUSES = (400, 422)  # status of a server that does not know a part of the request
+PASSING = (408, 425, 429)  # of one that may answer later, as all from 500 on
+
+
+class ChatClient:
+    """Asks an endpoint; what of a request it has refused is left out from then on."""
+
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        schema: Mapping[str, Any],
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Ask for answers that keep a JSON schema, as far as the endpoint minds it."""
+        self.endpoint, self._sleep = endpoint, sleep
+        form = {"name": "instruction", "strict": True, "schema": schema}
+        self._options: dict[str, Any] = {
+            "temperature": 0,
+            "seed": 0,
+            "response_format": {"type": "json_schema", "json_schema": form},
+        }
+
+    def ask(self, system: str, question: str) -> str:
+        """Return the text of the answer.
+
+        Raises:
+            EndpointError: there is no answer within the time limit; it says why, and where.
+            NonsenseError: the model said nothing.
+        """
+        until_s = time.monotonic() + self.endpoint.timeout_s
+        messages = [
+            {"role": "system", "content": system},
+            {"role": "user", "content": question},
+        ]
+        try:
+            return self._patiently(messages, until_s)
+        except EndpointError as error:
+            raise EndpointError(f"{self.endpoint.name}: {self._told(error)}") from None
+        except TimeoutError:
+            limit = f"no answer within {self.endpoint.timeout_s:g} s ({TIMEOUT})"
+            raise EndpointError(f"{self.endpoint.name}: {limit}") from None
+
+    def _patiently(self, messages: list[dict[str, str]], until_s: float) -> str:
+        """Ask again while the fault may pass and time is left."""
+        for wait_s in WAITS_S:
+            try:
+                return self._once(messages, until_s)
+            except EndpointError as error:
+                wait_s = max(wait_s, error.after_s)
+                if not error.passing:
+                    raise
+                if time.monotonic() + wait_s > until_s:
+                    raise EndpointError(f"{error}{_too_late(error.after_s)}") from None
+            self._sleep(wait_s)
+        return self._once(messages, until_s)
+
+    def _once(self, messages: list[dict[str, str]], until_s: float) -> str:
+        reply = self._post(messages, until_s)
+        while reply.status in REFUSES and self._options:
+            self._leave_out(reply.words)
+            reply = self._post(messages, until_s)
+        _require_success(reply)
+        return text_in(reply.content)
+
+    def _leave_out(self, words: str) -> None:
+        """Leave out the options that a refusal names, or all if it names none."""
+        named = [name for name in self._options if name in words]
+        if "schema" in words:
+            named.append("response_format")
+        for name in named or tuple(self._options):
+            self._options.pop(name, None)
+
+    def _post(self, messages: list[dict[str, str]], until_s: float) -> Reply:
+        headers = {"Content-Type": "application/json", "Accept": "application/json"}
+        if self.endpoint.key:
+            headers["Authorization"] = f"Bearer {self.endpoint.key}"
+        body = {"model": self.endpoint.model, "messages": messages, **self._options}
+        address = self.endpoint.url.rstrip("/") + "/chat/completions"
+        return post(address, json.dumps(body).encode(), headers, until_s - time.monotonic())
+
+    def _told(self, error: EndpointError) -> str:
+        """Return an error's words without the key, which a server may repeat."""
+        key = self.endpoint.key
+        return str(error).replace(key, "...") if key else str(error)
+
+
+def _require_success(reply: Reply) -> None:
+    """Check that a reply is one to a request that was taken.
+
+    Raises:
+        EndpointError: it is not; in the server's words.
+    """
+    why = f"it answered {reply.status} {reply.reason}" + (reply.words and f": {reply.words}")
+    if reply.status != 200:
+        passing = reply.status in PASSING or reply.status >= 500
+        after_s = _seconds_after(reply.headers.get("Retry-After", ""))
+        raise EndpointError(why, passing=passing, after_s=after_s)
+    if reply.kind != "application/json":
+        raise EndpointError(f"it answered {reply.kind}, not application/json")
+
+
+def _seconds_after(said: str) -> float:
+    """Return how long a server wants to be left alone: it says seconds, or a date; 0 if neither."""
+    if said.strip().isdecimal():
+        return float(said)
+    try:
+        return (parsedate_to_datetime(said) - datetime.now(UTC)).total_seconds()
+    except (TypeError, ValueError):
+        return 0.0
+
+
+def _too_late(after_s: float) -> str:
+    return f"; it wants to be asked after {after_s:.0f} s, too late ({TIMEOUT})" if after_s else ""
