@@ -20,6 +20,7 @@ from scenarios.commands.replay import Replay
 from scenarios.commands.run import Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
+from scenarios.files.closed_pipe import outlives_its_readers
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
@@ -47,6 +48,7 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 }
 
 
+@outlives_its_readers
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code; bad input gives 2 and a message in one line."""
     if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder

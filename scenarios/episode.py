@@ -13,11 +13,12 @@ import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.base import Controller, require_chunk
+from controller.base import Controller
 from controller.correction import carried_out
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
@@ -28,6 +29,7 @@ from planner.person.override import PlannerOverridden
 from planner.seen.done import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
+from scenarios.loop.metrics.act_time import ActTime
 from scenarios.loop.metrics.stage_clock import StageClock
 from scenarios.loop.metrics.task_record import TaskRecord
 from scenarios.loop.person.guided_arm import GuidedArm
@@ -58,6 +60,7 @@ class Episode:
         tasks: the record of the tasks so far.
         exchange_s: simulated time of tool exchanges so far.
         guarded_driver: takes actions through driver and safety filter.
+        acts: times the controller.
     """
 
     config: EpisodeConfig
@@ -73,6 +76,7 @@ class Episode:
     def __post_init__(self) -> None:
         self._clock = StageClock()
         self.tasks = TaskRecord(self.world)
+        self.acts = ActTime(self.config.act_limit_s)
         self.guarded_driver = GuardedDriver(
             self.world,
             self.observation.joints,
@@ -213,7 +217,8 @@ class Episode:
         if not self._chunk:
             with self._clock.stage("controller"):
                 seen = self._pictures.added_to(self.observation, self.world)
-                self._chunk.extend(require_chunk(self.controller.act(seen, self._instruction)))
+                act = partial(self.controller.act, seen, self._instruction)
+                self._chunk.extend(self.acts.timed(act))
         return self._chunk.popleft()
 
     def _needs_exchange(self) -> bool:

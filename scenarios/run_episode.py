@@ -82,7 +82,7 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     )
     for observer in observers:
         observer.on_end(result)
-    return result
+    return replace(result, act=episode.acts.worst)
 
 
 def begin(

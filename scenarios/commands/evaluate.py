@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rich.console import Console
 from tyro.conf import arg
 
 from planner.learning.atomic_write import write_atomic
@@ -26,6 +25,7 @@ from scenarios.commands.options.policy_option import (
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
+from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import RESULTS
@@ -124,7 +124,7 @@ class Evaluate:
     def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
         """Run in rounds, because a ladder's next rung waits for the one before."""
         while due := plan.due(results):
-            display = ProgressDisplay(len(due), Console(stderr=True))
+            display = ProgressDisplay(len(due), PatientConsole(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
                 for ended in arriving:
                     if ended.unwritable is not None:
@@ -138,7 +138,8 @@ class Evaluate:
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
 
-        if self.workers > 1 or self.cluster is not None:
+        outside = any(case.config.has_outside_policy for case in due)  # it may end its process
+        if self.workers > 1 or self.cluster is not None or outside:
             yield from run_side_by_side(
                 partial(attempt, out=self.out), due, self.workers, after_death, self.cluster
             )
@@ -190,7 +191,7 @@ class Evaluate:
             return 0
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
-        Console().print(line, highlight=False, markup=False, soft_wrap=True)
+        output().print(line, highlight=False, markup=False, soft_wrap=True)
         return FAILED
 
 

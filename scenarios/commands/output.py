@@ -4,12 +4,14 @@ import os
 
 from rich.console import Console
 
+from scenarios.files.closed_pipe import PatientConsole
+
 WIDE = 200  # columns
 
 
 def output() -> Console:
     """Return standard output; if it is a file or a pipe, tables are 200 columns wide."""
-    console = Console()
+    console = PatientConsole()
     if console.is_terminal or "COLUMNS" in os.environ:
         return console
-    return Console(width=WIDE)
+    return PatientConsole(width=WIDE)

@@ -23,6 +23,7 @@ from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.commands.output import output
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
+from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import MANIFEST, RESULTS
@@ -34,6 +35,7 @@ from scenarios.loop.progress import ProgressDisplay
 from scenarios.loop.results import EpisodeResult, summarise, write_results
 from scenarios.recording.attempt import Attempt, attempt_and_keep, broken_off, trace_path
 from scenarios.recording.result_tables import (
+    act_lines,
     call_lines,
     episode_table,
     error_lines,
@@ -152,7 +154,9 @@ class Run(EpisodeOptions):
             session = self._session() if self.view else None
             if session is not None:
                 stack.enter_context(page_of(session, LOCAL, None))
-            display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
+            display = stack.enter_context(
+                ProgressDisplay(self.episodes, PatientConsole(stderr=True))
+            )
             observers: list[Observer] = [display]
             if self.video is not None:
                 video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)
@@ -191,7 +195,9 @@ class Run(EpisodeOptions):
         self, observers: Sequence[Observer], session: SessionState | None
     ) -> Generator[Attempt, None, None]:
         configs = self._configs()
-        if self.workers > 1 or self.cluster is not None:
+        alone = bool(session or self.video or self.save_interventions)  # they watch each step
+        outside = self.first_config().has_outside_policy and not alone
+        if self.workers > 1 or self.cluster is not None or outside:
             attempt = partial(attempt_and_keep, out=self.out)
             yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
         else:
@@ -215,6 +221,7 @@ class Run(EpisodeOptions):
             *_trace_lines(episodes, self.out),
             *unsaid_lines(episodes, script),
             *(sensing_lines(episodes) if len(episodes) == 1 else ()),
+            *act_lines(episodes),
             summary_line(summarise(episodes)),
             f"results: {self.out / RESULTS}",
         ):

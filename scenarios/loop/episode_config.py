@@ -45,11 +45,13 @@ class EpisodeConfig:
         cameras: Names (`tissue_sim.sensing.pictures.camera_names`) of those whose pictures the
             controller gets besides.
         ablation: A key of `scenarios.catalogue.ABLATIONS`; None for no ablation.
+        act_limit_s: Wall time for each `act` of the controller; more is an error of the episode.
+            None for no limit.
 
     Raises:
         ValueError: For an unknown name, a magnitude that the scenario does not allow, a checkpoint
             for a policy that takes none, larger errors of a sense that has none, a seed that is
-            not a whole number of at least 0, or a cap that is not a number above 0.
+            not a whole number of at least 0, or a cap or limit that is not a number above 0.
     """
 
     scenario: str = "nominal"
@@ -67,6 +69,7 @@ class EpisodeConfig:
     ablation: str | None = None
     person: str | None = None
     cameras: tuple[str, ...] = ()
+    act_limit_s: float | None = None
 
     def __post_init__(self) -> None:
         _require_known("scenario", self.scenario, SCENARIOS)
@@ -92,8 +95,14 @@ class EpisodeConfig:
         if not _is_number(self.seed, Integral) or self.seed < 0:
             raise ValueError(f"seed must be a whole number of at least 0, got {self.seed!r}")
         object.__setattr__(self, "seed", int(self.seed))  # of numpy, too
-        if not _is_number(self.task_cap_s, Real) or not 0.0 < self.task_cap_s < math.inf:
-            raise ValueError(f"task_cap_s must be a number above 0, got {self.task_cap_s!r}")
+        _require_time("task_cap_s", self.task_cap_s)
+        if self.act_limit_s is not None:
+            _require_time("act_limit_s", self.act_limit_s)
+
+    @property
+    def has_outside_policy(self) -> bool:
+        """Return whether a policy is none of Calot's own, and may do anything to its process."""
+        return ":" in self.planner or ":" in self.controller
 
     @property
     def perturbations(self) -> tuple[Perturbation, ...]:
@@ -111,6 +120,11 @@ class EpisodeConfig:
 
 def _is_number(value: object, kind: type) -> bool:
     return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _require_time(name: str, time_s: float) -> None:
+    if not _is_number(time_s, Real) or not 0.0 < time_s < math.inf:
+        raise ValueError(f"{name} must be a number above 0, got {time_s!r}")
 
 
 def _require_known(role: str, name: str, allowed: Iterable[str]) -> None:

@@ -83,7 +83,7 @@ def _factory(name: str, known: dict[str, str]) -> Callable[..., Any]:
         raise ValueError(f"{name}: {error}") from None
     except SyntaxError as error:
         raise ValueError(f"{name}: {describe_error(error)}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ValueError(f"{name}: {describe_with_place(error)}") from None
     if not callable(factory):
         raise ValueError(f"{name}: it is a {type(factory).__name__}, not a factory")

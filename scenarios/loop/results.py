@@ -126,6 +126,24 @@ class SensingResult:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ActResult:
+    """The controller's answer that took longest for the motions in it.
+
+    Attributes:
+        took_s: Wall time.
+        lasts_s: Simulated time of its motions; a robot would have to wait for longer ones.
+    """
+
+    took_s: float
+    lasts_s: float
+
+    @property
+    def share(self) -> float:
+        """Return the time it took over the time that it lasts."""
+        return self.took_s / self.lasts_s
+
+
+@dataclass(frozen=True, kw_only=True)
 class CallResult:
     """The planner's call for a person, with which the episode ended.
 
@@ -166,6 +184,7 @@ class EpisodeResult:
         sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
         sensing: How well it was sensed; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
+        act: How slow the controller was at its slowest; in no recording, as it is by the clock.
     """
 
     scenario: str
@@ -188,6 +207,7 @@ class EpisodeResult:
     sense: str = "exact"
     sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()
+    act: ActResult | None = None
 
     @property
     def outcome(self) -> Outcome:
@@ -284,6 +304,7 @@ def episode_from(entry: dict[str, Any]) -> EpisodeResult:
         privileged=tuple(entry.get("privileged", ())),
         sensing=_sensing(entry.get("sensing")),
         call=None if entry.get("call") is None else CallResult(**entry["call"]),
+        act=None if entry.get("act") is None else ActResult(**entry["act"]),
     )
 
 

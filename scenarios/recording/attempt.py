@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 import traceback
+from asyncio import CancelledError
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,6 +21,9 @@ from scenarios.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     from scenarios.loop.person.inbox import Inbox
+
+BREAKS_OFF = (Exception, SystemExit, CancelledError)
+"""What a policy or a library may raise that ends its episode, and nothing else."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +67,8 @@ def attempt_episode(
 ) -> EpisodeResult:
     """Run one episode; an exception in it becomes the result's error, not a failure.
 
+    So does an exit that a policy asks Python for; Ctrl-C is raised.
+
     `inbox` holds what people say to it; `name` is that of its files, by default its seed.
 
     Leaves `out`/episodes/NAME.npz and, after an exception, its traceback in `out`/errors/NAME.txt,
@@ -77,7 +83,7 @@ def attempt_episode(
     try:
         with Recorder(config=config, path=out / "episodes" / f"{name}.npz") as recorder:
             return run_episode(config, [recorder, *observers], inbox)
-    except Exception as error:
+    except BREAKS_OFF as error:
         with suppress(OSError):  # the result tells the error without its trace
             write_atomic(trace, traceback.format_exc().encode())
         return broken_off(config, error, wall_s=time.perf_counter() - start_s)
@@ -88,7 +94,7 @@ def trace_path(out: Path, name: str) -> Path:
     return out / "errors" / f"{name}.txt"
 
 
-def broken_off(config: EpisodeConfig, error: Exception, wall_s: float = 0.0) -> EpisodeResult:
+def broken_off(config: EpisodeConfig, error: BaseException, wall_s: float = 0.0) -> EpisodeResult:
     """Return the result of an episode that `error` ended."""
     return EpisodeResult(
         scenario=config.scenario,

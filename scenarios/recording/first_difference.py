@@ -13,7 +13,7 @@ import numpy as np
 from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
 
 ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results of before
-BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
+BY_THE_CLOCK = ("wall_s", "act")  # fields of a result that depend on the speed of the machine
 
 
 @dataclass(frozen=True, kw_only=True)

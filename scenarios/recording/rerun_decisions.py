@@ -54,7 +54,7 @@ def _repeatable(recording: Recording) -> EpisodeConfig:
         raise ValueError(
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
         )
-    config = replace(config_of(recording), instruct=None, person=None)
+    config = replace(config_of(recording), instruct=None, person=None, act_limit_s=None)
     for name in (config.planner, config.controller):
         require_factory(name)
     if config.planner in ENDPOINT_PLANNERS:

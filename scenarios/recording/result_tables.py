@@ -89,6 +89,16 @@ def episode_table(episodes: Sequence[EpisodeResult]) -> Table:
     return table
 
 
+def act_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
+    """Return a line for each controller that was slower than its motions last, or for the only."""
+    return [
+        f"seed {e.seed}: the controller took at most {e.act.took_s:.3f} s for motions that last"
+        f" {e.act.lasts_s:.3f} s" + (": too slow for a robot" if e.act.share > 1.0 else "")
+        for e in episodes
+        if e.act is not None and (e.act.share > 1.0 or len(episodes) == 1)
+    ]
+
+
 def error_lines(episodes: Sequence[EpisodeResult]) -> list[str]:
     """Return one line for each episode that ended in error."""
     return [

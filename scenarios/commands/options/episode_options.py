@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -41,6 +42,8 @@ class EpisodeOptions:
     """The conditions."""
     magnitude: Annotated[float | None, number()] = None
     """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
+    act_limit: Annotated[float | None, number()] = None
+    """Seconds on the clock for each answer of the controller; more is an error of the episode."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
     seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
@@ -62,6 +65,8 @@ class EpisodeOptions:
             self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
         )
         require_perception(self.sense_in_force, self.perception_checkpoint)
+        if self.act_limit is not None and not 0.0 < self.act_limit < math.inf:
+            raise BadInputError(f"--act-limit {self.act_limit:g}: it is a number of s above 0")
         try:
             self.first_config()
         except ValueError as error:
@@ -85,4 +90,5 @@ class EpisodeOptions:
             perception_checkpoint=text_of(self.perception_checkpoint),
             safety_filter=self.filter,
             cameras=self.cameras,
+            act_limit_s=self.act_limit,
         )

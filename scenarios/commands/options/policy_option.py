@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
 from scenarios.catalogue import (
     ENDPOINT_PLANNERS,
     PERCEIVING,
@@ -18,6 +16,7 @@ from scenarios.commands.options.checkpoint_option import (
 )
 from scenarios.commands.options.endpoint_option import require_endpoint
 from scenarios.commands.options.renderer_option import require_renderer
+from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError
 
 
@@ -71,7 +70,7 @@ def say_who_acts(
     line = "" if arm is None else f"arm {arm}: "
     line += f"planner: {_described(planner)}; controller: {_described(controller)}"
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
-    Console(stderr=True).print(
+    PatientConsole(stderr=True).print(
         f"{line}\nsense: {sense}: {SENSES[sense]}",
         highlight=False,
         markup=False,

@@ -9,7 +9,7 @@ from planner.assessment import Assessment
 from planner.instruction import TASKS, Instruction
 from planner.language.rules.questions import QUESTIONS
 from planner.person.answers import answer
-from tests.planner.seen import clipped
+from tests.planner.seen import clipped, writable
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 from tissue_sim.thresholds import HELD_PINCH_N
 
@@ -72,7 +72,7 @@ def test_how_sure_it_is_tells_of_points_and_clips_that_are_seen():
 def test_how_well_the_last_clip_is_placed_is_told_of_the_tube_in_question():
     artery = Instruction(task=next(t for t in TASKS if t.kind == "clip" and t.tube == "right"))
     assert "the last one" not in answer("on", artery, seen_within(0.0004, left=3))
-    both = seen_within(0.0004, left=3, right=1)
+    both = writable(seen_within(0.0004, left=3, right=1))
     both.std_m[N_LINE + 2] = 0.0008  # the duct's last
     assert "the last one to within 1.6 mm" in answer("on", CLIP, both)
     assert "the last one to within 0.8 mm" in answer("on", artery, both)

@@ -96,6 +96,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
         "sense",
         "sensing",
         "privileged",
+        "act",
     ]
     assert list(document["summary"]) == [
         "episodes",
