@@ -23,6 +23,7 @@ from scenarios.commands.view import View
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
+from scenarios.workers.stop_signals import stop_code, stoppable
 
 _RULE = "[─-]{3,}"
 
@@ -49,14 +50,19 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code; bad input gives 2 and a message in one line."""
-    if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder
-        sys.path.append(os.getcwd())
+    with stoppable():
+        code = _executed(sys.argv[1:] if argv is None else list(argv))
+    return stop_code() if code == INTERRUPTED else code
+
+
+def _executed(words: list[str]) -> int:
     search_garbage_rarely()
-    if (sys.argv[1:] if argv is None else list(argv)) == ["--version"]:
+    if words == ["--version"]:
         print(f"calot {version('calot')}")
         return 0
     try:
-        return parse(argv).execute()
+        _see_current_folder()
+        return parse(words).execute()
     except BadInputError as error:
         print(f"calot: {error}", file=sys.stderr)
         return BAD_INPUT
@@ -65,6 +71,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception:  # Python's own exit code for it, 1, would say that an episode failed
         traceback.print_exc()
         return ERROR
+
+
+def _see_current_folder() -> None:
+    """Let a policy MODULE:FACTORY lie in the user's folder.
+
+    Raises:
+        BadInputError: the folder was removed.
+    """
+    try:
+        here = os.getcwd()
+    except FileNotFoundError:
+        raise BadInputError("the current folder was removed; go to another one") from None
+    if here not in sys.path:
+        sys.path.append(here)
 
 
 def parse(argv: Sequence[str] | None = None) -> Subcommand:

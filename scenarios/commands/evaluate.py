@@ -34,6 +34,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
 from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.stop_signals import counting
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended
@@ -144,7 +145,8 @@ class Evaluate:
             )
         else:
             for case in due:
-                yield attempt(case, self.out, [display])
+                with counting():
+                    yield attempt(case, self.out, [display])
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""

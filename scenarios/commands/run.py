@@ -45,6 +45,7 @@ from scenarios.recording.result_tables import (
 )
 from scenarios.recording.video import VideoWriter
 from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.stop_signals import counting
 
 if TYPE_CHECKING:
     from scenarios.demonstration.interventions import Interventions
@@ -196,7 +197,8 @@ class Run(EpisodeOptions):
             yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
         else:
             for config in configs:
-                yield _attempted(config, self.out, observers, session)
+                with counting():
+                    yield _attempted(config, self.out, observers, session)
 
     def _report(self, episodes: Sequence[EpisodeResult]) -> None:
         console = output()

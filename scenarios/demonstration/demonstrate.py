@@ -23,6 +23,7 @@ from scenarios.demonstration.mix import (
 )
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
+from scenarios.workers.stop_signals import saving
 
 if TYPE_CHECKING:  # heavy to import
     from numpy.random import Generator
@@ -262,8 +263,9 @@ def written(
 ) -> DemonstrationOutcome:
     """Write a demonstration's file `path`; return its outcome, which tells what failed."""
     try:
-        for write in writes:
-            write()
+        with saving():
+            for write in writes:
+                write()
     except OSError as error:
         return DemonstrationOutcome(
             demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}"
