@@ -61,6 +61,7 @@ def _executed(words: list[str]) -> int:
         print(f"calot {version('calot')}")
         return 0
     try:
+        _require_text(words)
         _see_current_folder()
         return parse(words).execute()
     except BadInputError as error:
@@ -71,6 +72,19 @@ def _executed(words: list[str]) -> int:
     except Exception:  # Python's own exit code for it, 1, would say that an episode failed
         traceback.print_exc()
         return ERROR
+
+
+def _require_text(words: Sequence[str]) -> None:
+    """Check that the words are text, as all that is printed and written of them must be.
+
+    Raises:
+        BadInputError: one has bytes that are not UTF-8, as names of files may have.
+    """
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise BadInputError(f"{os.fsencode(word)!r} is not UTF-8; name it otherwise") from None
 
 
 def _see_current_folder() -> None:

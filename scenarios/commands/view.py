@@ -11,7 +11,7 @@ from tyro.conf import arg
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.options.arguments import at_least
 from scenarios.commands.options.episode_options import EpisodeOptions
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.commands.options.policy_option import say_who_acts
 from scenarios.commands.options.renderer_option import require_renderer
 
@@ -48,7 +48,10 @@ class View(EpisodeOptions):
         session = new_session(
             self.first_config(), self.out, paused=not self.start, restarts=True, camera=self.camera
         )
-        with page_of(session, self.host, self.port, self.say_port):
+        with (
+            claimed(self.out, "--out"),
+            page_of(session, self.host, self.port, self.say_port),
+        ):
             say_who_acts(self.planner, self.controller, self.sense_in_force)
             watch_episodes(session)
         return 0
