@@ -29,7 +29,6 @@ from scenarios.loop.results import (
 )
 from scenarios.loop.senses import make_sense
 from scenarios.perturbation.effects import Effects
-from scenarios.workers.stop_signals import saving
 from tissue_sim.outcome.margins import margins
 from tissue_sim.outcome.predicates import stumps_hold, untouched
 from tissue_sim.outcome.retention import pull_all_clips
@@ -81,9 +80,8 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
         tasks=metrics.measured(result.tasks),
         sensing=None if episode.config.sense == "exact" else sensing.result(),
     )
-    with saving():
-        for observer in observers:
-            observer.on_end(result)
+    for observer in observers:
+        observer.on_end(result)
     return result
 
 
