@@ -24,6 +24,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
 from scenarios.workers.stop_signals import stop_code, stoppable
+from tissue_sim.main_guard import MainGuardError
 
 _RULE = "[─-]{3,}"
 
@@ -64,7 +65,7 @@ def _executed(words: list[str]) -> int:
         _require_text(words)
         _see_current_folder()
         return parse(words).execute()
-    except BadInputError as error:
+    except (BadInputError, MainGuardError) as error:
         print(f"calot: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:

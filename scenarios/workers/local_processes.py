@@ -15,6 +15,7 @@ from typing import Any, Generic, TypeVar
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.garbage import search_garbage_rarely
 from scenarios.workers.stop_signals import STOP_SIGNALS, counting, stoppable
+from tissue_sim.main_guard import require_main_guard
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
@@ -62,6 +63,12 @@ class LocalProcesses(Generic[Config, Result]):
     """A pool of spawned processes; idle ones are used again."""
 
     def __init__(self, attempt: Callable[[Config], Result]) -> None:
+        """Make a pool, without processes yet.
+
+        Raises:
+            MainGuardError: this is called by a script that has no main guard.
+        """
+        require_main_guard()
         self._attempt = attempt
         self._busy: list[_Worker] = []
         self._idle: list[_Worker] = []
