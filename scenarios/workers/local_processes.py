@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from multiprocessing.resource_tracker import ensure_running
 from threading import Thread
 from typing import Any, Generic, TypeVar
 
@@ -115,6 +116,7 @@ def _spawned(attempt: Callable[[Any], Any]) -> _Worker:
     context = get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, attempt), daemon=True)
+    ensure_running()  # it would unblock them
     before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)  # until it can handle them
     process.start()
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
