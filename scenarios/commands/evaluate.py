@@ -164,10 +164,12 @@ class Evaluate:
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
+        from scenarios.evaluation.folder import open_folder
         from scenarios.evaluation.page.whole import page
         from scenarios.evaluation.report import document, report_of
         from scenarios.evaluation.terminal_tables import tables
 
+        open_folder(self.out, self.arms)  # it may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
         self._write(RESULTS, dumps(document(report, made_with), indent=2) + "\n")
         self._write("report.html", page(report, made_with))

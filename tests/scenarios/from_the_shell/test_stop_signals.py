@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import time
+from shutil import rmtree
 
 import pytest
 
@@ -137,3 +138,32 @@ def test_a_run_that_ignores_the_end_of_its_session_goes_on(tmp_path):
         code, out, _ = process.end()
     assert code == 0
     assert "1 called for a person" in out
+
+
+CALLED = [*IDLE[:-1], "two-arteries", "--seed", "10000", "--episodes", "3", "--out", "out"]
+
+
+def test_a_run_whose_folder_vanishes_loses_no_result(tmp_path):
+    results = tmp_path / "out/results.json"
+    with CalotProcess(words=["run", *CALLED], folder=tmp_path) as process:
+        wait_until(lambda: not process.is_running or len(recorded(process)) > 0)
+        rmtree(tmp_path / "out")
+        assert process.end()[0] == 0
+    assert len(json.loads(results.read_text())["episodes"]) == 3
+
+
+def test_an_evaluation_whose_folder_vanishes_reports_all_and_can_go_on(tmp_path):
+    words = ["evaluate", "--arms", "a=scripted+idle", "--suite", "two-arteries", *CALLED[6:]]
+    with CalotProcess(words=words, folder=tmp_path) as process:
+        wait_until(lambda: not process.is_running or len(recorded(process)) > 0)
+        rmtree(tmp_path / "out")
+        code, _, err = process.end()
+    assert code == 0, err
+    assert "Traceback" not in err
+    kept = {file: file.stat().st_mtime_ns for file in recorded(process)}
+    assert len(kept) < 3
+    with CalotProcess(words=words, folder=tmp_path) as process:
+        code, _, err = process.end()
+    assert code == 0, err
+    assert len(recorded(process)) == 3
+    assert {file: file.stat().st_mtime_ns for file in kept} == kept
