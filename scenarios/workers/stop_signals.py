@@ -100,6 +100,18 @@ def counting() -> Iterator[None]:
     _stop.release()
 
 
+@contextmanager
+def importing() -> Iterator[None]:
+    """Let signals wait while the block imports: trimesh takes one for a missing package."""
+    before, _stop.saving = _stop.saving, True
+    try:
+        yield
+    finally:
+        _stop.saving = before
+    if not before:
+        _stop.release()
+
+
 def stop_code() -> int:
     """Return the exit code of a program that a signal stopped."""
     return SHELL_BASE + (_stop.number or signal.SIGINT)
