@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -150,6 +151,22 @@ def test_a_cache_that_cannot_be_written_to_is_found_before_the_first_episode(
     assert ended.returncode == 2, ended.stderr
     (line,) = [line for line in ended.stderr.splitlines() if not line.startswith("Warp")]
     assert line.startswith(f"calot: {variable}: cannot write to {file}")
+
+
+def test_a_new_cache_on_a_full_disk_is_found_before_the_first_episode(tmp_path_factory, tmp_path):
+    home = tmp_path_factory.mktemp("home")
+    ended = subprocess.run(
+        [sys.executable, "-B", "-m", "scenarios.cli", "run"],
+        env=ENVIRONMENT | {"HOME": str(home)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, 2_000)),
+    )
+    assert ended.returncode == 2, ended.stderr
+    (line,) = [line for line in ended.stderr.splitlines() if not line.startswith("Warp")]
+    assert line.startswith(f"calot: XDG_CACHE_HOME: cannot write to {home / '.cache/calot'} (File")
 
 
 def test_a_cache_that_is_full_but_holds_all_kernels_is_enough(full_disk):
