@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import shutil
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -61,20 +62,22 @@ class ProcessFault:
 
 
 def process_faults(seed: int, n: int) -> Iterator[ProcessFault]:
-    """Yield the outcomes of `n` faults, drawn from the seed, one after another."""
-    for k in range(n):
-        with TemporaryDirectory(prefix="calot-faults-") as folder:
-            yield _tried(seed + k, Path(folder))
+    """Yield the outcomes of `n` faults, one after another; each is drawn from its own seed."""
+    with TemporaryDirectory(prefix="calot-faults-") as root:
+        recorded = Path(root, "recorded")
+        _record(recorded)
+        for k in range(seed, seed + n):
+            yield _tried(k, Path(root, str(k)), recorded)
 
 
-def _tried(seed: int, folder: Path) -> ProcessFault:
+def _tried(seed: int, folder: Path, recorded: Path) -> ProcessFault:
     rng = np.random.default_rng([0xFA017, seed])
     command, fault = str(rng.choice(list(COMMANDS))), str(rng.choice(list(FAULTS)))
     words = list(COMMANDS[command])
     if command in CONDITIONS:
         words += [CONDITIONS[command], str(rng.choice(["two-arteries", "nominal"]))]
     else:
-        _record(folder)
+        shutil.copytree(recorded, folder)
     when_s = float(rng.uniform(0.0, LATEST_S))
     with CalotProcess(words=words, folder=folder) as process:
         process.wait_until_stoppable()
@@ -82,17 +85,16 @@ def _tried(seed: int, folder: Path) -> ProcessFault:
         hurt = process.is_running
         if hurt:
             FAULTS[fault](process, rng)
-        code, out, err = process.end()
-        del out
-        wrong = [
+        code, _, err = process.end()
+        wrong = (
             *_wrong_exit(code, fault if hurt else "none", err),
             *_left(process, GRACE_S if fault == "kill" else 0.5),
             *_lost(folder, counted=command == "run" and fault != "kill"),
-        ]
+        )
     if command == "evaluate" and fault == "kill":
-        wrong += _not_continued(words, folder)
+        wrong += tuple(_not_continued(words, folder))
     return ProcessFault(
-        seed=seed, command=command, fault=fault, when_s=when_s, exit_code=code, wrong=tuple(wrong)
+        seed=seed, command=command, fault=fault, when_s=when_s, exit_code=code, wrong=wrong
     )
 
 
