@@ -21,7 +21,6 @@ from planner.person.standing import Standing
 from planner.seen.done import is_back
 from planner.seen.next_task import DoneAlreadyError, NotNowError
 from planner.seen.room import RoomSeen
-from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
@@ -119,6 +118,7 @@ class PlannerOverridden:
                 command=agreed.command,
                 size_m=agreed.size_m,
                 side=agreed.side,
+                relative=agreed.relative,
             )
         self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
         self.standing.forbid(reading.forbids, observation)
@@ -133,14 +133,7 @@ class PlannerOverridden:
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
             return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
-        given = self.instruct(
-            reading.command,
-            observation,
-            reading.confidence,
-            reading.size_m,
-            reading.then,
-            reading.side,
-        )
+        given = self._obey(reading.said, observation, reading.confidence)
         if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
         return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
@@ -151,13 +144,15 @@ class PlannerOverridden:
         observation: Observation,
         confidence: float = 1.0,
         size_m: float | None = None,
-        then: Sequence[Said] = (),
-        side: Tube | None = None,
     ) -> Answer:
-        """Take a person's command, and those that follow it; a refused one changes nothing."""
+        """Take a person's command; a refused one changes nothing."""
+        return self._obey((Said(command=command, size_m=size_m),), observation, confidence)
+
+    def _obey(self, said: Sequence[Said], observation: Observation, confidence: float) -> Answer:
+        """Begin with the first of some commands, which the others follow."""
+        first, *then = said
         try:
-            said = Said(command=command, size_m=size_m, side=side)
-            order = self._interpret(said, observation)
+            order = self._interpret(first, observation)
         except NotNowError as refusal:
             after = f"; nor what was to follow: {_in_order(then)}" if then else ""
             reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
@@ -214,7 +209,7 @@ class PlannerOverridden:
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
         self._untold: list[str] = []  # what is still to be told of orders
         self._hold_after = False  # a correction in a hold ends in it
-        self._latest = Order()
+        self._latest, self._corrected = Order(), None
         self._stopped_s: float | None = None
         self._offered: Said | None = None
         self._room = RoomSeen()
@@ -264,6 +259,7 @@ class PlannerOverridden:
         self._progress = OrderProgress(now, self._leaving(order, observation))
         if not order.hold:
             self._latest = order
+            self._corrected = order if order.correction else None
         self._doubt(order, observation)
 
     def _doubt(self, order: Order, observation: Observation) -> None:
@@ -291,9 +287,8 @@ class PlannerOverridden:
         told, rest = list[str](), self._then
         self._then = deque[Said]()
         while rest:
+            given = self._obey(tuple(rest), observation, 1.0)
             said = rest.popleft()
-            then = tuple(rest)
-            given = self.instruct(said.command, observation, 1.0, said.size_m, then, said.side)
             if given.refusal is None:
                 break
             passed_over = isinstance(given.refusal, DoneAlreadyError)
@@ -334,7 +329,13 @@ class PlannerOverridden:
     def _moment(self, observation: Observation) -> Moment:
         ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
-        return Moment(seen=observation, task=task, ordered=ordered, latest=self._latest)
+        return Moment(
+            seen=observation,
+            task=task,
+            ordered=ordered,
+            latest=self._latest,
+            corrected=self._corrected,
+        )
 
 
 def order_in_words(order: Order, instruction: Instruction) -> str:

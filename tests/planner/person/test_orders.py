@@ -85,7 +85,7 @@ def test_a_clip_that_is_seen_late_is_not_placed_again():
 
 def test_after_a_correction_the_ordered_task_goes_on_with_what_follows_it():
     planner, seen = fixed(SECOND_LEFT), at(0.0, near=False)
-    planner.instruct(COMMANDS[OTHER], seen, then=())
+    say(planner, OTHER, seen)
     say(planner, UP, seen)
     say(planner, UP, seen)
     up = at(30.0, near=False, up_m=0.02)
