@@ -7,7 +7,8 @@ from typing import Literal
 
 from planner.command import Command
 from planner.correction import Direction
-from planner.language.rules.questions import Question
+from planner.language.rules.questions import Question, Thing
+from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
 from planner.task import Tube
 
@@ -72,8 +73,11 @@ class Reading:
         then: Further commands, in order.
         forbids: What a person forbids from now on.
         allows: What a person may allow with these words, if it was forbidden.
+        may_allow: What they may mean to allow; it is asked back, and nothing is lifted.
+        claims: What they take for done or so, true or not: "the duct is cut, go back".
         speed: "slower", "faster", "half" or "normal"; "" if it is not about speed.
         question: What is asked.
+        about: What they are about; None if they name no structure, tool or clip.
         agrees: It says yes to what was asked back.
         guesses: What may be meant, the likeliest first; empty if there is a command but no warning.
         confidence: Of the command, or of the first guess, 0 to 1.
@@ -90,8 +94,11 @@ class Reading:
     then: tuple[Said, ...] = ()
     forbids: tuple[Prohibition, ...] = ()
     allows: Prohibition | None = None
+    may_allow: Prohibition | None = None
+    claims: tuple[Claim, ...] = ()
     speed: str = ""
     question: Question | None = None
+    about: Thing | None = None
     agrees: bool = False
     guesses: tuple[Said, ...] = ()
     confidence: float = 0.0
