@@ -15,8 +15,10 @@ from planner.command import Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
+from planner.person.confirmation import Confirmation, ConfirmError, loss, reading_of
 from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
+from planner.person.premises import denial
 from planner.person.standing import Standing
 from planner.seen.done import is_back
 from planner.seen.next_task import DoneAlreadyError, NotNowError
@@ -110,6 +112,7 @@ class PlannerOverridden:
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
+        reading = self._confirmation.answered(reading, observation.time_s)
         agreed = self._offered if reading.agrees else None
         if agreed is not None:
             reading = replace(
@@ -125,18 +128,27 @@ class PlannerOverridden:
         if reading.speed:
             return self._told_speed(reading, observation)
         if reading.question is not None:
-            said = answer(reading.question, self.in_force(observation), observation)
+            now = self.in_force(observation)
+            said = answer(reading.question, now, observation, reading.about, reading.claims)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
+        if wrong := denial(reading.claims, self.in_force(observation).task, observation):
+            return self._contradicted(wrong, replace(reading, claims=()), observation)
+        if reading.may_allow and self.standing.covered_by(reading.may_allow, observation):
+            asked = self._confirmation.ask_to_allow(reading.may_allow, observation)
+            return Answer(instruction=None, reply=f"{asked} {self._doing(observation)}")
         if reading.allows and (told := self.standing.allow(reading.allows, observation)):
             how = ' Say "resume" to go on.' if self._held else ""
             reply = f"{told}{how} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
-            return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
+            reply = "I see it so, too." if reading.claims and not reading.guesses else reading.reply
+            return Answer(instruction=None, reply=f"{reply} {self._doing(observation)}")
+        task = self.in_force(observation).task
+        remarks = self._confirmation.remarks(reading.forbids, self.standing, task, observation)
         given = self._obey(reading.said, observation, reading.confidence)
         if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
-        return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
+        return replace(given, reply=" ".join((reading.reply, *remarks, self._doing(observation))))
 
     def instruct(
         self,
@@ -153,6 +165,10 @@ class PlannerOverridden:
         first, *then = said
         try:
             order = self._interpret(first, observation)
+        except ConfirmError as lost:
+            ask = self._confirmation.ask_all_the_same(reading_of(said), observation.time_s)
+            reply = f"{lost}{ask} {self._doing(observation)}"
+            return Answer(instruction=None, reply=reply, refusal=ConfirmError(f"{lost}{ask}"))
         except NotNowError as refusal:
             after = f"; nor what was to follow: {_in_order(then)}" if then else ""
             reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
@@ -178,7 +194,8 @@ class PlannerOverridden:
         self._interrupt(Order(hold=True))
         self._progress, self._stopped_s, self._hold_after = None, None, False
         instruction = self.in_force(observation)
-        reply = f"Back to the planner. {doing_in_words(instruction)}"
+        why = f" {instruction.remark}" if instruction.hold and instruction.remark else ""
+        reply = f"Back to the planner.{why} {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
 
     def _asked(self, observation: Observation) -> Instruction:
@@ -212,6 +229,7 @@ class PlannerOverridden:
         self._latest, self._corrected = Order(), None
         self._stopped_s: float | None = None
         self._offered: Said | None = None
+        self._confirmation = Confirmation()
         self._room = RoomSeen()
         self.standing = Standing()
 
@@ -285,11 +303,14 @@ class PlannerOverridden:
         is dropped.
         """
         told, rest = list[str](), self._then
-        self._then = deque[Said]()
+        self._then, self._confirmation.given = deque[Said](), False
         while rest:
             given = self._obey(tuple(rest), observation, 1.0)
             said = rest.popleft()
             if given.refusal is None:
+                break
+            if isinstance(given.refusal, ConfirmError):
+                told.append(str(given.refusal))
                 break
             passed_over = isinstance(given.refusal, DoneAlreadyError)
             dropped = (said,) if passed_over else (said, *rest)
@@ -314,17 +335,32 @@ class PlannerOverridden:
         """Interpret a command; None returns control to the planner."""
         now_s, word = observation.time_s, said.command.word
         if word == "resume":
+            self._confirmation.require_meant(self.standing, self.planned.task, observation)
             return None
         if word in ("stop", "pause"):
             self._stopped_s = now_s if word == "stop" else self._stopped_s
             return Order(hold=True)
         if self._stopped_s is not None and now_s < self._stopped_s + STOP_WINS_S - 1e-9:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
-        order = order_of(said, self._moment(observation))
+        moment = self._moment(observation)
+        order = order_of(said, moment)
         for act in acts_of(order, observation):
             if self.standing.forbids(act):
                 raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
+        skipped = moment.task if word == "next step" else None
+        if not self._confirmation.given and (lost := loss(order, skipped, observation)):
+            raise ConfirmError(lost)
         return order
+
+    def _contradicted(self, wrong: str, reading: Reading, observation: Observation) -> Answer:
+        """Answer who takes for so what is not: hold if that was said, and else ask back."""
+        if reading.command is not None and not reading.command.moves:
+            given = self.hear(reading, observation)
+            return replace(given, reply=f"{wrong} {given.reply}")
+        ask = self._confirmation.ask_all_the_same(reading, observation.time_s)
+        if reading.guesses:
+            ask = f" {reading.reply}"
+        return Answer(instruction=None, reply=f"{wrong}{ask} {self._doing(observation)}")
 
     def _moment(self, observation: Observation) -> Moment:
         ordered = None if self._progress is None or self._held else self._progress.task

@@ -16,6 +16,14 @@ from tissue_sim.thresholds import HELD_PINCH_N
 
 Claimed = Literal["cut", "clipped", "clip on", "held", "dropped"]
 Where = Literal["duct", "artery", "left tube", "right tube", "both", ""]
+REASONS: dict[Claimed, str] = {
+    "cut": "A tube is cut once its clips are seen on it.",
+    "clipped": "A tube gets its clips before it is cut.",
+    "clip on": "A tube gets its clips before it is cut.",
+    "held": "The gallbladder has to be held before anything is clipped.",
+    "dropped": "The grasper's jaws press on nothing: it has slipped out, or they were opened.",
+}
+"""Why what is claimed was done, where it was."""
 ORDINALS = ("first", "second", "third")
 
 

@@ -75,10 +75,10 @@ def test_what_no_arm_can_do_is_asked_back(words, relative, why):
 
 def test_jaws_have_relative_words_too():
     planner = fixed()
-    planner.instruct(COMMANDS["open left gripper"], clipped())
-    assert say(planner, Relative(times=0.5)).reply.startswith("open left gripper, for 0.6 s.")
-    assert say(planner, Relative(direction="opposite")).instruction.text == "close left gripper"
-    assert say(planner, Relative(arm="other")).instruction.text == "close right gripper"
+    planner.instruct(COMMANDS["open right gripper"], clipped())
+    assert say(planner, Relative(times=0.5)).reply.startswith("open right gripper, for 0.6 s.")
+    assert say(planner, Relative(direction="opposite")).instruction.text == "close right gripper"
+    assert say(planner, Relative(arm="other")).instruction.text == "close left gripper"
 
 
 def test_a_relative_word_is_told_in_words():
