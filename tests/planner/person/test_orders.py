@@ -87,8 +87,7 @@ def test_after_a_correction_the_ordered_task_goes_on_with_what_follows_it():
     planner, seen = fixed(SECOND_LEFT), at(0.0, near=False)
     say(planner, OTHER, seen)
     say(planner, UP, seen)
-    say(planner, UP, seen)
-    up = at(30.0, near=False, up_m=0.02)
+    up = at(30.0, near=False, up_m=0.004)
     assert follow(planner, up) == [f"Done: {UP} by 4 mm. I go on: {OTHER}."]
     assert task(planner, up) == OTHER
     later = at(30.0 + 0.9 * PATIENCE_S, near=False)
