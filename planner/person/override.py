@@ -124,7 +124,8 @@ class PlannerOverridden:
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
-        agreed = self._offered if reading.agrees else None
+        offered = self._offered
+        agreed = offered if reading.agrees else None
         if agreed is not None:
             reading = replace(
                 reading,
@@ -150,7 +151,8 @@ class PlannerOverridden:
         given = self._obey(reading.said, observation, reading.confidence)
         if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
-        self._ask_s = observation.time_s + ASK_S
+        denies = offered is not None and offered.command.word == "resume"  # "Go on?" "No."
+        self._ask_s = math.inf if denies else observation.time_s + ASK_S
         return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
 
     def instruct(
