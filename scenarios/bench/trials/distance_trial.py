@@ -5,6 +5,7 @@ In each exchange, and at times between exchanges, a correction of random arm, wa
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -24,6 +25,8 @@ from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 When = Literal["exchange", "work", "hold"]
+WHEN: dict[When, str] = {"exchange": "in an exchange", "work": "at work", "hold": "in a hold"}
+WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of what was said, whichever is more
 SIZES_M = (0.001, 0.010)
 BETWEEN_S = (4.0, 10.0)  # from the end of one correction to the next outside of exchanges
 HELD_S = 1.5  # from a stop to the correction in it: later than what a stop refuses
@@ -49,6 +52,22 @@ class Distance:
     gone_m: float
     other_m: float
     told: str
+
+    @property
+    def done(self) -> bool:
+        """Return whether the robot says so."""
+        return self.told.startswith("Done: ")
+
+    @property
+    def told_m(self) -> float | None:
+        """Return the distance that the robot told; None if it told none."""
+        told = re.search(r"([\d.]+)(?: of [\d.]+)? mm", self.told)
+        return None if told is None else 1e-3 * float(told[1])
+
+    @property
+    def is_exact(self) -> bool:
+        """Return whether the arm went as far as was said."""
+        return abs(self.gone_m - self.said_m) <= max(WITHIN_M, WITHIN_SHARE * self.said_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,40 +128,30 @@ def _corrected(
 ) -> Iterator[Distance]:
     """Say a correction that does no harm, and yield how far the arm went until it was at rest."""
     able = [c for c in CORRECTIONS if c.direction and is_harmless(c, episode.world)]
-    correction, said_m = able[rng.choice(len(able))], round(float(rng.uniform(*SIZES_M)), 4)
-    start_m = _tips_m(episode)
+    correction = able[rng.choice(len(able))]
+    said_m = round(float(rng.uniform(*SIZES_M)), 4)
+    (arm,), start_m, told, other_m = correction.rows, _tips_m(episode), "", 0.0
     episode.inbox.say(f"{correction.text} by {1e3 * said_m:g} mm")
-    other_m, told, most = 0.0, "", round(LONGEST_S / CONTROL_PERIOD_S)
-    for step in islice(steps, most):
+    for step in islice(steps, round(LONGEST_S / CONTROL_PERIOD_S)):
         told = next((line for line in step.told if correction.text in line), "")
-        if step.exchange:
-            start_m = _tips_m(episode)
+        start_m = _tips_m(episode) if step.exchange else start_m
         if told:
             break
-        other_m = max(
-            other_m, float(np.linalg.norm(_moved_m(episode, start_m)[_other(correction)]))
-        )
+        moved_m = _tips_m(episode)[1 - arm] - start_m[1 - arm]
+        other_m = max(other_m, float(np.linalg.norm(moved_m)))
     _pass(steps, RESTS_S)
     yield Distance(
         when=when,
         text=correction.text,
         said_m=said_m,
-        gone_m=_gone_m(correction, _moved_m(episode, start_m)),
+        gone_m=_gone_m(correction, _tips_m(episode) - start_m),
         other_m=other_m,
         told=told,
     )
 
 
-def _other(correction: Correction) -> int:
-    return 1 - correction.rows[0]
-
-
 def _tips_m(episode: Episode) -> Array:
     return episode.world.observe().tips_endoscope[:, :3, 3].copy()
-
-
-def _moved_m(episode: Episode, start_m: Array) -> Array:
-    return _tips_m(episode) - start_m
 
 
 def _gone_m(correction: Correction, moved_m: Array) -> float:
