@@ -106,7 +106,7 @@ class Episode:
             step = self._step(
                 command, asked=asked, disturbed=action is not asked, guided=self._guided
             )
-            self.tasks.note(step, self._override.planned.task, held=self._person_holds)
+            self.tasks.note(step, self._override.planned.task)
             yield step
             if self._is_over(step):
                 return
@@ -250,6 +250,8 @@ class Episode:
         altered, before = self.guarded_driver.news(), self.observation
         heard, self._heard = tuple(self._heard), []
         told, self._told = tuple(self._told), []
+        held = self._person_holds
+        self._held_s = self._held_s + CONTROL_PERIOD_S if held else 0.0
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
@@ -269,6 +271,7 @@ class Episode:
             asked=asked,
             disturbed=disturbed,
             exchange=exchange,
+            held=held,
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
@@ -285,7 +288,6 @@ class Episode:
         tasks, the last cut may be another one.
         """
         task, seen = step.instruction.task, step.observation
-        self._held_s = self._held_s + CONTROL_PERIOD_S if self._person_holds else 0.0
         too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
         if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True

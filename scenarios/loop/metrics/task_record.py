@@ -24,17 +24,16 @@ class TaskRecord:
         self._correction: tuple[str, Source, float] | None = None  # in force at the last step
         self._needed = tuple(task for task in TASKS if is_needed(task, world))
 
-    def note(self, step: Step, planned: Task, *, held: bool = False) -> None:
+    def note(self, step: Step, planned: Task) -> None:
         """Record one step; `planned` is the planner's current task.
 
-        The time for which a person lets the arms hold, `held`, is not the task's.
         A task that has succeeded keeps that result unless it is instructed again. A task that was
         left undone or skipped may succeed while another one is instructed.
         """
         self._credit(
             step.instruction.task,
             success=step.outcome.task_done,
-            time_s=0.0 if held else self._control_step_s,
+            time_s=0.0 if step.held else self._control_step_s,
             corrections=int(self._begins_correction(step.instruction)),
         )
         done = {TASKS[k - 1] for k, task in self.results.items() if task.success}
