@@ -146,10 +146,6 @@ class Episode:
             self._told += self._kept_place.in_words
             self.controller.reset()
 
-    @property
-    def _person_holds(self) -> bool:
-        return self._override.holds(self.observation)
-
     def _answer(self, reading: Reading) -> Heard:
         answer = self._override.hear(reading, self.observation)
         if answer.instruction is not None:
@@ -194,14 +190,13 @@ class Episode:
             self.controller.reset()
             self._guided = None
             return None, led
-        asked = self._kept_place.kept(self._chosen_action(), jaw_rad)
-        asked = carried_out(asked, said, jaw_rad)
+        asked = carried_out(self._kept_place.kept(self._chosen_action(), jaw_rad), said, jaw_rad)
         return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""
-        self._guided = guided = self.inbox.guided
-        return action if guided is None else guided.lead(action, self.world)
+        self._guided = self.inbox.guided
+        return self._guided.lead(action, self.world) if self._guided else action
 
     def _chosen_action(self) -> ToolAction:
         """Return the next action of the running chunk, or the first of a new one."""
@@ -251,7 +246,7 @@ class Episode:
         heard, self._heard = tuple(self._heard), []
         told, self._told = tuple(self._told), []
         held = self._person_holds
-        self._held_s = self._held_s + CONTROL_PERIOD_S if held else 0.0
+        self._held_s = (self._held_s + CONTROL_PERIOD_S) * held
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
@@ -272,6 +267,7 @@ class Episode:
             disturbed=disturbed,
             exchange=exchange,
             held=held,
+            stays=self._kept_place.stays,
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
@@ -282,7 +278,7 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether a task is out of time, a person is called, or all is seen to be done.
+        """Return whether time is out, a person is called, or all is seen to be done.
 
         Going back from the last cut is not the end before the arm is back. In a person's order of
         tasks, the last cut may be another one.
@@ -294,6 +290,10 @@ class Episode:
         ends = task.goes_back and bool(seen.severed.all()) and is_back(seen)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
+
+    @property
+    def _person_holds(self) -> bool:
+        return self._override.holds(self.observation)
 
     @property
     def _time_s(self) -> float:

@@ -29,7 +29,8 @@ class Moment:
         ordered: the task of the order in force; None without one, and in a hold.
         latest: the last order, or what the planner asked for since; "repeat" and "undo" mean it.
         corrected: the person's last order if it is a correction; "half that" means it.
-        gone_m: how far that one has come, which "undo" takes back; None of jaws.
+        gone_m: how far the last order has come, which "undo" takes back; None if no person's word
+            moved an arm.
     """
 
     seen: Observation

@@ -376,7 +376,7 @@ class PlannerOverridden:
             ordered=ordered,
             latest=self._latest,
             corrected=self._corrected,
-            gone_m=self._gone_m,
+            gone_m=self._gone_m if self._latest is self._corrected else None,
         )
 
 

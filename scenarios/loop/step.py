@@ -36,6 +36,7 @@ class Step:
         disturbed: Something else than what was asked for reached the driver.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
         held: A person lets the arms hold: it is no time of the task.
+        stays: An arm stays where a person put it, whatever the controller asks for.
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
@@ -58,6 +59,7 @@ class Step:
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
     held: bool = False
+    stays: bool = False
     heard: tuple[Heard, ...] = ()
     told: tuple[str, ...] = ()
     guided: GuidedArm | None = None
