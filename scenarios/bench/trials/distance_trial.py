@@ -139,6 +139,8 @@ def _corrected(
             break
         moved_m = _tips_m(episode)[1 - arm] - start_m[1 - arm]
         other_m = max(other_m, float(np.linalg.norm(moved_m)))
+    else:
+        return  # the episode has ended: each order does before
     _pass(steps, RESTS_S)
     yield Distance(
         when=when,
