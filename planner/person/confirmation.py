@@ -22,7 +22,7 @@ from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
-YES_S = 20.0  # a yes that comes later after a question is no answer to it; assumed
+YES_S = 30.0  # a yes that comes later after a question is no answer to it; assumed
 
 
 class ConfirmError(NotNowError):
@@ -30,21 +30,28 @@ class ConfirmError(NotNowError):
 
 
 class Confirmation:
-    """Keeps what a person must say yes to, from the robot's question to the next word.
+    """Keeps what a person may say yes to, from the robot's question to the next word.
 
     Attributes:
-        given: what is said now is the yes to a question.
+        given: what is said now is the yes of a person who was told what would be lost, or is wrong.
     """
 
     def __init__(self) -> None:
         self._asked: Reading | None = None
+        self._told = False
         self._asked_s = 0.0
         self._unmeant: Prohibition | None = None  # what was due as something else was forbidden
         self.given = False
 
-    def ask(self, reading: Reading, time_s: float) -> None:
-        """Keep what is done when the next word is a yes."""
-        self._asked, self._asked_s = reading, time_s
+    @property
+    def guess(self) -> Said | None:
+        """Return what the robot has asked whether it was meant; None if nothing."""
+        return self._asked.said[0] if self._asked is not None and not self._told else None
+
+    def offer(self, guesses: Sequence[Said], time_s: float) -> None:
+        """Keep the only guess at what was meant, which the robot asks about."""
+        if len(guesses) == 1:
+            self._ask(reading_of(guesses), time_s, told=False)
 
     def ask_all_the_same(self, reading: Reading, time_s: float) -> str:
         """Ask whether to do what was said all the same; "" if nothing was to be done."""
@@ -53,13 +60,13 @@ class Confirmation:
             acts.append(f"allow {reading.allows.in_words}")
         if not acts:
             return ""
-        self.ask(reading, time_s)
+        self._ask(reading, time_s)
         return f' Say "yes" to do it all the same: {", then ".join(acts)}.'
 
     def ask_to_allow(self, act: Prohibition, seen: Observation) -> str:
         """Ask whether a person allows what may be meant; it stays forbidden until the answer."""
         words = act.seen(seen).in_words
-        self.ask(Reading(text=words, allows=act, by="rule", reply=""), seen.time_s)
+        self._ask(Reading(text=words, allows=act, by="rule", reply=""), seen.time_s)
         return f'Do you allow: {words}? Say "yes" to allow it. It is forbidden still.'
 
     def remarks(
@@ -89,9 +96,14 @@ class Confirmation:
     def answered(self, reading: Reading, time_s: float) -> Reading:
         """Return what a person says: of a yes, what it agrees to; of any other word, that word."""
         asked, self._asked = self._asked, None
-        in_time = asked is not None and time_s <= self._asked_s + YES_S
-        self.given = in_time and (reading.agrees or _goes_on(reading, asked))
-        return asked if asked is not None and self.given else reading
+        in_time = time_s <= self._asked_s + YES_S
+        agreed = asked if in_time and (reading.agrees or _goes_on(reading, asked)) else None
+        self.given = agreed is not None and self._told
+        self.offer(reading.guesses, time_s)
+        return agreed or reading
+
+    def _ask(self, reading: Reading, time_s: float, *, told: bool = True) -> None:
+        self._asked, self._asked_s, self._told = reading, time_s, told
 
 
 def reading_of(said: Sequence[Said]) -> Reading:
@@ -105,6 +117,7 @@ def reading_of(said: Sequence[Said]) -> Reading:
         relative=first.relative,
         then=tuple(then),
         confidence=1.0,
+        by="rule",
         reply="",
     )
 

@@ -29,6 +29,8 @@ class Moment:
         ordered: the task of the order in force; None without one, and in a hold.
         latest: the last order, or what the planner asked for since; "repeat" and "undo" mean it.
         corrected: the person's last order if it is a correction; "half that" means it.
+        gone_m: how far the last order has come, which "undo" takes back; None if no person's word
+            moved an arm.
     """
 
     seen: Observation
@@ -36,6 +38,7 @@ class Moment:
     ordered: Task | None
     latest: Order
     corrected: Order | None = None
+    gone_m: float | None = None
 
 
 def order_of(said: Said, moment: Moment) -> Order:
@@ -104,7 +107,8 @@ def _to_act(command: Command, moment: Moment) -> Order:
 def _to_undo(moment: Moment) -> Order:
     latest = moment.latest
     if latest.correction is not None:
-        return replace(latest, correction=opposite(latest.correction))
+        distance_m = latest.distance_m if moment.gone_m is None else max(moment.gone_m, 0.0)
+        return replace(latest, correction=opposite(latest.correction), distance_m=distance_m)
     return Order(task=_neighbour(latest.task or moment.task, -1))
 
 

@@ -6,12 +6,13 @@ what it asks for, so that it resumes from what it sees.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.base import Planner, require_instruction
-from planner.command import Command
+from planner.command import COMMANDS, Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
@@ -26,6 +27,7 @@ from planner.seen.room import RoomSeen
 from tissue_sim.sensing.observation import Observation
 
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
+ASK_S, ASK_AGAIN_S = 5.0, 30.0  # of a hold by a warning, before the robot asks to go on; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +49,12 @@ class PlannerOverridden:
     """Repeats another planner's instructions, unless a person's order is in force.
 
     A correction is made within the task in force, and in a hold ends in it. Stop and pause hold
-    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted.
+    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted. A
+    warning holds, too; after a while the robot asks whether it was meant.
     What a person forbids is not done until a person allows it; where it is due, the arms hold.
+
+    Attributes:
+        exchanging: the nurse has the right arm, and what is ordered waits.
     """
 
     def __init__(self, planner: Planner[Observation]) -> None:
@@ -86,12 +92,13 @@ class PlannerOverridden:
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
         return self.in_force(observation)
 
-    def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
+    def follow(self, observation: Observation) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
-        told, self._untold = self._untold, []
+        told, self._untold = [*self._untold, *self._asks_to_go_on(observation)], []
         progress = self._progress
+        self._note_way(observation)
         ended = progress and progress.see(
-            observation, exchanging=exchanging, speed=self.standing.speed
+            observation, exchanging=self.exchanging, speed=self.standing.speed
         )
         if ended:
             again = self._hold_after
@@ -110,20 +117,17 @@ class PlannerOverridden:
         asked = self._ordered(observation) or self.planned
         return self.standing.applied_to(asked, observation)
 
+    def holds(self, observation: Observation) -> bool:
+        """Return whether a person lets the arms hold; one that is corrected in it moves alone."""
+        corrects = self._progress is not None and self._progress.order.correction is not None
+        task = (self._progress and self._progress.task) or self.planned.task
+        by_ban = self.standing.forbidden_in(task, observation) is not None
+        return self._held or self._hold_after or by_ban or (corrects and self.planned.hold)
+
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
+        offered = self._confirmation.guess
         reading = self._confirmation.answered(reading, observation.time_s)
-        agreed = self._offered if reading.agrees else None
-        if agreed is not None:
-            reading = replace(
-                reading,
-                confidence=1.0,
-                command=agreed.command,
-                size_m=agreed.size_m,
-                side=agreed.side,
-                relative=agreed.relative,
-            )
-        self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
         self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
@@ -148,6 +152,8 @@ class PlannerOverridden:
         given = self._obey(reading.said, observation, reading.confidence)
         if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
+        denies = offered is not None and offered.command.word == "resume"  # "Go on?" "No."
+        self._ask_s = math.inf if denies else observation.time_s + ASK_S
         return replace(given, reply=" ".join((reading.reply, *remarks, self._doing(observation))))
 
     def instruct(
@@ -175,7 +181,7 @@ class PlannerOverridden:
             return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
-        self._interrupt(order)
+        self._interrupt(order, observation)
         self._then = deque(then)
         self._hold_after = order.correction is not None and (self._held or self._hold_after)
         self._begin(order, observation, confidence)
@@ -185,13 +191,14 @@ class PlannerOverridden:
                 instruction=instruction, reply=f"I hold, {order.lasts(self.standing.speed)}."
             )
         after = f", then {_in_order(then)}" if then else ""
-        what = order_in_words(order, instruction)
-        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
+        what, lasts = order_in_words(order, instruction), order.lasts(self.standing.speed)
+        waits = ", once the tool is exchanged" if self.exchanging and order.correction else ""
+        reply = f"{what}, {lasts}{waits}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
-        self._interrupt(Order(hold=True))
+        self._interrupt(Order(hold=True), observation)
         self._progress, self._stopped_s, self._hold_after = None, None, False
         instruction = self.in_force(observation)
         why = f" {instruction.remark}" if instruction.hold and instruction.remark else ""
@@ -211,8 +218,18 @@ class PlannerOverridden:
         if self._planned is None:
             return False
         ordered = self._progress is not None and self._progress.task is not None
-        forbidden = self.standing.forbidden_in(self._planned.task, observation)
-        return self._held or ordered or forbidden is not None
+        return ordered or self.holds(observation)
+
+    def _asks_to_go_on(self, observation: Observation) -> Sequence[str]:
+        """Return the question, when it is due, whether a warning was meant to hold the arms."""
+        if not self._held or observation.time_s < self._ask_s:
+            return ()
+        self._ask_s = observation.time_s + ASK_AGAIN_S
+        guess = self._confirmation.guess
+        if guess is not None and guess.command.word != "resume":
+            return (f'Did you mean "{guess.text}"? To go on say "resume".',)
+        self._confirmation.offer((Said(command=COMMANDS["resume"]),), observation.time_s)
+        return ('Go on? Say "yes" or "resume".',)
 
     @property
     def _held(self) -> bool:
@@ -226,9 +243,11 @@ class PlannerOverridden:
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
         self._untold: list[str] = []  # what is still to be told of orders
         self._hold_after = False  # a correction in a hold ends in it
+        self.exchanging = False
+        self._ask_s = math.inf  # when to ask whether to go on
         self._latest, self._corrected = Order(), None
+        self._gone_m: float | None = None  # the way of the latest correction
         self._stopped_s: float | None = None
-        self._offered: Said | None = None
         self._confirmation = Confirmation()
         self._room = RoomSeen()
         self.standing = Standing()
@@ -247,11 +266,11 @@ class PlannerOverridden:
             source="human",
             confidence=order.confidence,
             time_s=order.given_s,
-            left_m=order.left_m(observation),
+            left_m=self._progress.left_m(observation),
         )
 
-    def _interrupt(self, order: Order) -> None:
-        """Keep an ordered task for after a correction; tell that anything else ends it.
+    def _interrupt(self, order: Order, observation: Observation) -> None:
+        """Keep an ordered task for after a correction; tell how far came what anything else ends.
 
         What was to follow a task is kept with it. What was to follow a correction is not done: its
         place may be another one now, and a clip or a cut there cannot be undone.
@@ -259,22 +278,28 @@ class PlannerOverridden:
         if self._progress is not None and self._progress.is_task:
             self._interrupted = self._progress, self._then
         else:
+            if self._progress is not None:
+                self._tell(self._progress.cut_short(observation))
             self._drop(self._then)
         if order.correction is None and self._interrupted is not None:
             progress, then = self._interrupted
-            self._untold.append(progress.left())
+            self._tell(progress.cut_short(observation))
             self._drop(then)
             self._interrupted = None
         self._then = deque[Said]()
+
+    def _tell(self, remark: str) -> None:
+        if remark:
+            self._untold.append(remark)
 
     def _drop(self, then: deque[Said]) -> None:
         if then:
             self._untold.append(f"Not done: {_in_order(then)}; something else was said.")
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
-        tips_m = observation.tips_endoscope[:, :3, 3].copy()
-        now = replace(order, given_s=observation.time_s, start_m=tips_m, confidence=confidence)
-        self._progress = OrderProgress(now, self._leaving(order, observation))
+        now = replace(order, given_s=observation.time_s, confidence=confidence)
+        self._progress = OrderProgress(now, observation, self._leaving(order, observation))
+        self._ask_s = math.inf
         if not order.hold:
             self._latest = order
             self._corrected = order if order.correction else None
@@ -362,7 +387,12 @@ class PlannerOverridden:
             ask = f" {reading.reply}"
         return Answer(instruction=None, reply=f"{wrong}{ask} {self._doing(observation)}")
 
+    def _note_way(self, observation: Observation) -> None:
+        if self._progress is not None and self._progress.order.correction is not None:
+            self._gone_m = self._progress.gone_m(observation)
+
     def _moment(self, observation: Observation) -> Moment:
+        self._note_way(observation)
         ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
         return Moment(
@@ -371,6 +401,7 @@ class PlannerOverridden:
             ordered=ordered,
             latest=self._latest,
             corrected=self._corrected,
+            gone_m=self._gone_m if self._latest is self._corrected else None,
         )
 
 

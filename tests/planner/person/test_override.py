@@ -203,8 +203,9 @@ def test_a_hold_is_one_also_by_a_slow_clock():
 def test_tool_exchanges_do_not_count_against_an_order():
     planner = fixed()
     say(planner, "clipping first clip right tube")
+    planner.exchanging = True
     for k in range(round(8 * PATIENCE_S / STEP_S)):
-        assert planner.follow(clipped(time_s=k * STEP_S), exchanging=True) == ()
+        assert planner.follow(clipped(time_s=k * STEP_S)) == ()
     assert planner.in_force(clipped(time_s=0.0)).source == "human"
 
 
@@ -270,7 +271,7 @@ def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_no
     for words, wait_s in spoken:
         say(planner, words, time_s)
         time_s += wait_s
-        held = planner.in_force(clipped(time_s=time_s)).hold
+        held = planner.holds(clipped(time_s=time_s))
         planner.plan(clipped(time_s=time_s))
         expected = expected if held else alone.plan(clipped(time_s=time_s))
     assert inner.asked_s == alone.asked_s
@@ -488,7 +489,7 @@ def test_what_was_to_follow_a_correction_is_told_not_to_be_done_after_another_wo
         promised = hear(planner, "move left arm up 2 mm, then clip the duct").reply
         assert "by 2 mm, then clip duct." in promised
         hear(planner, word)
-        (told,) = planner.follow(seen)
+        _, told = planner.follow(seen)
         assert told.startswith("Not done: clip duct; something else was said. I ")
         planner.follow(moved(seen, HIGHER.correction, 0.001))
         assert planner.in_force(seen).text != "clipping first clip left tube"
