@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from controller.action import ToolAction, hold
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
+from planner.person.orders import JAW_RAD_S
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 SPEED_M_S = 0.01  # assumed: a surgeon's fine motion
-JAW_RAD_S = 0.3  # assumed
 APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or three steps
 
 

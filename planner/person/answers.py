@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from planner.instruction import Instruction
 from planner.language.rules.questions import Question, Thing
 from planner.person import findings
-from planner.person.findings import Asked, counts, side_in_words, within_mm
+from planner.person.findings import Asked, counts, within_mm
 from planner.person.premises import REASONS, Claim, denial
 from planner.person.readiness import safe
 from planner.person.remaining import left
@@ -87,7 +87,7 @@ def _sure(asked: Asked) -> str:
     std_m = seen.std_m[there][~seen.hidden[there]]
     points = f"points to within about {within_mm(std_m)}" if len(std_m) else "nothing"
     right = f"{instruction.confidence:.0%} that {instruction.text!r} is right now; I see {points}."
-    return f"{side_in_words(seen)} {right}"
+    return f"{findings.which(asked)} {right}"
 
 
 def _forbidden(asked: Asked) -> str:

@@ -18,7 +18,7 @@ from planner.person.prohibition import (
 from planner.person.standing import Standing
 from planner.seen.done import pulls
 from planner.seen.next_task import NotNowError
-from planner.task import Task
+from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
@@ -143,6 +143,14 @@ def not_done(task: Task, seen: Observation) -> str:
     if task.goes_back:
         return ""
     return denial((Claim(claimed="cut" if task.kind == "cut" else "clip on"),), task, seen)
+
+
+def lacking(task: Task, seen: Observation) -> str:
+    """Return what is not seen that should come before a cut or a way back; "" if nothing."""
+    if task.goes_back:
+        return not_done(TASKS[task.index - 2], seen)
+    unclipped = task.kind == "cut" and denial((Claim(claimed="clipped"),), task, seen)
+    return f"{unclipped} The safety filter lets nothing be cut before." if unclipped else ""
 
 
 def _let_go(correction: Correction, seen: Observation) -> str:

@@ -98,10 +98,10 @@ def which(asked: Asked) -> str:
     """Return which tube is the duct, how sure that is, and on which tube the robot works."""
     works = asked.instruction.task.tube
     at_hand = f" I work on the {structure_seen(works, asked.seen)} now." if works else ""
-    return f"{side_in_words(asked.seen)}{at_hand}"
+    return f"{_side(asked.seen)}{at_hand}"
 
 
-def side_in_words(seen: Observation) -> str:
+def _side(seen: Observation) -> str:
     """Return which tube is the duct, with confidence and reason."""
     duct = duct_side(seen)
     near_mm, far_mm = sorted(1e3 * np.linalg.norm(from_neck_m(seen), axis=1))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
+from planner.person.jaws import jaws_told
 from planner.seen.done import is_done
 from planner.task import TASKS, Task
 from tissue_sim.frames import Array
@@ -15,6 +17,7 @@ from tissue_sim.thresholds import HELD_PINCH_N
 DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
 REACHED_M = 5e-5  # this close, a distance is gone
 JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
+JAW_RAD_S = 0.3  # how fast; assumed
 SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
 LEAST_S = 5.0  # before a correction is given up: an arm must get under way; assumed
 GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
@@ -64,7 +67,7 @@ class OrderProgress:
 
     def __init__(self, order: Order, seen: Observation, leaving: Task | None = None) -> None:
         self.order = order
-        self._start_m = _tips_m(seen)
+        self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
         self._lasted_s, self._seen_s = 0.0, order.given_s
         self._stage, self._stage_s, self._held_s = leaving or order.task, 0.0, 0.0
         self._tries, self._done = 0 if leaving else 1, False
@@ -74,18 +77,25 @@ class OrderProgress:
         """The task to ask for now; None for the planner's."""
         return self._stage
 
-    def see(self, seen: Observation, *, exchanging: bool, speed: float) -> str | None:
+    def see(
+        self,
+        seen: Observation,
+        *,
+        exchanging: bool,
+        speed: float,
+        forbidden: Collection[str] = (),
+    ) -> str | None:
         """Take in a moment; return in words how the order ended, None if it is not over."""
         passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
         if exchanging:
-            self._start_m = _tips_m(seen)
+            self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
         self._seen_s = seen.time_s
         self._lasted_s += passed_s
         self._stage_s += passed_s
         if self.order.hold:
             return None
         if self.order.correction is not None:
-            return self._corrected(seen)
+            return self._corrected(seen, forbidden)
         return self._carried_out(seen, passed_s)
 
     @property
@@ -126,12 +136,14 @@ class OrderProgress:
             return f"{self._lasted_s:.1f} of {self.order.jaws_s:.2g} s"
         return f"{1e3 * gone_m:.1f} of {1e3 * self.order.distance_m:.3g} mm"
 
-    def _corrected(self, seen: Observation) -> str | None:
+    def _corrected(self, seen: Observation, forbidden: Collection[str]) -> str | None:
         words, gone_m = self.order.correction, self.gone_m(seen)
         assert words is not None, "it is a correction"
         if gone_m is None:
-            over = self._lasted_s >= self.order.jaws_s - 1e-9
-            return f"Done: {words.text}." if over else None
+            if self._lasted_s < self.order.jaws_s - 1e-9:
+                return None
+            asked_rad = JAW_RAD_S * self.order.jaws_s
+            return jaws_told(words, asked_rad, self._start_rad, seen, forbidden)
         if gone_m >= self.order.distance_m - REACHED_M:
             return f"Done: {words.text} by {round(1e3 * gone_m, 1):g} mm."
         if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:

@@ -16,7 +16,7 @@ from planner.command import COMMANDS, Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
-from planner.person.confirmation import Confirmation, ConfirmError, loss, reading_of
+from planner.person.confirmation import Confirmation, ConfirmError, lacking, loss, reading_of
 from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
 from planner.person.premises import denial
@@ -98,7 +98,10 @@ class PlannerOverridden:
         progress = self._progress
         self._note_way(observation)
         ended = progress and progress.see(
-            observation, exchanging=self.exchanging, speed=self.standing.speed
+            observation,
+            exchanging=self.exchanging,
+            speed=self.standing.speed,
+            forbidden=self.in_force(observation).forbidden,
         )
         if ended:
             again = self._hold_after
@@ -306,8 +309,11 @@ class PlannerOverridden:
         self._doubt(order, observation)
 
     def _doubt(self, order: Order, observation: Observation) -> None:
-        """Tell why the robot would not have begun with a clip or a cut that is ordered, if so."""
-        if order.correction or order.task is None or not order.task.is_deed:
+        """Tell what an ordered way back, clip or cut comes before, or why it may be wrong."""
+        if order.correction or order.task is None or order.hold:
+            return
+        self._tell(lacking(order.task, observation))
+        if not order.task.is_deed:
             return
         if (why := self._room.why_call(observation, due=True)) is not None:
             self._untold.append(f"I would have called for a person. {why}")
