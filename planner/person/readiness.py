@@ -49,7 +49,7 @@ def safe(asked: Asked) -> str:
 def _against_cut(tube: Tube, seen: Observation) -> Iterator[str]:
     n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
     if n < needed:
-        yield clips_in_words(tube, seen) if n else f"no clip is on it, of {needed}"
+        yield clips_in_words(tube, seen) if n else f"it needs {needed} clips, and no clip is on it"
     elif gap_m(tube, seen) < CUT_GAP_M:
         yield f"only {_room(tube, seen)}"
 

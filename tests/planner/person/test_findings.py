@@ -89,7 +89,7 @@ def test_what_is_forbidden_is_listed():
 @pytest.mark.parametrize(
     ("seen", "forbidden", "told"),
     [
-        (clipped(), (), "To cut the duct is not safe: no clip is on it, of 3."),
+        (clipped(), (), "To cut the duct is not safe: it needs 3 clips, and no"),
         (clipped(2), (), "To cut the duct is not safe: 2 of 3 clips are on it."),
         (clipped(3), ("cut",), "To cut the duct is not safe: you forbade it."),
         (clipped(3), ("cut duct",), "To cut the duct is not safe: you forbade it."),
