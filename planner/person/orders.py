@@ -127,8 +127,10 @@ class OrderProgress:
             return ""
         if self.order.correction is not None:
             return f"Not finished: {self.order.correction.text}, stopped after {self._gone(seen)}."
-        assert self.order.task is not None, "an order without a correction has a task"
-        return _end(self.order.task, self._done, "something else was said")
+        task = self.order.task
+        assert task is not None, "an order without a correction has a task"
+        done = self._done or (task.kind != "grab" and is_done(task, seen))
+        return _end(task, done, "something else was said")
 
     def _gone(self, seen: Observation) -> str:
         """Return in words how much of a correction is done: "1.7 of 3 mm"."""

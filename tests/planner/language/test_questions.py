@@ -1,4 +1,4 @@
-"""Tests of questions and of what a sentence takes for so: what is asked, about what, and claimed."""
+"""Tests of questions: what is asked, about what, and what a sentence takes for so."""
 
 import pytest
 

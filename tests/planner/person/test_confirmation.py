@@ -8,7 +8,8 @@ import pytest
 from planner.command import COMMANDS
 from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
-from planner.language.reading import Reading
+from planner.language.reading import Reading, Said
+from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
 from planner.task import task_from_text
 from tests.planner.person.fixed import fixed
@@ -68,10 +69,17 @@ def test_what_follows_another_command_waits_for_a_yes_as_well():
 
 def test_a_yes_to_one_thing_is_none_to_what_follows_it():
     planner = fixed(FIRST_CLIP)
-    hear(planner, "the duct is cut, close the right gripper, then open the left gripper", clipped())
-    hear(planner, "yes", clipped())
-    planner.follow(clipped(time_s=2.0))
-    assert planner.in_force(clipped()).text != "open left gripper"
+    both = Reading(
+        text="",
+        command=COMMANDS["close right gripper"],
+        then=(Said(command=COMMANDS["open left gripper"]),),
+        claims=(Claim(claimed="cut", on="duct"),),
+        reply="",
+    )
+    planner.hear(both, clipped())
+    assert hear(planner, "yes", clipped()).instruction.text == "close right gripper"
+    assert any("opening lets it go" in line for line in planner.follow(clipped(time_s=2.0)))
+    assert planner.in_force(clipped()).source == "planner"
 
 
 def test_did_you_mean_is_no_question_about_what_is_lost():
@@ -208,3 +216,11 @@ def test_a_permission_that_takes_for_so_what_is_not_is_asked_back():
     assert planner.in_force(clipped(1)).forbidden == ("cut duct",)
     hear(planner, "yes", clipped(1, time_s=3.0))
     assert planner.in_force(clipped(1)).forbidden == ()
+
+
+def test_a_clip_that_is_seen_as_something_else_is_said_is_told_to_be_done():
+    planner = fixed(FIRST_CLIP)
+    planner.instruct(COMMANDS["clipping second clip left tube"], clipped(1))
+    planner.instruct(COMMANDS["pause"], clipped(2, time_s=3.0))
+    (told,) = planner.follow(clipped(2, time_s=3.0))
+    assert told.startswith("Done: clipping second clip left tube.")

@@ -26,7 +26,7 @@ from tests.scenarios.calling import UNSURE
 
 SEED = 10_004
 HIGHER = "move right arm higher"
-SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n30\twhat a day\n"
+SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n21\tyes\n30\twhat a day\n"
 
 
 @pytest.fixture(scope="module")
