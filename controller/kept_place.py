@@ -34,6 +34,11 @@ class KeptPlace:
         self.forget()
 
     @property
+    def moves(self) -> bool:
+        """Return whether an arm is being corrected."""
+        return self._until_s == math.inf
+
+    @property
     def in_words(self) -> tuple[str, ...]:
         """Return what stays, for the person who put it there; empty if nothing does."""
         if not self.stays:
@@ -64,7 +69,7 @@ class KeptPlace:
         if said is not None and instruction.source == "human":
             self._corrected = self._corrected | arms_of(said)
             self._until_s, self._rests_s = math.inf, np.zeros(2)
-        elif self._until_s == math.inf:
+        elif self.moves:
             self._until_s = time_s if holds else time_s + STAYS_S
         self.stays = bool(self._corrected.any()) and time_s < self._until_s < math.inf
         return self.stays != stayed

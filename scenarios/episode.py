@@ -42,7 +42,7 @@ from tissue_sim.sensing.sense import Sense
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
-MOST_HELD_S = 1800.0  # by a person, without a word in between: nobody is there; assumed
+MOST_HELD_S = 600.0  # by a person, at a stretch: nobody is there any more; assumed
 STAYS_BACK_S = 1.0  # at the end: the robot must be sure that its arm is back
 
 
@@ -209,16 +209,17 @@ class Episode:
     def _needs_exchange(self) -> bool:
         """Return whether the nurse acts now: only while the right arm is clear of the tubes.
 
-        No exchange begins in a hold, or while a person moves an arm.
+        None begins in a hold, or while an arm is moved by a person or stays where it was put.
         """
-        said, seen = self._instruction, self.observation
-        waits = said.hold or (said.source == "human" and said.correction is not None)
+        said, seen, kept = self._instruction, self.observation, self._kept_place
+        waits = said.hold or kept.moves or kept.stays
         needed = nurse.is_needed(seen, said.task.right_tool, clip=said.task.kind == "clip")
         return needed and not waits and nurse.has_room(seen)
 
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.guarded_driver.joints
         self._chunk.clear()
+        self._kept_place.forget()
         self._override.exchanging = True
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             self._hear()
@@ -227,7 +228,6 @@ class Episode:
             yield self._step(command, exchange=True)
         self._hear()  # a correction that waited begins where the arm stands now
         self._override.exchanging = False
-        self._kept_place.forget()
         self.guarded_driver.restart(self.world.target)
         self.controller.reset()
         self.exchange_s += self._time_s - start_s

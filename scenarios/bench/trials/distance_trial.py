@@ -133,10 +133,9 @@ def _corrected(
     (arm,), start_m, told, other_m = correction.rows, _tips_m(episode), "", 0.0
     episode.inbox.say(f"{correction.text} by {1e3 * said_m:g} mm")
     for step in islice(steps, round(LONGEST_S / CONTROL_PERIOD_S)):
-        told = next((line for line in step.told if correction.text in line), "")
-        start_m = _tips_m(episode) if step.exchange else start_m
-        if told:
+        if told := next((line for line in step.told if correction.text in line), ""):
             break
+        start_m = _tips_m(episode) if step.exchange else start_m
         moved_m = _tips_m(episode)[1 - arm] - start_m[1 - arm]
         other_m = max(other_m, float(np.linalg.norm(moved_m)))
     else:

@@ -84,7 +84,7 @@ def test_a_correction_said_in_an_exchange_goes_its_distance_from_its_end(said_af
     assert gone_m == pytest.approx(0.005, abs=2e-4)
 
 
-def test_no_exchange_begins_in_a_hold_or_while_a_person_moves_an_arm():
+def test_no_exchange_begins_in_a_hold_or_while_a_person_moves_an_arm_or_it_stays():
     episode = episode_of()
     running = episode.steps()
     list(islice(running, 5))
@@ -93,6 +93,7 @@ def test_no_exchange_begins_in_a_hold_or_while_a_person_moves_an_arm():
     corrected = list(takewhile(lambda step: not told([step]), running))
     assert corrected[-1].instruction.task == TASKS[7]  # the planner has asked for scissors
     assert not any(step.exchange for step in corrected)
+    assert not any(step.exchange for step in islice(running, seconds(STAYS_S) - 2))
     episode.inbox.say("pause")
     held = list(islice(running, 20))
     episode.inbox.say("left arm up 2 mm")
