@@ -26,7 +26,6 @@ def test_after_a_slip_and_a_command_the_grasper_comes_free(said):
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))
     episode.inbox.press(COMMANDS[said])
-    episode.inbox.say("yes")  # to opening what the grasper still presses on
     list(islice(steps, WORDS_LAST))
     assert among_tissue(LEFT_ARM, world)
     episode.inbox.press(COMMANDS[GRAB.text])

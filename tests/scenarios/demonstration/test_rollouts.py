@@ -148,7 +148,6 @@ def test_a_grasper_that_hooks_is_always_flagged():
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))
     episode.inbox.press(COMMANDS["open left gripper"])
-    episode.inbox.say("yes")
     opened = islice(steps, OPENED_BY)
     flags = [(FailureTracker().after(step, world), grasper_hooked(world)) for step in opened]
     assert set(flags) == {(False, False), (True, True)}
