@@ -95,6 +95,7 @@ class PlannerOverridden:
     def follow(self, observation: Observation) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
         told, self._untold = [*self._untold, *self._asks_to_go_on(observation)], []
+        told += self._barred_now(observation)
         progress = self._progress
         self._note_way(observation)
         ended = progress and progress.see(
@@ -204,7 +205,8 @@ class PlannerOverridden:
         self._interrupt(Order(hold=True), observation)
         self._progress, self._stopped_s, self._hold_after = None, None, False
         instruction = self.in_force(observation)
-        why = f" {instruction.remark}" if instruction.hold and instruction.remark else ""
+        self._barred = instruction.remark if instruction.hold else ""
+        why = f" {self._barred}" if self._barred else ""
         reply = f"Back to the planner.{why} {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
 
@@ -234,6 +236,13 @@ class PlannerOverridden:
         self._confirmation.offer((Said(command=COMMANDS["resume"]),), observation.time_s)
         return ('Go on? Say "yes" or "resume".',)
 
+    def _barred_now(self, observation: Observation) -> Sequence[str]:
+        """Return which ban lets the arms hold, as it begins to, or again after something else."""
+        now = self.in_force(observation) if self.standing.forbidden else None
+        barred = now.remark if now is not None and now.hold and not self._held else ""
+        news, self._barred = barred != self._barred, barred
+        return (barred,) if barred and news else ()
+
     @property
     def _held(self) -> bool:
         return self._progress is not None and self._progress.order.hold
@@ -252,6 +261,7 @@ class PlannerOverridden:
         self._gone_m: float | None = None  # the way of the latest correction
         self._stopped_s: float | None = None
         self._confirmation = Confirmation()
+        self._barred = ""  # the ban that lets the arms hold, as the person was told
         self._room = RoomSeen()
         self.standing = Standing()
 

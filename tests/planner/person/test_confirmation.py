@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from planner.command import COMMANDS
-from planner.instruction import TASKS
+from planner.instruction import TASKS, Instruction
 from planner.language.interpreter import Interpreter
 from planner.language.reading import Reading, Said
 from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
 from planner.task import task_from_text
-from tests.planner.person.fixed import fixed
+from tests.planner.person.fixed import PlannerFixed, fixed
 from tests.planner.seen import clipped
 
 INTERPRETER = Interpreter()
@@ -181,6 +181,18 @@ def test_an_earlier_ban_is_not_taken_for_one_on_what_is_due_now():
     assert (
         "I was about to" not in hear(planner, "don't open the right gripper", duct_cut(2.0)).reply
     )
+
+
+def test_a_ban_that_begins_to_hold_the_arms_is_told_once():
+    planner = fixed(FIRST_CLIP)
+    hear(planner, "don't cut", clipped(3))
+    hear(planner, "resume", clipped(3, time_s=2.0))
+    hear(planner, "yes", clipped(3, time_s=2.0))
+    assert planner.follow(clipped(3, time_s=3.0)) == ()
+    planner._planner = PlannerFixed(instruction=Instruction(task=CUT_DUCT))
+    planner.plan(clipped(3, time_s=4.0))
+    assert planner.follow(clipped(3, time_s=4.0)) == ("You forbade: cut duct. I hold.",)
+    assert planner.follow(clipped(3, time_s=5.0)) == ()
 
 
 # --- permissions ---
