@@ -22,11 +22,13 @@ def test_an_arm_goes_as_far_as_is_said_the_robot_tells_it_and_in_a_hold_all_else
     trial = DistanceExamination(config=EpisodeConfig(scenario="textbook"))(SEED)
     assert {one.when for one in trial.distances} == set(WHEN)
     assert sum(one.when == "exchange" for one in trial.distances) >= 5
+    assert sum(one.done for one in trial.distances) > 0.8 * len(trial.distances)
     for one in trial.distances:
-        assert one.done, one
-        assert one.when == "work" or one.is_exact, one  # tissue and a fast arm may push on
-        assert one.when == "work" or one.told_m == pytest.approx(one.gone_m, abs=2e-4), one
+        assert one.done or one.told.startswith("Given up: "), one  # something was in the way
         assert one.when != "hold" or one.other_m <= REST_M, one
+        if one.when != "work":  # there tissue and a fast arm may push on
+            assert one.is_exact or not one.done, one
+            assert one.told_m == pytest.approx(one.gone_m, abs=2e-4), one
 
 
 def distance(when, gone_mm, told, said_mm=4.0, other_m=0.0):
