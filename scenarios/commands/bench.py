@@ -6,7 +6,7 @@ from typing import Annotated
 
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
-from scenarios.commands.benches.interaction import BenchLatency, Language, Viewer
+from scenarios.commands.benches.interaction import BenchLatency, Distances, Language, Viewer
 from scenarios.commands.benches.physics import (
     Accuracy,
     BenchWorld,
@@ -40,6 +40,7 @@ class Bench:
         | Annotated[Obedience, subcommand("obedience")]
         | Annotated[BenchPlanner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
+        | Annotated[Distances, subcommand("distances")]
         | Annotated[BenchLatency, subcommand("latency")]
         | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
