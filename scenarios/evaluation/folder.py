@@ -19,7 +19,8 @@ from scenarios.files.versions import source_digest, versions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, episode_from
 from scenarios.recording.checkpoint_digests import checkpoint_digests
-from scenarios.recording.recorder import SCHEMA_VERSION, load
+from scenarios.recording.recorder import load
+from scenarios.recording.schema import SCHEMA_VERSION
 from tissue_sim.version import WORLD_VERSION
 
 SCHEMA = 1

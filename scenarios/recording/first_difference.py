@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
+from scenarios.recording.recorder import Recording
+from scenarios.recording.schema import NOTES, STEP_ARRAYS
 
 ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results of before
 BY_THE_CLOCK = ("wall_s",)  # fields of a result that depend on the speed of the machine
