@@ -256,7 +256,6 @@ def load(path: Path, *, steps: bool = True) -> Recording:
     except (KeyError, ValueError) as error:
         why = error if is_zipfile(path) else "it is no .npz file"
         raise ValueError(f"{path} is damaged, or no recording: {why}") from error
-    notes = {name: tuple(header[name]) for name in ("instructions", *NOTES)}
-    plain_parts = {name: header[name] for name in PARTS}
-    sha256 = None if saved is None else str(saved)
-    return Recording(**plain_parts, **notes, sha256=sha256, arrays=arrays)
+    parts: dict[str, Any] = {name: header[name] for name in PARTS}
+    parts |= {name: tuple(header[name]) for name in ("instructions", *NOTES)}
+    return Recording(**parts, sha256=None if saved is None else str(saved), arrays=arrays)

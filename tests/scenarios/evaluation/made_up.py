@@ -53,6 +53,7 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
         peaks=(peak,),
         safety=SafetyResult(interventions=3, min_clearance_m=float(rng.uniform(3e-4, 2e-3))),
         anatomy_hash=f"{case.seed}",
+        sense=case.arm.sense,
     )
 
 
