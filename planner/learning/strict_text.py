@@ -19,6 +19,8 @@ def from_json(text: str | bytes) -> Any:
         return json.loads(text, parse_constant=_refuse, parse_float=_finite, parse_int=_whole)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
+    except TypeError:
+        raise ValueError(f"it is a {type(text).__name__}, not text") from None
 
 
 def _refuse(name: str) -> NoReturn:
