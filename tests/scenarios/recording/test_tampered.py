@@ -126,6 +126,14 @@ def test_a_recording_that_is_as_it_was_saved_says_what_was_compared(recording, c
     assert "not compared: what the policies decided" in out
 
 
+@pytest.mark.parametrize("name", ["sense", "privileged", "tasks"])
+def test_verify_notices_what_the_result_no_longer_tells(recording, tmp_path, name, capfd):
+    edit = header(lambda h: h["result"].pop(name))
+    file = tampered(recording, tmp_path / "e.npz", edit)
+    assert main(["replay", "--verify", str(file)]) == 1
+    assert f"result, {name}" in capfd.readouterr().out
+
+
 def rewritten(recording, target, change):
     """Write a copy with the old hash."""
     with np.load(recording) as file:
