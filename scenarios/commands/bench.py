@@ -6,6 +6,7 @@ from typing import Annotated
 
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
+from scenarios.commands.benches.faults import Faults
 from scenarios.commands.benches.interaction import BenchLatency, Distances, Language, Viewer
 from scenarios.commands.benches.physics import (
     Accuracy,
@@ -45,6 +46,7 @@ class Bench:
         | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
         | Annotated[Population, subcommand("population")]
+        | Annotated[Faults, subcommand("faults")]
     ]
 
     def execute(self) -> int:

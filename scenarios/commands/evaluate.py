@@ -38,6 +38,7 @@ from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import RESULTS
 from scenarios.files.strict_json import dumps, plain
+from scenarios.files.sums import SUMS, read_sums
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
@@ -148,7 +149,18 @@ class Evaluate:
                             " free some space and run the command again"
                         )
                     results[ended.case] = ended.result
+                    self._note(ended)
                     display.advance()
+
+    def _note(self, ended: Ended) -> None:
+        from scenarios.evaluation.folder import note
+
+        if ended.result.error is not None:  # it will run again
+            return
+        try:
+            note(self.out, ended.case)
+        except OSError as error:
+            raise self._no_room(self.out / SUMS, error) from None
 
     def _ended(self, due: Sequence[Case], display: ProgressDisplay) -> Generator[Ended, None, None]:
         from scenarios.evaluation.case import after_death, attempt
@@ -171,7 +183,8 @@ class Evaluate:
 
         open_folder(self.out, self.arms)  # it may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
-        self._write(RESULTS, dumps(document(report, made_with), indent=2) + "\n")
+        told = {**document(report, made_with), "recordings": read_sums(self.out)}
+        self._write(RESULTS, dumps(told, indent=2) + "\n")
         self._write("report.html", page(report, made_with))
         console = output()
         for table in tables(report):
@@ -193,10 +206,13 @@ class Evaluate:
         try:
             write_atomic(self.out / name, text.encode())
         except OSError as error:
-            raise BadInputError(
-                f"--out: cannot write {self.out / name} ({error.strerror}); finished episodes are"
-                " kept: free some space and run the command again"
-            ) from None
+            raise self._no_room(self.out / name, error) from None
+
+    def _no_room(self, path: Path, error: OSError) -> BadInputError:
+        return BadInputError(
+            f"--out: cannot write {path} ({error.strerror}); finished episodes are kept: free some"
+            " space and run the command again"
+        )
 
     def _verdict(self, report: Report) -> int:
         from scenarios.evaluation.report import lowest_pass_rate

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,8 +42,11 @@ class Verdict:
     remark: str
 
 
-def verify(file: Path) -> Verdict:
-    """Run the episode of a recording again and compare."""
+def verify(file: Path, allowed: Set[str] | None = frozenset()) -> Verdict:
+    """Run the episode of a recording again and compare.
+
+    Policies MODULE:FACTORY of the recording run only if they are `allowed`; None allows all.
+    """
     from scenarios.recording.first_difference import first_difference
     from scenarios.recording.recorder import load
     from scenarios.recording.rerun_decisions import repeat
@@ -51,7 +54,7 @@ def verify(file: Path) -> Verdict:
     try:
         recorded = load(file)
         with _folder() as folder:
-            again = repeat(recorded, folder)
+            again = repeat(recorded, folder, allowed)
     except OSError as error:
         return Verdict(file=file, outcome="refused", remark=f"{file}: {error.strerror or error}")
     except ValueError as error:
