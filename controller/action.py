@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissue_sim.frames import Array
 
@@ -54,6 +55,14 @@ class ToolAction:
         """Return (`ACTION_SIZE`,): move, turn and jaw of the left arm, then of the right."""
         rows = (self.move_endoscope_m, self.turn_tool, np.reshape(self.jaw_rad, (2, 1)))
         return np.concatenate(rows, axis=1).ravel()
+
+    def with_arms(self, arms: NDArray[np.bool_], own: ToolAction) -> ToolAction:
+        """Return the action in which the arms (2,) that are marked do as in another one."""
+        return ToolAction(
+            move_endoscope_m=np.where(arms[:, None], own.move_endoscope_m, self.move_endoscope_m),
+            turn_tool=np.where(arms[:, None], own.turn_tool, self.turn_tool),
+            jaw_rad=np.where(arms, own.jaw_rad, self.jaw_rad),
+        )
 
 
 def _numbers(given: Any) -> Array | None:

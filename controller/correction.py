@@ -7,16 +7,19 @@ other arm.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.action import ToolAction, hold
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
 from planner.instruction import Instruction
+from planner.person.orders import JAW_RAD_S
 from tissue_sim.frames import Array
 from tissue_sim.periods import CONTROL_PERIOD_S
 
 SPEED_M_S = 0.01  # assumed: a surgeon's fine motion
-JAW_RAD_S = 0.3  # assumed
 APPROACH = 0.15  # share of what is left, in a step: the arms lag by two or three steps
 
 
@@ -31,14 +34,16 @@ def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) ->
     correction = instruction.correction
     if correction is None or instruction.source != "human":
         return action
-    rows = np.isin(np.arange(2), correction.rows)
     own = hold(jaw_rad + CONTROL_PERIOD_S * JAW_RAD_S * _opening(correction))
     step_m = _step_m(correction, instruction.left_m or 0.0)
-    return ToolAction(
-        move_endoscope_m=np.where(rows[:, None], step_m, action.move_endoscope_m),
-        turn_tool=np.where(rows[:, None], own.turn_tool, action.turn_tool),
-        jaw_rad=np.where(rows, own.jaw_rad, action.jaw_rad),
+    return action.with_arms(
+        arms_of(correction), replace(own, move_endoscope_m=np.tile(step_m, (2, 1)))
     )
+
+
+def arms_of(correction: Correction) -> NDArray[np.bool_]:
+    """Return (2,) which arms a correction names."""
+    return np.isin(np.arange(2), correction.rows)
 
 
 def _opening(correction: Correction) -> float:

@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-import numpy as np
-
-from controller.action import ToolAction, hold
+from controller.action import ToolAction
 from controller.base import Controller
 from controller.correction import carried_out
+from controller.holding import Holding
+from controller.kept_place import KeptPlace
 from controller.tool_place import ToolPlace
 from planner.base import PLANNING_PERIOD_S, Planner, hears_of_success
 from planner.criteria import structure_of, task_done
@@ -37,14 +37,14 @@ from scenarios.loop.person.inbox import Heard, Inbox
 from scenarios.loop.pictures import Pictures
 from scenarios.loop.step import Outcome, Step
 from scenarios.perturbation.effects import Effects
-from tissue_sim.frames import Array
 from tissue_sim.outcome import nurse
+from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sense import Sense
-from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
+MOST_HELD_S = 600.0  # by a person, at a stretch: nobody is there any more; assumed
 STAYS_BACK_S = 1.0  # at the end: the robot must be sure that its arm is back
 
 
@@ -83,7 +83,7 @@ class Episode:
             self._clock,
             safety_filter=self.config.safety_filter,
         )
-        self._tool_place = ToolPlace()
+        self._tool_place, self._kept_place, self._holding = ToolPlace(), KeptPlace(), Holding()
         self._pictures = Pictures(self.config.cameras)
         self._begun = False
         self._back_since_s = math.inf  # all is cut and the arm is back
@@ -92,8 +92,7 @@ class Episode:
         self._guided: GuidedArm | None = None  # a person leads this arm now
         self._heard: list[Heard] = []  # observers do not know these yet
         self._told: list[str] = []
-        self._exchanging = False
-        self._held_jaw_rad: Array | None = None  # since a hold began
+        self._held_s = 0.0  # since a person lets the arms hold
 
     def steps(self) -> Iterator[Step]:
         """Run the loop: plan, hear, exchange tools when needed, act; until done or out of time.
@@ -142,14 +141,19 @@ class Episode:
             self._heard.append(self._answer(reading))
         for perturbation in self.inbox.disturbances():
             self.effects.add(perturbation)
-        self._told += self._override.follow(self.observation, exchanging=self._exchanging)
+        self._told += self._override.follow(self.observation)
         self._follow(self._override.in_force(self.observation))
         if self._tool_place.follow(self.observation, self._instruction):
             self._told.append(self._tool_place.in_words)
             self.controller.reset()
+        if self._kept_place.follow(self._instruction, self._time_s, holds=self._person_holds):
+            self._told += self._kept_place.in_words
+            self.controller.reset()
 
     def _answer(self, reading: Reading) -> Heard:
         answer = self._override.hear(reading, self.observation)
+        if answer.instruction is not None:
+            self._kept_place.release()
         for forbidden in reading.forbids:
             self.guarded_driver.forbid(forbidden.in_words, self._time_s)
         return Heard(
@@ -179,38 +183,24 @@ class Episode:
         While the arms hold, or a perturbation leads an arm astray, the controller is not asked; it
         starts anew afterwards.
         """
-        if self._instruction.hold:
+        said, jaw_rad = self._instruction, self.guarded_driver.joints[:, 6]
+        if said.hold or self._person_holds:
             self.controller.reset()
-            stay = self._stay()
+            stay = self._holding.action(said, self.observation, jaw_rad)
             return stay, self._guided_by_person(stay)
-        self._held_jaw_rad = None
-        if (led := self.effects.lead(self.world, self._instruction.task)) is not None:
+        self._holding.end()
+        if (led := self.effects.lead(self.world, said.task)) is not None:
             self._chunk.clear()
             self.controller.reset()
             self._guided = None
             return None, led
-        asked = self._chosen_action()
-        jaw_rad = self.guarded_driver.joints[:, 6]
-        asked = carried_out(asked, self._instruction, jaw_rad)
+        asked = carried_out(self._kept_place.kept(self._chosen_action(), jaw_rad), said, jaw_rad)
         return asked, self._guided_by_person(self.effects.on_action(asked, self.world))
-
-    def _stay(self) -> ToolAction:
-        """Return the action that holds both arms, with jaws where they are as the hold begins.
-
-        Jaws lag behind their command, so one that closes would go on; a grasper that holds keeps
-        its command, which is its grip.
-        """
-        if self._held_jaw_rad is None:
-            seen, commanded = self.observation, self.guarded_driver.joints[:, 6]
-            grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
-            open_rad = np.maximum(commanded, seen.joints[:, 6])
-            self._held_jaw_rad = np.where(grips, commanded, open_rad)
-        return hold(self._held_jaw_rad)
 
     def _guided_by_person(self, action: ToolAction) -> ToolAction:
         """Replace the motion of the arm that a person leads; the other arm keeps its own."""
-        self._guided = guided = self.inbox.guided
-        return action if guided is None else guided.lead(action, self.world)
+        self._guided = self.inbox.guided
+        return self._guided.lead(action, self.world) if self._guided else action
 
     def _chosen_action(self) -> ToolAction:
         """Return the next action of the running chunk, or the first of a new one."""
@@ -222,21 +212,27 @@ class Episode:
         return self._chunk.popleft()
 
     def _needs_exchange(self) -> bool:
-        """Return whether the nurse acts now: only while the right arm is clear of the tubes."""
-        task, seen = self._instruction.task, self.observation
-        needed = nurse.is_needed(seen, task.right_tool, clip=task.kind == "clip")
-        return needed and not self._instruction.hold and nurse.has_room(seen)
+        """Return whether the nurse acts now: only while the right arm is clear of the tubes.
+
+        None begins in a hold, or while an arm is moved by a person or stays where it was put.
+        """
+        said, seen, kept = self._instruction, self.observation, self._kept_place
+        waits = said.hold or kept.moves or kept.stays
+        needed = nurse.is_needed(seen, said.task.right_tool, clip=said.task.kind == "clip")
+        return needed and not waits and nurse.has_room(seen)
 
     def _exchange(self) -> Iterator[Step]:
         start_s, joints = self._time_s, self.guarded_driver.joints
         self._chunk.clear()
-        self._exchanging = True
+        self._kept_place.forget()
+        self._override.exchanging = True
         for command in nurse.exchange(self.world, self._instruction.task.right_tool, joints):
             self._hear()
             if self._instruction.hold:  # the rest of the exchange follows later
                 break
             yield self._step(command, exchange=True)
-        self._exchanging = False
+        self._hear()  # a correction that waited begins where the arm stands now
+        self._override.exchanging = False
         self.guarded_driver.restart(self.world.target)
         self.controller.reset()
         self.exchange_s += self._time_s - start_s
@@ -254,6 +250,8 @@ class Episode:
         altered, before = self.guarded_driver.news(), self.observation
         heard, self._heard = tuple(self._heard), []
         told, self._told = tuple(self._told), []
+        held = self._person_holds
+        self._held_s = (self._held_s + CONTROL_PERIOD_S) * held
         self.effects.before_step(self.world, task)
         with self._clock.stage("world"):
             exact = self.world.step(command, intended=structure_of(task, self.world))
@@ -273,6 +271,8 @@ class Episode:
             asked=asked,
             disturbed=disturbed,
             exchange=exchange,
+            held=held,
+            stays=self._kept_place.stays,
             applied=self.effects.news(),
             altered=altered,
             heard=heard,
@@ -283,17 +283,22 @@ class Episode:
         )
 
     def _is_over(self, step: Step) -> bool:
-        """Return whether a task is out of time, a person is called, or all is seen to be done.
+        """Return whether time is out, a person is called, or all is seen to be done.
 
         Going back from the last cut is not the end before the arm is back. In a person's order of
         tasks, the last cut may be another one.
         """
         task, seen = step.instruction.task, step.observation
-        if step.instruction.call or self.tasks.results[task.index].time_s > self.config.task_cap_s:
+        too_long = self.tasks.results[task.index].time_s > self.config.task_cap_s
+        if step.instruction.call or too_long or self._held_s > MOST_HELD_S:
             return True
         ends = task.goes_back and bool(seen.severed.all()) and is_back(seen)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
+
+    @property
+    def _person_holds(self) -> bool:
+        return self._override.holds(self.observation)
 
     @property
     def _time_s(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from controller.base import Controller
@@ -131,13 +131,11 @@ def anatomy_of(config: EpisodeConfig) -> Anatomy:
 
 
 def result_of(episode: Episode, start_s: float) -> EpisodeResult:
-    """Pull at the clips and judge the episode, which began at `start_s` of `perf_counter`."""
+    """Judge the episode, which began at `start_s` of `perf_counter`."""
     config, world, record = episode.config, episode.world, episode.tasks
     tasks = record.in_order()
     procedure_s = world.record.time_s - episode.exchange_s
-    if record.is_complete:  # else it would stretch what is not cut, which nobody did
-        pull_all_clips(world)
-    injuries = world.record.injuries
+    judged = judge(world, complete=record.is_complete)
     policies = {"planner": episode.planner, "controller": episode.controller}
     return EpisodeResult(
         scenario=config.scenario,
@@ -146,20 +144,45 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         controller=config.controller,
         sense=config.sense,
         privileged=tuple(role for role, policy in policies.items() if is_privileged(policy)),
-        success=record.is_complete and stumps_hold(world) and not injuries,
+        success=judged.success,
         call=_call(episode),
         tasks=tasks,
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
         corrections=sum(task.corrections for task in tasks),
+        dropped_clips=judged.dropped_clips,
+        injuries=judged.injuries,
+        peaks=judged.peaks,
+        safety=_safety(episode),
+        anatomy_hash=judged.anatomy_hash,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """What the patient tells of an episode, by the names of `EpisodeResult`."""
+
+    success: bool
+    dropped_clips: int
+    injuries: tuple[InjuryResult, ...]
+    peaks: tuple[PeakResult, ...]
+    anatomy_hash: str
+
+
+def judge(world: World, *, complete: bool) -> Judgement:
+    """Pull at the clips, and judge the patient after an episode whose tasks are complete or not."""
+    if complete:  # else it would stretch what is not cut, which nobody did
+        pull_all_clips(world)
+    injuries = world.record.injuries
+    return Judgement(
+        success=complete and stumps_hold(world) and not injuries,
         dropped_clips=world.record.dropped_clips,
         injuries=tuple(
             InjuryResult(event=i.event, time_s=i.time_s, value=i.value, limit=i.limit)
             for i in injuries
         ),
         peaks=_peaks(world),
-        safety=_safety(episode),
         anatomy_hash=world.anatomy.hash,
     )
 

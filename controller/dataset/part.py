@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 
+import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.schema import SCHEMA_VERSION, demonstrated
 from controller.dataset.tables import columns_of, table_of
+from planner.learning.strict_text import from_json
 from tissue_sim.version import WORLD_VERSION
 
-_HEADER = b"calot"
+_HEADER, _HASH = b"calot", b"sha256"  # of the header; pages have checksums of their own
 
 
 def part_bytes(episode: DatasetEpisode) -> bytes:
@@ -28,7 +31,8 @@ def part_bytes(episode: DatasetEpisode) -> bytes:
         raise ValueError("an episode must have at least one frame")
     header = json.dumps(asdict(episode.header), allow_nan=False).encode()
     features = demonstrated(episode.header.cameras)
-    table = table_of(episode.columns, features).replace_schema_metadata({_HEADER: header})
+    said = {_HEADER: header, _HASH: sha256(header).hexdigest().encode()}
+    table = table_of(episode.columns, features).replace_schema_metadata(said)
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return sink.getvalue().to_pybytes()
@@ -69,7 +73,10 @@ def read_part(path: Path) -> DatasetEpisode:
 def _header_of(schema: pa.Schema) -> Header:
     if _HEADER not in (metadata := schema.metadata or {}):
         raise ValueError("it is no demonstrated episode")
-    header = Header(**json.loads(metadata[_HEADER]))
+    digest = sha256(metadata[_HEADER]).hexdigest().encode()
+    if metadata.get(_HASH, digest) != digest:
+        raise ValueError("its header was changed after it was saved")
+    header = msgspec.convert(from_json(metadata[_HEADER]), Header)
     require_versions(header.schema_version, header.world_version)
     return header
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -16,6 +16,7 @@ from controller.dataset.dataset_episode import DatasetEpisode, Header
 from controller.dataset.part import one_line, require_versions
 from controller.dataset.schema import Feature, features
 from controller.dataset.tables import arrow_schema, columns_of
+from planner.learning.strict_text import from_json
 
 _HEADER = ("seed", "kind", "scenario", "success", "world_version", "schema_version")
 _JSON = ("anatomy", "failures", "versions", "cameras")
@@ -52,7 +53,7 @@ def require_dataset(root: Path) -> tuple[str, ...]:
     """
     path = root / layout.INFO_PATH
     try:
-        found = json.loads(path.read_text())
+        found = from_json(path.read_bytes())
     except (FileNotFoundError, NotADirectoryError):
         raise ValueError(f"{root}: there is no dataset, for want of {layout.INFO_PATH}") from None
     except (OSError, ValueError, RecursionError) as error:
@@ -133,7 +134,7 @@ def _opened(path: Path, there: Mapping[str, Feature]) -> pq.ParquetFile:
 
 
 def _header(row: dict[str, Any]) -> Header:
-    plain = {key: json.loads(row[key]) for key in _JSON}
+    plain = {key: from_json(row[key]) for key in _JSON}
     if set(_LATER) <= row.keys():
-        plain |= {"sense": row["sense"], "checkpoints": json.loads(row["checkpoints"])}
-    return Header(**{key: row[key] for key in _HEADER}, **plain)
+        plain |= {"sense": row["sense"], "checkpoints": from_json(row["checkpoints"])}
+    return msgspec.convert({key: row[key] for key in _HEADER} | plain, Header)

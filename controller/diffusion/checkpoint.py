@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.config import PolicyConfig
@@ -11,12 +10,6 @@ from controller.diffusion.policy import Policy
 from planner.learning.checkpoint import Checkpoints
 from tissue_sim.sensing.observation import VECTOR_SIZE
 from tissue_sim.version import WORLD_VERSION
-
-
-def _config(kept: dict[str, Any]) -> PolicyConfig:
-    kept["history"] = tuple(kept["history"])
-    return PolicyConfig(**kept)
-
 
 CHECKPOINTS = Checkpoints(
     learner="controller",
@@ -28,6 +21,6 @@ CHECKPOINTS = Checkpoints(
         "observation size": VECTOR_SIZE,
         "action size": ACTION_SIZE,
     },
-    config_from=_config,
+    config_type=PolicyConfig,
     model_from=Policy,
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planner.learning.sizes import Layers, SomeSteps, Steps, Width
+
 WORDS_SIZE = 384  # of a sentence's embedding
 PROCEDURE = "clip and cut both tubes"  # the only text that a wordless policy hears
 
@@ -28,16 +30,16 @@ class PolicyConfig:
         ValueError: the shapes do not fit together.
     """
 
-    horizon: int = 16
-    history: tuple[int, ...] = (0, 3)
-    past: int = 5
-    play: int = 6
-    max_delay: int = 4
-    sampling_steps: int = 2
-    condition_width: int = 512
-    condition_blocks: int = 2
-    denoiser_width: int = 256
-    denoiser_blocks: int = 2
+    horizon: Steps = 16
+    history: tuple[Steps, ...] = (0, 3)
+    past: Steps = 5
+    play: Steps = 6
+    max_delay: Steps = 4
+    sampling_steps: SomeSteps = 2
+    condition_width: Width = 512
+    condition_blocks: Layers = 2
+    denoiser_width: Width = 256
+    denoiser_blocks: Layers = 2
     wordless: bool = False
 
     def __post_init__(self) -> None:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import torch
+from msgspec import Meta
 from torch import nn
 
 from controller.perception.network import Network, NetworkConfig
 from controller.perception.prior import Prior
 from planner.learning.checkpoint import Checkpoints
+from planner.learning.sizes import Width
 from tissue_sim.sensing.observation import N_LINE
 from tissue_sim.version import WORLD_VERSION
 
@@ -25,8 +27,8 @@ class PerceptionConfig:
         sizes: width and height of their pictures, pixels.
     """
 
-    views: tuple[str, ...]
-    sizes: tuple[tuple[int, int], ...]
+    views: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]
+    sizes: tuple[tuple[Width, Width], ...]
     network: NetworkConfig = field(default_factory=NetworkConfig)
 
 
@@ -51,17 +53,11 @@ def _shapes() -> dict[str, tuple[int, ...]]:
     return {"mean": (n,), "spread": (n, n), "drift": (n, n), "radius_m": (2,), "sac_radius_m": (5,)}
 
 
-def _config(kept: dict[str, Any]) -> PerceptionConfig:
-    network = NetworkConfig(widths=tuple(kept["network"]["widths"]), maps=kept["network"]["maps"])
-    sizes = tuple((width, height) for width, height in kept["sizes"])
-    return PerceptionConfig(views=tuple(kept["views"]), sizes=sizes, network=network)
-
-
 CHECKPOINTS = Checkpoints(
     learner="perception",
     holds="perception",
     shipped=Path(__file__).with_name("perception.safetensors"),
     fits={"world version": WORLD_VERSION, "schema": 4, "points": N_LINE},
-    config_from=_config,
+    config_type=PerceptionConfig,
     model_from=PerceptionModel,
 )

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from planner.learning.sizes import Channels
 from tissue_sim.sensing.observation import N_LINE, SAC_POINTS, TUBE_POINTS
 
 N_WIDE = 2 * TUBE_POINTS + SAC_POINTS  # of them, the first, are of tubes and gallbladder
@@ -26,8 +27,8 @@ LOG_SIGMA = (-2.0, 4.0)  # limits, of pixels
 class NetworkConfig:
     """Widths of the features at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's size."""
 
-    widths: tuple[int, int, int, int, int] = (16, 32, 64, 96, 96)
-    maps: int = 48
+    widths: tuple[Channels, Channels, Channels, Channels, Channels] = (16, 32, 64, 96, 96)
+    maps: Channels = 48
 
 
 @dataclass(frozen=True)

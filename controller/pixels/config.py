@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from controller.dataset.schema import PICTURE_SHAPE
 from controller.diffusion.config import PolicyConfig
+from planner.learning.sizes import Channels
 
 CAMERAS = ("endoscope_left", "wrist_left", "wrist_right")
 CHUNKS = PolicyConfig(history=(0,), play=8, max_delay=0)
@@ -31,7 +32,7 @@ class PixelConfig:
 
     cameras: tuple[str, ...] = CAMERAS
     shrink: int = 2
-    widths: tuple[int, int, int, int] = (16, 32, 64, 64)
+    widths: tuple[Channels, Channels, Channels, Channels] = (16, 32, 64, 64)
     chunks: PolicyConfig = field(default_factory=lambda: CHUNKS)
 
     def __post_init__(self) -> None:

@@ -104,7 +104,10 @@ class SafetyFilter:
             return _refused(start, seen.time_s)
         if instruction.speed != 1.0:
             asked = start + instruction.speed * (asked - start)
-        asked = self._way_out.lead(start, asked, instruction.task, seen)
+        if _is_a_persons(instruction):
+            self._way_out.rest()
+        else:
+            asked = self._way_out.lead(start, asked, instruction.task, seen)
         backing = self._way_out.backing
         situation = self._sense.see(start, self.rate, asked, instruction, seen)
         kept = self._kept(situation)
@@ -141,6 +144,13 @@ class SafetyFilter:
 
     def _set_aside(self, instruction: Instruction) -> list[Limit]:
         return [lock for lock in self._interlocks if lock.name in instruction.overrides]
+
+
+def _is_a_persons(instruction: Instruction) -> bool:
+    """Return whether a person lets the arms hold or moves one: then none backs off by itself."""
+    if instruction.source == "human":
+        return instruction.hold or instruction.correction is not None
+    return instruction.hold and bool(instruction.forbidden)
 
 
 def _refused(start: Array, time_s: float) -> Allowed:

@@ -60,6 +60,10 @@ class WayOut:
         back[self.backing, _INSERTION] -= self._step_s * BACK_M_S
         return back
 
+    def rest(self) -> None:
+        """Back off no more, and let no arm have stood: a person lets them hold, or moves one."""
+        self.backing, self._now_s = None, np.zeros(2)
+
     def note(self, asked_m: Array, moved_m: Array) -> None:
         """Take in how far each tip was to move in this step, and how far it may; (2, 3)."""
         if self.backing is not None:

@@ -15,11 +15,12 @@ from planner.language.grammar import Parse, may_be_filled, openness, parse
 from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
+from planner.language.rules.claims import claims_in, without_claims
 from planner.language.rules.dangers import danger_in, tells
 from planner.language.rules.forbidding import allowed_in, excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
-from planner.language.rules.questions import Question, question_in
+from planner.language.rules.questions import Question, question_in, thing_in
 from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.rewriting.corrected import as_corrected
 from planner.language.rules.rewriting.echoes import echo_in
@@ -58,7 +59,8 @@ _YES = re.compile(
 )
 _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
-    r"|are you sure|sure|doubts?)\b"
+    r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
+    r"|not (?:allowed|permitted)|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
@@ -70,11 +72,12 @@ class Interpreter:
 
     def read(self, text: str) -> Reading:
         """Return the meaning of any text; never raise. Of a very long one the beginning counts."""
-        return replace(self._read(text[:LONGEST]), text=text)
+        meant = in_english(as_meant(text[:LONGEST]))
+        english = with_plain_ordinals(without_other_arm(as_corrected(without_asides(meant))))
+        read = self._read(text[:LONGEST], english)
+        return replace(read, text=text, about=thing_in(english), claims=claims_in(meant))
 
-    def _read(self, text: str) -> Reading:
-        plain = as_corrected(in_english(without_asides(as_meant(text))))
-        english = with_plain_ordinals(without_other_arm(plain))
+    def _read(self, text: str, english: str) -> Reading:
         danger = danger_in(english)
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
@@ -86,7 +89,7 @@ class Interpreter:
             return self._refused(text, english, danger)
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
-        reading = self._commanded(text, english)
+        reading = self._besides_claims(text, english) or self._commanded(text, english)
         allows = allowed_in(english)
         if allows is None and self._alarms(reading, english):
             return self._warned(text, english, danger)
@@ -145,6 +148,15 @@ class Interpreter:
         read = self._commanded(text, rest)
         besides = replace(read, speed=speed, reply=f"{told} {read.reply}")
         return besides if read.command or names_an_act(rest) else alone
+
+    def _besides_claims(self, text: str, english: str) -> Reading | None:
+        """Return what is commanded besides what is taken for so: "now that it is cut, clip ...".
+
+        None where the whole sentence is understood, or the rest is not.
+        """
+        rest = without_claims(english)
+        said = None if rest == english or _by_grammar(english) else _sized(rest)
+        return None if said is None else _understood(text, said, 1.0, "grammar")
 
     def _commanded(self, text: str, english: str) -> Reading:
         """Return the reading of commands, or the question how far where that is not clear."""

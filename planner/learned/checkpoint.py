@@ -22,6 +22,6 @@ CHECKPOINTS = Checkpoints(
         "observation size": VECTOR_SIZE,
         "instructions": len(TASKS) + len(CORRECTIONS),
     },
-    config_from=lambda kept: PlannerConfig(**kept),
+    config_type=PlannerConfig,
     model_from=PlannerNetwork,
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planner.learning.sizes import Layers, SomeSteps, Width
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerConfig:
@@ -12,9 +14,16 @@ class PlannerConfig:
     Attributes:
         history: number of moments, one each time the planner is asked, with the present one.
         width, layers, heads: of the transformer over the moments.
+
+    Raises:
+        ValueError: the heads do not divide the width.
     """
 
-    history: int = 8
-    width: int = 256
-    layers: int = 3
-    heads: int = 4
+    history: SomeSteps = 8
+    width: Width = 256
+    layers: Layers = 3
+    heads: Width = 4
+
+    def __post_init__(self) -> None:
+        if self.width % self.heads:
+            raise ValueError(f"heads must divide width, got {self.heads} of {self.width}")

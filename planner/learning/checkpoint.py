@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+import msgspec
+import numpy as np
+import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save
 from torch import Tensor, nn
 
 from planner.learning.atomic_write import write_atomic
+from planner.learning.npz import content_hash
+from planner.learning.strict_text import from_json
 
+HASH = "sha256"  # in the file's metadata
 Config = TypeVar("Config")
 Model = TypeVar("Model", bound=nn.Module)
 
@@ -33,7 +40,7 @@ class Checkpoints(Generic[Config, Model]):
         shipped: the one that comes with Calot, if one does.
         fits: what must be the same when a checkpoint is written and when it is read; by its names
             a file is told from another learner's.
-        config_from: makes a configuration of what JSON has kept of it.
+        config_type: the class of a configuration; its annotations bound the fields.
         model_from: makes a model of a configuration; its weights do not matter.
         config_of: returns the configuration of a model.
     """
@@ -42,7 +49,7 @@ class Checkpoints(Generic[Config, Model]):
     holds: str
     shipped: Path
     fits: Mapping[str, Any]
-    config_from: Callable[[dict[str, Any]], Config]
+    config_type: type[Config]
     model_from: Callable[[Config], Model]
     config_of: Callable[[Model], Config] = attrgetter("config")
 
@@ -60,8 +67,8 @@ class Checkpoints(Generic[Config, Model]):
     def save(self, path: Path, model: Model) -> None:
         """Write a model atomically; its weights in half precision, which halves the file."""
         config = json.dumps(asdict(self.config_of(model)))  # pyright: ignore[reportArgumentType]
-        said = {"config": config, "fits": json.dumps(dict(self.fits))}
-        write_atomic(path, save(_kept(model), said))
+        said, weights = {"config": config, "fits": json.dumps(dict(self.fits))}, _kept(model)
+        write_atomic(path, save(weights, said | {HASH: _hash(said, weights)}))
 
     def load(self, path: str | Path | None = None) -> Model:
         """Return the model of a file, by default of the one shipped, ready for inference.
@@ -70,51 +77,84 @@ class Checkpoints(Generic[Config, Model]):
             CheckpointError: there is no file, or it has no model that fits, or a damaged one.
         """
         path = self.chosen(path)
-        model = self.model_from(self.config(path))
-        try:
-            model.load_state_dict(load_file(path))
-        except (SafetensorError, RuntimeError) as error:
-            raise CheckpointError(f"{path}: its weights are damaged: {_one_line(error)}") from None
-        return model.eval().requires_grad_(False)
-
-    def config(self, path: str | Path | None = None) -> Config:
-        """Return the configuration of a file's model, as `load` does, without reading its weights.
-
-        Raises:
-            CheckpointError: there is no file, or it has no model that fits.
-        """
-        path = self.chosen(path)
-        another = f"{path} is no checkpoint of a {self.holds}"
         try:
             with safe_open(path, "pt") as file:
                 said = file.metadata() or {}
-            found, config = (dict(json.loads(said[name])) for name in ("fits", "config"))
+            model, weights = self.model_from(self._config(path, said)), load_file(path)
+            _require_whole(said, weights)
+            model.load_state_dict(weights)
         except OSError as error:
             raise CheckpointError(f"{path} cannot be read: {_why(path, error)}") from None
-        except (SafetensorError, KeyError, TypeError, ValueError):
-            raise CheckpointError(another) from None
-        if found.keys() != self.fits.keys():
-            raise CheckpointError(another)
-        for name, wanted in self.fits.items():
-            if found.get(name) != wanted:
-                raise CheckpointError(f"{path}: {name} {found.get(name)}, but here it is {wanted}")
+        except SafetensorError:
+            raise CheckpointError(self._another(path)) from None
+        except (_DamagedError, RuntimeError) as error:
+            why = f"its weights are damaged: {_one_line(error):.200}"
+            raise CheckpointError(f"{path}: {why}") from None
+        return model.eval().requires_grad_(False)
+
+    def config(self, path: str | Path | None = None) -> Config:
+        """Return the configuration of a file's model, after the checks of `load`.
+
+        Raises:
+            CheckpointError: as in `load`.
+        """
+        return self.config_of(self.load(path))
+
+    def _another(self, path: Path) -> str:
+        return f"{path} is no checkpoint of a {self.holds}"
+
+    def _config(self, path: Path, said: Mapping[str, str]) -> Config:
+        """Return the configuration that a file tells of, if it fits."""
         try:
-            return self.config_from(config)
-        except (KeyError, TypeError, ValueError) as error:
+            found, told = (dict(from_json(said[name])) for name in ("fits", "config"))
+        except (KeyError, TypeError, ValueError):
+            raise CheckpointError(self._another(path)) from None
+        if found.keys() != self.fits.keys():
+            raise CheckpointError(self._another(path))
+        for name, wanted in self.fits.items():
+            if found[name] != wanted:
+                here = f"{name} {found[name]!r:.40}, but here it is {wanted}"
+                raise CheckpointError(f"{path}: {here}")
+        try:
+            config = msgspec.convert(told, self.config_type)
+            kept = from_json(msgspec.json.encode(config))
+            if unlike := [name for name in told if kept.get(name) != told[name]]:
+                raise ValueError(f"unknown: {', '.join(unlike)}")
+            return config
+        except ValueError as error:
             why = f"its configuration is of another version: {_one_line(error)}"
             raise CheckpointError(f"{path}: {why}") from None
 
 
+class _DamagedError(ValueError):
+    """The weights are not finite, or not those that were saved."""
+
+
+def _require_whole(said: Mapping[str, str], weights: Mapping[str, Tensor]) -> None:
+    """Check that weights are numbers, and those that were saved; before, no hash was kept."""
+    for name, weight in weights.items():
+        if not torch.isfinite(weight).all():
+            raise _DamagedError(f"{name} is not finite everywhere")
+    own = {name: text for name, text in said.items() if name != HASH}
+    if said.get(HASH, saved := _hash(own, weights)) != saved:
+        raise _DamagedError("the file was changed after it was saved")
+
+
+def _hash(said: Mapping[str, str], weights: Mapping[str, Tensor]) -> str:
+    texts = {f"said {name}": np.array(text) for name, text in said.items()}
+    return content_hash(texts | {name: weight.numpy() for name, weight in weights.items()})
+
+
 def _kept(model: nn.Module) -> dict[str, Tensor]:
     """Return weights in half precision (finer bits are noise), and buffers unchanged (metres)."""
-    weights = {name: weight.half() for name, weight in model.named_parameters()}
-    return model.state_dict() | weights
+    weights = {name: weight.detach().half() for name, weight in model.named_parameters()}
+    return {name: weight.cpu() for name, weight in (model.state_dict() | weights).items()}
 
 
 def _why(path: str | Path, error: OSError) -> str:
-    if Path(path).is_dir():
+    if os.path.isdir(path):
         return "it is a folder"
-    return _one_line(error) if Path(path).exists() else "there is no such file"
+    return _one_line(error) if os.path.exists(path) else "there is no such file"
 
 
 def _one_line(error: Exception) -> str:

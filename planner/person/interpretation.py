@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from planner.command import Command
-from planner.correction import Correction, correction_from_text, opposite
-from planner.language.reading import Said
+from planner.correction import CORRECTIONS, Arm, correction_from_text, opposite
+from planner.language.reading import Relative, Said
+from planner.language.rules.sizes import out_of_range
 from planner.person.orders import Order
 from planner.person.prohibition import Prohibition, act_of
 from planner.seen.duct_side import duct_side, tube_of
@@ -15,6 +16,7 @@ from planner.seen.next_task import NotNowError, next_task
 from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 
+OTHER_ARM: dict[Arm, Arm] = {"left": "right", "right": "left"}
 LET_GO = correction_from_text("open left gripper")  # the only tool that holds tissue for long
 
 
@@ -26,12 +28,17 @@ class Moment:
         task: in force.
         ordered: the task of the order in force; None without one, and in a hold.
         latest: the last order, or what the planner asked for since; "repeat" and "undo" mean it.
+        corrected: the person's last order if it is a correction; "half that" means it.
+        gone_m: how far the last order has come, which "undo" takes back; None if no person's word
+            moved an arm.
     """
 
     seen: Observation
     task: Task
     ordered: Task | None
     latest: Order
+    corrected: Order | None = None
+    gone_m: float | None = None
 
 
 def order_of(said: Said, moment: Moment) -> Order:
@@ -41,8 +48,33 @@ def order_of(said: Said, moment: Moment) -> Order:
         NotNowError: it cannot be carried out now, or a structure is not on the side that was said.
     """
     _require_side(said, moment.seen)
-    order = _to_act(said.command.seen(duct_side(moment.seen)), moment)
-    return order if said.size_m is None else replace(order, distance_m=said.size_m)
+    if said.relative is not None:
+        order = relative_to(moment.corrected, said.relative, said.size_m)
+    else:
+        order = _to_act(said.command.seen(duct_side(moment.seen)), moment)
+        order = order if said.size_m is None else replace(order, distance_m=said.size_m)
+    return replace(order, task=moment.ordered) if order.correction else order
+
+
+def relative_to(latest: Order | None, said: Relative, size_m: float | None = None) -> Order:
+    """Return the correction that is said by the latest one: "half that", "the other one".
+
+    Raises:
+        NotNowError: there is no latest correction, or none that is so much like it.
+    """
+    like = latest and latest.correction
+    if latest is None or like is None:
+        raise NotNowError("there is no correction to go by; say which arm, and which way")
+    way = opposite(like) if said.direction == "opposite" else like
+    direction = way.direction if said.direction in (None, "opposite") else said.direction
+    arm = OTHER_ARM.get(like.arm) if said.arm == "other" else said.arm or like.arm
+    alike = (c for c in CORRECTIONS if (c.arm, c.direction, c.jaw) == (arm, direction, way.jaw))
+    if (correction := next(alike, None)) is None:
+        raise NotNowError(f"{like.text!r} came before; say which arm, and which way")
+    distance_m = said.times * latest.distance_m if size_m is None else size_m
+    if why := out_of_range(distance_m):
+        raise NotNowError(why)
+    return replace(latest, correction=correction, distance_m=distance_m)
 
 
 def acts_of(order: Order, seen: Observation) -> Iterator[Prohibition]:
@@ -60,7 +92,7 @@ def _to_act(command: Command, moment: Moment) -> Order:
     if command.task is not None:
         return Order(task=command.task)
     if command.correction is not None:
-        return _to_correct(command.correction, moment)
+        return Order(correction=command.correction)
     if command.deed is not None and command.tube is not None:
         return Order(task=next_task(command.deed, command.tube, moment.seen))
     if command.word == "repeat":
@@ -68,18 +100,15 @@ def _to_act(command: Command, moment: Moment) -> Order:
     if command.word == "undo":
         return _to_undo(moment)
     if command.word == "let go":
-        return _to_correct(LET_GO, moment)
+        return Order(correction=LET_GO)
     return Order(task=_neighbour(moment.task, 1))
-
-
-def _to_correct(correction: Correction, moment: Moment) -> Order:
-    return Order(task=moment.ordered, correction=correction)
 
 
 def _to_undo(moment: Moment) -> Order:
     latest = moment.latest
     if latest.correction is not None:
-        return replace(latest, correction=opposite(latest.correction))
+        distance_m = latest.distance_m if moment.gone_m is None else max(moment.gone_m, 0.0)
+        return replace(latest, correction=opposite(latest.correction), distance_m=distance_m)
     return Order(task=_neighbour(latest.task or moment.task, -1))
 
 

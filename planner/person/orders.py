@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Collection
+from dataclasses import dataclass
 
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
+from planner.person.jaws import jaws_told
 from planner.seen.done import is_done
 from planner.task import TASKS, Task
 from tissue_sim.frames import Array
@@ -15,8 +15,9 @@ from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N
 
 DEFAULT_M = 0.004  # a correction's distance where nobody says one; assumed
-REACHED_M = 1e-4  # this close, a distance is gone
+REACHED_M = 5e-5  # this close, a distance is gone
 JAWS_S = 1.2  # how long jaws open or close where nobody says how much; assumed
+JAW_RAD_S = 0.3  # how fast; assumed
 SLOWEST_M_S = 0.002  # a correction that is slower than this is given up; assumed
 LEAST_S = 5.0  # before a correction is given up: an arm must get under way; assumed
 GRAB_S, HELD_S = 40.0, 3.0  # a grab is given up, and done; assumed
@@ -30,7 +31,6 @@ class Order:
         task: None for the planner's task at any time.
         distance_m: how far a correction of an arm goes.
         given_s: when it was given.
-        start_m: (2, 3) tips when it was given, endoscope frame.
     """
 
     task: Task | None = None
@@ -39,7 +39,6 @@ class Order:
     hold: bool = False
     confidence: float = 1.0
     given_s: float = 0.0
-    start_m: Array = field(default_factory=lambda: np.zeros((2, 3)))
 
     def lasts(self, speed: float) -> str:
         """Return in words how long it is in force, at a share of the usual speed."""
@@ -56,26 +55,19 @@ class Order:
         """Return how long jaws open or close at the usual speed: "a bit" takes less time."""
         return JAWS_S * self.distance_m / DEFAULT_M
 
-    def left_m(self, seen: Observation) -> float | None:
-        """Return how far a correction has still to go; None if it is none of an arm."""
-        if self.correction is None or self.correction.direction is None:
-            return None
-        (arm,) = self.correction.rows
-        moved_m = seen.tips_endoscope[arm, :3, 3] - self.start_m[arm]
-        return self.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[self.correction.direction])
-
 
 class OrderProgress:
     """Follows one order: which task is asked for now, and whether the order is over.
 
     A clip or a cut that is not seen to be done in `PATIENCE_S` is tried again from further away.
     Once it is done, the arm goes back; before, too, if it is `leaving` another place. Tool
-    exchanges, of which the robot knows, do not count. Its clocks run as slowly as the arms do at
-    the speed that a person wants.
+    exchanges, of which the robot knows, do not count: a correction that waits for the end of one
+    begins there. Its clocks run as slowly as the arms do at the speed that a person wants.
     """
 
-    def __init__(self, order: Order, leaving: Task | None = None) -> None:
+    def __init__(self, order: Order, seen: Observation, leaving: Task | None = None) -> None:
         self.order = order
+        self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
         self._lasted_s, self._seen_s = 0.0, order.given_s
         self._stage, self._stage_s, self._held_s = leaving or order.task, 0.0, 0.0
         self._tries, self._done = 0 if leaving else 1, False
@@ -85,16 +77,25 @@ class OrderProgress:
         """The task to ask for now; None for the planner's."""
         return self._stage
 
-    def see(self, seen: Observation, *, exchanging: bool, speed: float) -> str | None:
+    def see(
+        self,
+        seen: Observation,
+        *,
+        exchanging: bool,
+        speed: float,
+        forbidden: Collection[str] = (),
+    ) -> str | None:
         """Take in a moment; return in words how the order ended, None if it is not over."""
         passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
+        if exchanging:
+            self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
         self._seen_s = seen.time_s
         self._lasted_s += passed_s
         self._stage_s += passed_s
         if self.order.hold:
             return None
         if self.order.correction is not None:
-            return self._corrected(seen)
+            return self._corrected(seen, forbidden)
         return self._carried_out(seen, passed_s)
 
     @property
@@ -106,26 +107,50 @@ class OrderProgress:
         """Let the time until now not count: something else was done."""
         self._seen_s = time_s
 
-    def left(self) -> str:
-        """Return in words how a task ends for which something else was said."""
-        assert self.order.task is not None, "a task was ordered"
-        return _end(self.order.task, self._done, "something else was said")
+    def left_m(self, seen: Observation) -> float | None:
+        """Return how far a correction has still to go; None if it is none of an arm."""
+        correction = self.order.correction
+        if correction is None or correction.direction is None:
+            return None
+        (arm,) = correction.rows
+        moved_m = _tips_m(seen)[arm] - self._start_m[arm]
+        return self.order.distance_m - float(moved_m @ DIRECTION_ENDOSCOPE[correction.direction])
 
-    def _corrected(self, seen: Observation) -> str | None:
-        words, left_m = self.order.correction, self.order.left_m(seen)
+    def gone_m(self, seen: Observation) -> float | None:
+        """Return how far a correction has gone; None if it is none of an arm."""
+        left_m = self.left_m(seen)
+        return None if left_m is None else self.order.distance_m - left_m
+
+    def cut_short(self, seen: Observation) -> str:
+        """Return in words how far an order came that something else ends; "" of a hold."""
+        if self.order.hold:
+            return ""
+        if self.order.correction is not None:
+            return f"Not finished: {self.order.correction.text}, stopped after {self._gone(seen)}."
+        task = self.order.task
+        assert task is not None, "an order without a correction has a task"
+        done = self._done or (task.kind != "grab" and is_done(task, seen))
+        return _end(task, done, "something else was said")
+
+    def _gone(self, seen: Observation) -> str:
+        """Return in words how much of a correction is done: "1.7 of 3 mm"."""
+        if (gone_m := self.gone_m(seen)) is None:
+            return f"{self._lasted_s:.1f} of {self.order.jaws_s:.2g} s"
+        return f"{1e3 * gone_m:.1f} of {1e3 * self.order.distance_m:.3g} mm"
+
+    def _corrected(self, seen: Observation, forbidden: Collection[str]) -> str | None:
+        words, gone_m = self.order.correction, self.gone_m(seen)
         assert words is not None, "it is a correction"
-        if left_m is None:
-            over = self._lasted_s >= self.order.jaws_s - 1e-9
-            return f"Done: {words.text}." if over else None
-        if left_m <= REACHED_M:
-            return f"Done: {words.text} by {1e3 * self.order.distance_m:.3g} mm."
+        if gone_m is None:
+            if self._lasted_s < self.order.jaws_s - 1e-9:
+                return None
+            asked_rad = JAW_RAD_S * self.order.jaws_s
+            return jaws_told(words, asked_rad, self._start_rad, seen, forbidden)
+        if gone_m >= self.order.distance_m - REACHED_M:
+            return f"Done: {words.text} by {round(1e3 * gone_m, 1):g} mm."
         if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:
             return None
-        gone_m = self.order.distance_m - left_m
-        return (
-            f"Given up: {words.text}, {1e3 * gone_m:.1f} of"
-            f" {1e3 * self.order.distance_m:.3g} mm; something is in the way."
-        )
+        return f"Given up: {words.text}, {self._gone(seen)}; something is in the way."
 
     def _carried_out(self, seen: Observation, passed_s: float) -> str | None:
         task, stage = self.order.task, self._stage
@@ -157,6 +182,10 @@ class OrderProgress:
 
     def _go_on_with(self, stage: Task) -> None:
         self._stage, self._stage_s = stage, 0.0
+
+
+def _tips_m(seen: Observation) -> Array:
+    return seen.tips_endoscope[:, :3, 3].copy()
 
 
 def _end(task: Task, done: bool, why_not: str) -> str:

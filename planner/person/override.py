@@ -6,25 +6,28 @@ what it asks for, so that it resumes from what it sees.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.base import Planner, require_instruction
-from planner.command import Command
+from planner.command import COMMANDS, Command
 from planner.instruction import TASKS, Instruction, Task
 from planner.language.reading import Reading, Said
 from planner.person.answers import answer, doing_in_words
+from planner.person.confirmation import Confirmation, ConfirmError, lacking, loss, reading_of
 from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
+from planner.person.premises import denial
 from planner.person.standing import Standing
 from planner.seen.done import is_back
 from planner.seen.next_task import DoneAlreadyError, NotNowError
 from planner.seen.room import RoomSeen
-from planner.task import Tube
 from tissue_sim.sensing.observation import Observation
 
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
+ASK_S, ASK_AGAIN_S = 5.0, 30.0  # of a hold by a warning, before the robot asks to go on; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +49,12 @@ class PlannerOverridden:
     """Repeats another planner's instructions, unless a person's order is in force.
 
     A correction is made within the task in force, and in a hold ends in it. Stop and pause hold
-    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted.
+    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted. A
+    warning holds, too; after a while the robot asks whether it was meant.
     What a person forbids is not done until a person allows it; where it is due, the arms hold.
+
+    Attributes:
+        exchanging: the nurse has the right arm, and what is ordered waits.
     """
 
     def __init__(self, planner: Planner[Observation]) -> None:
@@ -85,12 +92,17 @@ class PlannerOverridden:
             self._latest = Order(task=self._planned.task, correction=self._planned.correction)
         return self.in_force(observation)
 
-    def follow(self, observation: Observation, *, exchanging: bool = False) -> Sequence[str]:
+    def follow(self, observation: Observation) -> Sequence[str]:
         """Take in a moment; return what the person is to be told: orders that ended."""
-        told, self._untold = self._untold, []
+        told, self._untold = [*self._untold, *self._asks_to_go_on(observation)], []
+        told += self._barred_now(observation)
         progress = self._progress
+        self._note_way(observation)
         ended = progress and progress.see(
-            observation, exchanging=exchanging, speed=self.standing.speed
+            observation,
+            exchanging=self.exchanging,
+            speed=self.standing.speed,
+            forbidden=self.in_force(observation).forbidden,
         )
         if ended:
             again = self._hold_after
@@ -109,41 +121,44 @@ class PlannerOverridden:
         asked = self._ordered(observation) or self.planned
         return self.standing.applied_to(asked, observation)
 
+    def holds(self, observation: Observation) -> bool:
+        """Return whether a person lets the arms hold; one that is corrected in it moves alone."""
+        corrects = self._progress is not None and self._progress.order.correction is not None
+        task = (self._progress and self._progress.task) or self.planned.task
+        by_ban = self.standing.forbidden_in(task, observation) is not None
+        return self._held or self._hold_after or by_ban or (corrects and self.planned.hold)
+
     def hear(self, reading: Reading, observation: Observation) -> Answer:
         """Take in what a person said; the reply says what comes of it."""
-        agreed = self._offered if reading.agrees else None
-        if agreed is not None:
-            reading = replace(
-                reading,
-                confidence=1.0,
-                command=agreed.command,
-                size_m=agreed.size_m,
-                side=agreed.side,
-            )
-        self._offered = reading.guesses[0] if len(reading.guesses) == 1 else None
+        offered = self._confirmation.guess
+        reading = self._confirmation.answered(reading, observation.time_s)
         self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
         if reading.question is not None:
-            said = answer(reading.question, self.in_force(observation), observation)
+            now = self.in_force(observation)
+            said = answer(reading.question, now, observation, reading.about, reading.claims)
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
+        if wrong := denial(reading.claims, self.in_force(observation).task, observation):
+            return self._contradicted(wrong, replace(reading, claims=()), observation)
+        if reading.may_allow and self.standing.covered_by(reading.may_allow, observation):
+            asked = self._confirmation.ask_to_allow(reading.may_allow, observation)
+            return Answer(instruction=None, reply=f"{asked} {self._doing(observation)}")
         if reading.allows and (told := self.standing.allow(reading.allows, observation)):
             how = ' Say "resume" to go on.' if self._held else ""
             reply = f"{told}{how} {self._doing(observation)}"
             return Answer(instruction=self.in_force(observation), reply=reply)
         if reading.command is None:
-            return Answer(instruction=None, reply=f"{reading.reply} {self._doing(observation)}")
-        given = self.instruct(
-            reading.command,
-            observation,
-            reading.confidence,
-            reading.size_m,
-            reading.then,
-            reading.side,
-        )
+            reply = "I see it so, too." if reading.claims and not reading.guesses else reading.reply
+            return Answer(instruction=None, reply=f"{reply} {self._doing(observation)}")
+        task = self.in_force(observation).task
+        remarks = self._confirmation.remarks(reading.forbids, self.standing, task, observation)
+        given = self._obey(reading.said, observation, reading.confidence)
         if given.instruction is None or (reading.by != "warning" and not reading.forbids):
             return given
-        return replace(given, reply=f"{reading.reply} {self._doing(observation)}")
+        denies = offered is not None and offered.command.word == "resume"  # "Go on?" "No."
+        self._ask_s = math.inf if denies else observation.time_s + ASK_S
+        return replace(given, reply=" ".join((reading.reply, *remarks, self._doing(observation))))
 
     def instruct(
         self,
@@ -151,20 +166,26 @@ class PlannerOverridden:
         observation: Observation,
         confidence: float = 1.0,
         size_m: float | None = None,
-        then: Sequence[Said] = (),
-        side: Tube | None = None,
     ) -> Answer:
-        """Take a person's command, and those that follow it; a refused one changes nothing."""
+        """Take a person's command; a refused one changes nothing."""
+        return self._obey((Said(command=command, size_m=size_m),), observation, confidence)
+
+    def _obey(self, said: Sequence[Said], observation: Observation, confidence: float) -> Answer:
+        """Begin with the first of some commands, which the others follow."""
+        first, *then = said
         try:
-            said = Said(command=command, size_m=size_m, side=side)
-            order = self._interpret(said, observation)
+            order = self._interpret(first, observation)
+        except ConfirmError as lost:
+            ask = self._confirmation.ask_all_the_same(reading_of(said), observation.time_s)
+            reply = f"{lost}{ask} {self._doing(observation)}"
+            return Answer(instruction=None, reply=reply, refusal=ConfirmError(f"{lost}{ask}"))
         except NotNowError as refusal:
             after = f"; nor what was to follow: {_in_order(then)}" if then else ""
             reply = f"Not done: {refusal}{after}. {self._doing(observation)}"
             return Answer(instruction=None, reply=reply, refusal=refusal)
         if order is None:
             return self.release(observation)
-        self._interrupt(order)
+        self._interrupt(order, observation)
         self._then = deque(then)
         self._hold_after = order.correction is not None and (self._held or self._hold_after)
         self._begin(order, observation, confidence)
@@ -174,16 +195,19 @@ class PlannerOverridden:
                 instruction=instruction, reply=f"I hold, {order.lasts(self.standing.speed)}."
             )
         after = f", then {_in_order(then)}" if then else ""
-        what = order_in_words(order, instruction)
-        reply = f"{what}, {order.lasts(self.standing.speed)}{after}."
+        what, lasts = order_in_words(order, instruction), order.lasts(self.standing.speed)
+        waits = ", once the tool is exchanged" if self.exchanging and order.correction else ""
+        reply = f"{what}, {lasts}{waits}{after}."
         return Answer(instruction=instruction, reply=f"{reply} {self._doing(observation)}")
 
     def release(self, observation: Observation) -> Answer:
         """Return control to the planner."""
-        self._interrupt(Order(hold=True))
+        self._interrupt(Order(hold=True), observation)
         self._progress, self._stopped_s, self._hold_after = None, None, False
         instruction = self.in_force(observation)
-        reply = f"Back to the planner. {doing_in_words(instruction)}"
+        self._barred = instruction.remark if instruction.hold else ""
+        why = f" {self._barred}" if self._barred else ""
+        reply = f"Back to the planner.{why} {doing_in_words(instruction)}"
         return Answer(instruction=instruction, reply=reply)
 
     def _asked(self, observation: Observation) -> Instruction:
@@ -199,8 +223,25 @@ class PlannerOverridden:
         if self._planned is None:
             return False
         ordered = self._progress is not None and self._progress.task is not None
-        forbidden = self.standing.forbidden_in(self._planned.task, observation)
-        return self._held or ordered or forbidden is not None
+        return ordered or self.holds(observation)
+
+    def _asks_to_go_on(self, observation: Observation) -> Sequence[str]:
+        """Return the question, when it is due, whether a warning was meant to hold the arms."""
+        if not self._held or observation.time_s < self._ask_s:
+            return ()
+        self._ask_s = observation.time_s + ASK_AGAIN_S
+        guess = self._confirmation.guess
+        if guess is not None and guess.command.word != "resume":
+            return (f'Did you mean "{guess.text}"? To go on say "resume".',)
+        self._confirmation.offer((Said(command=COMMANDS["resume"]),), observation.time_s)
+        return ('Go on? Say "yes" or "resume".',)
+
+    def _barred_now(self, observation: Observation) -> Sequence[str]:
+        """Return which ban lets the arms hold, as it begins to, or again after something else."""
+        now = self.in_force(observation) if self.standing.forbidden else None
+        barred = now.remark if now is not None and now.hold and not self._held else ""
+        news, self._barred = barred != self._barred, barred
+        return (barred,) if barred and news else ()
 
     @property
     def _held(self) -> bool:
@@ -214,9 +255,13 @@ class PlannerOverridden:
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
         self._untold: list[str] = []  # what is still to be told of orders
         self._hold_after = False  # a correction in a hold ends in it
-        self._latest = Order()
+        self.exchanging = False
+        self._ask_s = math.inf  # when to ask whether to go on
+        self._latest, self._corrected = Order(), None
+        self._gone_m: float | None = None  # the way of the latest correction
         self._stopped_s: float | None = None
-        self._offered: Said | None = None
+        self._confirmation = Confirmation()
+        self._barred = ""  # the ban that lets the arms hold, as the person was told
         self._room = RoomSeen()
         self.standing = Standing()
 
@@ -234,11 +279,11 @@ class PlannerOverridden:
             source="human",
             confidence=order.confidence,
             time_s=order.given_s,
-            left_m=order.left_m(observation),
+            left_m=self._progress.left_m(observation),
         )
 
-    def _interrupt(self, order: Order) -> None:
-        """Keep an ordered task for after a correction; tell that anything else ends it.
+    def _interrupt(self, order: Order, observation: Observation) -> None:
+        """Keep an ordered task for after a correction; tell how far came what anything else ends.
 
         What was to follow a task is kept with it. What was to follow a correction is not done: its
         place may be another one now, and a clip or a cut there cannot be undone.
@@ -246,29 +291,39 @@ class PlannerOverridden:
         if self._progress is not None and self._progress.is_task:
             self._interrupted = self._progress, self._then
         else:
+            if self._progress is not None:
+                self._tell(self._progress.cut_short(observation))
             self._drop(self._then)
         if order.correction is None and self._interrupted is not None:
             progress, then = self._interrupted
-            self._untold.append(progress.left())
+            self._tell(progress.cut_short(observation))
             self._drop(then)
             self._interrupted = None
         self._then = deque[Said]()
+
+    def _tell(self, remark: str) -> None:
+        if remark:
+            self._untold.append(remark)
 
     def _drop(self, then: deque[Said]) -> None:
         if then:
             self._untold.append(f"Not done: {_in_order(then)}; something else was said.")
 
     def _begin(self, order: Order, observation: Observation, confidence: float) -> None:
-        tips_m = observation.tips_endoscope[:, :3, 3].copy()
-        now = replace(order, given_s=observation.time_s, start_m=tips_m, confidence=confidence)
-        self._progress = OrderProgress(now, self._leaving(order, observation))
+        now = replace(order, given_s=observation.time_s, confidence=confidence)
+        self._progress = OrderProgress(now, observation, self._leaving(order, observation))
+        self._ask_s = math.inf
         if not order.hold:
             self._latest = order
+            self._corrected = order if order.correction else None
         self._doubt(order, observation)
 
     def _doubt(self, order: Order, observation: Observation) -> None:
-        """Tell why the robot would not have begun with a clip or a cut that is ordered, if so."""
-        if order.correction or order.task is None or not order.task.is_deed:
+        """Tell what an ordered way back, clip or cut comes before, or why it may be wrong."""
+        if order.correction or order.task is None or order.hold:
+            return
+        self._tell(lacking(order.task, observation))
+        if not order.task.is_deed:
             return
         if (why := self._room.why_call(observation, due=True)) is not None:
             self._untold.append(f"I would have called for a person. {why}")
@@ -289,12 +344,14 @@ class PlannerOverridden:
         is dropped.
         """
         told, rest = list[str](), self._then
-        self._then = deque[Said]()
+        self._then, self._confirmation.given = deque[Said](), False
         while rest:
+            given = self._obey(tuple(rest), observation, 1.0)
             said = rest.popleft()
-            then = tuple(rest)
-            given = self.instruct(said.command, observation, 1.0, said.size_m, then, said.side)
             if given.refusal is None:
+                break
+            if isinstance(given.refusal, ConfirmError):
+                told.append(str(given.refusal))
                 break
             passed_over = isinstance(given.refusal, DoneAlreadyError)
             dropped = (said,) if passed_over else (said, *rest)
@@ -319,22 +376,49 @@ class PlannerOverridden:
         """Interpret a command; None returns control to the planner."""
         now_s, word = observation.time_s, said.command.word
         if word == "resume":
+            self._confirmation.require_meant(self.standing, self.planned.task, observation)
             return None
         if word in ("stop", "pause"):
             self._stopped_s = now_s if word == "stop" else self._stopped_s
             return Order(hold=True)
         if self._stopped_s is not None and now_s < self._stopped_s + STOP_WINS_S - 1e-9:
             raise NotNowError(f"it was stopped within {STOP_WINS_S:g} s; say it again, or resume")
-        order = order_of(said, self._moment(observation))
+        moment = self._moment(observation)
+        order = order_of(said, moment)
         for act in acts_of(order, observation):
             if self.standing.forbids(act):
                 raise NotNowError(f'you forbade it; to allow it say "you may {act.in_words}"')
+        skipped = moment.task if word == "next step" else None
+        if not self._confirmation.given and (lost := loss(order, skipped, observation)):
+            raise ConfirmError(lost)
         return order
 
+    def _contradicted(self, wrong: str, reading: Reading, observation: Observation) -> Answer:
+        """Answer who takes for so what is not: hold if that was said, and else ask back."""
+        if reading.command is not None and not reading.command.moves:
+            given = self.hear(reading, observation)
+            return replace(given, reply=f"{wrong} {given.reply}")
+        ask = self._confirmation.ask_all_the_same(reading, observation.time_s)
+        if reading.guesses:
+            ask = f" {reading.reply}"
+        return Answer(instruction=None, reply=f"{wrong}{ask} {self._doing(observation)}")
+
+    def _note_way(self, observation: Observation) -> None:
+        if self._progress is not None and self._progress.order.correction is not None:
+            self._gone_m = self._progress.gone_m(observation)
+
     def _moment(self, observation: Observation) -> Moment:
+        self._note_way(observation)
         ordered = None if self._progress is None or self._held else self._progress.task
         task = self.in_force(observation).task
-        return Moment(seen=observation, task=task, ordered=ordered, latest=self._latest)
+        return Moment(
+            seen=observation,
+            task=task,
+            ordered=ordered,
+            latest=self._latest,
+            corrected=self._corrected,
+            gone_m=self._gone_m if self._latest is self._corrected else None,
+        )
 
 
 def order_in_words(order: Order, instruction: Instruction) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from planner.command import TUBES
-from planner.seen.duct_side import structure_seen
+from planner.seen.done import OPEN_RAD
+from planner.seen.duct_side import structure_seen, tube_of
+from planner.seen.next_task import clips_needed_on, clips_on
 from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 
@@ -64,3 +67,39 @@ def act_of(task: Task, observation: Observation) -> Prohibition | None:
     if task.kind not in ("clip", "cut") or task.tube is None:
         return None
     return Prohibition(act=task.kind, on=structure_seen(task.tube, observation))
+
+
+def unmeant_by(
+    bans: Collection[Prohibition], task: Task, observation: Observation
+) -> Prohibition | None:
+    """Return what a task is about to do, where bans on clips or cuts do not cover it.
+
+    Who forbids a clip or a cut while another one is due may mean that one.
+    """
+    due = act_of(task, observation)
+    seen = [ban.seen(observation) for ban in bans if ban.act != "open"]
+    return due if seen and due and not any(ban.covers(due) for ban in seen) else None
+
+
+def already_so(ban: Prohibition, observation: Observation) -> str:
+    """Return what of a ban comes too late, by what is seen: "The duct is cut already."; or ""."""
+    named = ban.seen(observation).on
+    if ban.act == "open":
+        arms = [k for k, side in enumerate(("left", "right")) if named == f"{side} gripper"]
+        is_open = any(observation.joints[k, -1] >= OPEN_RAD for k in arms)
+        return f"The {named} is open already." if is_open else ""
+    if named not in ("duct", "artery"):
+        return ""
+    tube = tube_of(named, observation)
+    if observation.severed[TUBES.index(tube)]:
+        return f"The {named} is cut already."
+    n = clips_on(tube, observation)
+    has_all = ban.act == "clip" and n >= clips_needed_on(tube, observation)
+    return f"The {named} has its {n} clips already." if has_all else ""
+
+
+def unmeant_in_words(bans: Collection[Prohibition], due: Prohibition, seen: Observation) -> str:
+    """Return what the robot was about to do instead of what a person forbade."""
+    ban = next(one for one in bans if one.act != "open").seen(seen)
+    forbidden = f"the {ban.on}" if ban.act == due.act else f"to {ban.act} the {ban.on}"
+    return f"I was about to {due.act} the {due.on}, not {forbidden}: that is not forbidden."

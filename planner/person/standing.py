@@ -41,6 +41,11 @@ class Standing:
         still = f" Still forbidden: {', '.join(_listed(left))}." if left else ""
         return f"Allowed again: {', '.join(_listed(lifted))}.{still}"
 
+    def covered_by(self, said: Prohibition, observation: Observation) -> bool:
+        """Return whether an allowance would lift anything."""
+        allowed = said.seen(observation)
+        return any(one.without(allowed) != (one,) for one in self.forbidden)
+
     def forbids(self, act: Prohibition) -> bool:
         """Return whether an act is forbidden."""
         return any(one.covers(act) for one in self.forbidden)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from math import erf, sqrt
+
 import numpy as np
 
 from planner.command import Structure, tube_where
 from planner.task import Tube
-from tissue_sim.sensing.observation import Observation
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import TUBE_POINTS, Observation
+
+_LEFT_END, _RIGHT_END, _NECK = TUBE_POINTS - 1, 2 * TUBE_POINTS - 1, 2 * TUBE_POINTS  # in `std_m`
 
 
 def duct_side(observation: Observation) -> Tube:
@@ -15,12 +20,29 @@ def duct_side(observation: Observation) -> Tube:
     The duct continues the gallbladder's neck and the artery enters its wall beside it, whichever of
     them lies left.
     """
-    neck_m = observation.sac_m[0]
-    left_m, right_m = (
-        float(np.linalg.norm(line[-1] - neck_m))
-        for line in (observation.left_tube_m, observation.right_tube_m)
-    )
+    left_m, right_m = np.linalg.norm(from_neck_m(observation), axis=1)
     return "left" if left_m <= right_m else "right"
+
+
+def from_neck_m(observation: Observation) -> Array:
+    """Return (2, 3) from the gallbladder's neck to the upper ends of the left and right tube."""
+    ends_m = np.stack([observation.left_tube_m[-1], observation.right_tube_m[-1]])
+    return ends_m - observation.sac_m[0]
+
+
+def side_confidence(observation: Observation) -> float:
+    """Return the probability that `duct_side` is right, by how well its three points are seen.
+
+    The difference of the two distances has an error whose variance is the sum of those of the
+    points along their ways; it is taken for normal.
+    """
+    off_m, std_m = from_neck_m(observation), observation.std_m
+    far_m = np.linalg.norm(off_m, axis=1)
+    ways = off_m / np.maximum(far_m, 1e-9)[:, None]
+    of_neck_m = float(np.linalg.norm(ways[1] - ways[0])) * std_m[_NECK]
+    error_m = float(np.linalg.norm([std_m[_LEFT_END], std_m[_RIGHT_END], of_neck_m]))
+    apart_m = abs(float(far_m[1] - far_m[0]))
+    return 0.5 * (1.0 + erf(apart_m / (sqrt(2.0) * error_m))) if error_m > 0.0 else 1.0
 
 
 def structure_seen(tube: Tube, observation: Observation) -> Structure:

@@ -6,7 +6,8 @@ from typing import Annotated
 
 from tyro.conf import OmitSubcommandPrefixes, subcommand
 
-from scenarios.commands.benches.interaction import BenchLatency, Language, Viewer
+from scenarios.commands.benches.faults import Faults
+from scenarios.commands.benches.interaction import BenchLatency, Distances, Language, Viewer
 from scenarios.commands.benches.physics import (
     Accuracy,
     BenchWorld,
@@ -21,6 +22,7 @@ from scenarios.commands.benches.policies import (
     Obedience,
     Safety,
 )
+from scenarios.commands.options.kernel_cache import require_kernel_cache
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -39,13 +41,16 @@ class Bench:
         | Annotated[Obedience, subcommand("obedience")]
         | Annotated[BenchPlanner, subcommand("planner")]
         | Annotated[Corrections, subcommand("corrections")]
+        | Annotated[Distances, subcommand("distances")]
         | Annotated[BenchLatency, subcommand("latency")]
         | Annotated[Viewer, subcommand("viewer")]
         | Annotated[Language, subcommand("language")]
         | Annotated[Population, subcommand("population")]
+        | Annotated[Faults, subcommand("faults")]
     ]
 
     def execute(self) -> int:
         """Measure and report; return the part's exit code."""
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # read when the libraries are imported
+        require_kernel_cache()
         return self.part.execute()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +16,8 @@ from rich.progress import track
 from tyro.conf import Positional, arg
 
 from scenarios.commands.browser import LOCAL
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_WORKERS, at_least
+from scenarios.commands.options.kernel_cache import require_kernel_cache
 from scenarios.commands.options.output_path import require_writable_file
 from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
@@ -40,15 +43,22 @@ class Replay:
     """Run a recorded episode again, and say whether it is identical.
 
     The recorded commands go through the world; with --verify, planner, controller and filter decide
-    again. Exit code: 0 identical to the bit; 1 different; 2 bad input; 3 a worker died; 130
-    interrupted before all was replayed, identical so far.
+    again. Exit code: 0 identical to the bit; 1 different; 2 bad input or a file that is refused; 3
+    a worker died; 130 interrupted before all was replayed, identical so far. Of several files, the
+    largest code counts.
     """
 
     files: Annotated[Positional[tuple[Path, ...]], arg(metavar="FILE")]
     """A recorded episode, `episodes/SEED.npz`; with --verify, several of them or folders."""
     verify: bool = False
     """Run the whole episode again from its seed, and compare everything that was recorded."""
-    workers: Annotated[int, at_least(1)] = 1
+    planner: Annotated[str | None, arg(metavar="MODULE:FACTORY")] = None
+    """Your own planner, which --verify may run where a recording names it."""
+    controller: Annotated[str | None, arg(metavar="MODULE:FACTORY")] = None
+    """Your own controller, likewise."""
+    trust: bool = False
+    """Let --verify run whatever code a recording names: only for recordings of your own."""
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """How many episodes are verified in parallel."""
     beside: Annotated[Path | None, arg(metavar="FILE")] = None
     """A second recorded episode, shown beside the first."""
@@ -73,6 +83,8 @@ class Replay:
     def _require_possible(self) -> None:
         if self.verify and (self.view or self.export or self.beside):
             raise BadInputError("--verify cannot be combined with --view, --export or --beside")
+        if not self.verify and (self.planner or self.controller or self.trust):
+            raise BadInputError("--planner, --controller and --trust need --verify")
         if not self.verify and len(self.files) != 1:
             raise BadInputError(
                 f"give one FILE, got {len(self.files)}; only --verify takes several"
@@ -83,6 +95,7 @@ class Replay:
             require_writable_file(self.export, "--export")
         if self.beside is not None and not self.view:
             raise BadInputError("--beside needs --view")
+        require_kernel_cache()
 
     def _verify(self) -> int:
         files = self._recordings()
@@ -105,7 +118,7 @@ class Replay:
     def _recordings(self) -> list[Path]:
         files = []
         for path in self.files:
-            if not path.exists():
+            if not os.path.exists(path):
                 raise BadInputError(f"{path}: No such file or directory")
             if not (found := recordings_in(path)):
                 raise BadInputError(f"{path}: no recordings (*.npz) in it")
@@ -115,10 +128,12 @@ class Replay:
         return files
 
     def _verdicts(self, files: Sequence[Path]) -> Generator[Verdict, None, None]:
+        named = (self.planner, self.controller)
+        check = partial(verify, allowed=None if self.trust else frozenset(filter(None, named)))
         if self.workers > 1:
-            yield from run_side_by_side(verify, files, self.workers, lost)
+            yield from run_side_by_side(check, files, self.workers, lost)
         else:
-            yield from map(verify, files)
+            yield from map(check, files)
 
     def _check(self) -> int:
         recording = _frames_of(self.files[0], every=1_000_000)
@@ -176,8 +191,9 @@ def _frames_of(file: Path, *, every: int) -> RecordingFrames:
         raise BadInputError(f"{file}: {error.strerror or error}") from None
     except ValueError as error:
         raise BadInputError(str(error)) from None
-    if recording.error and not len(recording.arrays["time_s"]):
-        raise BadInputError(f"{file}: it broke off before its first step: {recording.error}")
+    if not len(recording.arrays["time_s"]):
+        why = f"broke off before its first step: {recording.error}"
+        raise BadInputError(f"{file}: it {why if recording.error else 'has no step'}")
     try:
         return RecordingFrames(recording, every=every)
     except ValueError as error:
@@ -197,11 +213,21 @@ def _tell(verdicts: Sequence[Verdict]) -> None:
 
 def _verdict(recording: RecordingFrames, head: str = "") -> int:
     """Print whether the replay is identical, after `head`; return the exit code."""
-    line, code = f"identical to the bit, for {recording.end_s:.1f} s", 0
+    line, code = _identical(recording), 0
     if recording.differs_s is not None:
-        line, code = f"different from {recording.differs_s:.1f} s on", FAILED
+        what = ", ".join(recording.differs_in)
+        line, code = f"different from {recording.differs_s:.1f} s on: {what}", FAILED
     elif not recording.is_replayed:
         done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
         line = f"interrupted at {done}, identical so far"
     Console().print(head + line, highlight=False, markup=False, soft_wrap=True)
     return code
+
+
+def _identical(recording: RecordingFrames) -> str:
+    judged = ", and how the patient is judged" if recording.has_result else ""
+    return (
+        f"identical to the bit: time, joints, tip poses, forces, tools and injuries of"
+        f" {recording.n_replayed:,} steps{judged}; not compared: what the policies decided"
+        " (--verify compares it)"
+    )

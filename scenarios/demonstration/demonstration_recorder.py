@@ -25,8 +25,8 @@ _TASK_INDEX = {text: k for k, text in enumerate(TEXTS)}
 
 
 def is_frame(step: Step) -> bool:
-    """Return whether a step becomes a frame: tool exchanges and holds do not."""
-    return not (step.exchange or step.instruction.hold)
+    """Return whether a step becomes a frame: exchanges, holds and a kept place do not."""
+    return not (step.exchange or step.instruction.hold or step.stays)
 
 
 class DemonstrationRecorder:

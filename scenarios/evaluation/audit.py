@@ -16,6 +16,7 @@ from scenarios.recording.recorder import load
 from scenarios.suites import Saying
 
 HOLDS = ("stop", "pause", "resume")
+ENDS = ("Done: ", "Given up: ", "Not finished: ", "Not done: ")  # of an order, in what is told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,13 +65,14 @@ def audit(folder: Path, cases: Iterable[Case]) -> tuple[AuditLine, ...]:
 
 
 def _answers(recording: Path) -> dict[str, dict[str, Any]]:
-    """Return the recorded answer to each text, with what was told before the next one."""
+    """Return the recorded answer to each text, with the ends of orders until the next one."""
     found = load(recording, steps=False)
+    ends = [told for told in found.told if told["text"].startswith(ENDS)]
     steps = [heard["step"] for heard in found.heard]  # none if it was over before the first text
     return {
         heard["text"]: heard
-        | {"told": [t["text"] for t in found.told if heard["step"] < t["step"] <= end]}
-        for heard, end in zip(found.heard, [*steps[1:], math.inf], strict=bool(steps))
+        | {"told": [end for end in ends if heard["step"] < end["step"] <= until]}
+        for heard, until in zip(found.heard, [*steps[1:], math.inf], strict=bool(steps))
     }
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+from msgspec import Struct, convert
 
 from planner.learning.atomic_write import write_atomic
+from planner.learning.strict_text import from_json
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.outside import outside
@@ -15,11 +17,15 @@ from scenarios.evaluation.plan import Plan
 from scenarios.files.errors import BadInputError
 from scenarios.files.names import MANIFEST, RESULTS
 from scenarios.files.strict_json import dumps, plain
+from scenarios.files.sums import SUMS, add_sum, digest_of, read_sums
 from scenarios.files.versions import source_digest, versions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.perturbation.effects import Effects
 from scenarios.recording.checkpoint_digests import checkpoint_digests
-from scenarios.recording.recorder import SCHEMA_VERSION, load
+from scenarios.recording.recorder import Recording, load
+from scenarios.recording.schema import SCHEMA_VERSION
+from scenarios.run_episode import anatomy_of
 from tissue_sim.version import WORLD_VERSION
 
 SCHEMA = 1
@@ -58,40 +64,97 @@ def open_folder(folder: Path, arms: Iterable[StudyArm]) -> None:
 def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
     """Return the results of finished episodes; those that broke off run again.
 
+    The hash of a recording that is not in the folder's list yet is noted.
+
     Raises:
-        BadInputError: a recording cannot be read.
+        BadInputError: a recording cannot be read, was changed after it was saved, or is of another
+            episode; or the list cannot be written.
     """
+    try:
+        sums = read_sums(folder)
+    except (OSError, ValueError) as error:
+        raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
+    digests = {arm: checkpoint_digests(EpisodeConfig(**arm.choices)) for arm in plan.arms}
     found: dict[Case, EpisodeResult] = {}
     while new := {
-        c: r for c in plan.due(found) if (r := _result(folder / c.recording)) is not None
+        case: result
+        for case in plan.due(found)
+        if (result := _result(folder, case, sums, digests[case.arm])) is not None
     }:
         found |= new
+    try:
+        for case in found:
+            if str(case.recording) not in sums:
+                note(folder, case)
+    except OSError as error:
+        raise BadInputError(f"--out: cannot write {folder / SUMS} ({error.strerror})") from None
     return found
 
 
-def _result(path: Path) -> EpisodeResult | None:
+def note(folder: Path, case: Case) -> None:
+    """Keep the hash of the recording of an episode that is finished.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    add_sum(folder, str(case.recording))
+
+
+def _result(
+    folder: Path, case: Case, sums: Mapping[str, str], checkpoints: Mapping[str, str]
+) -> EpisodeResult | None:
+    path = folder / case.recording
     if not path.exists():
         return None
     try:
-        recording = load(path, steps=False)
+        recording = load(path)
+        if recording.result is None:
+            return None
+        if digest_of(path) != sums.get(str(case.recording), digest_of(path)):
+            raise ValueError(f"{path} was changed after it was saved: see {SUMS}")
+        _require_case(path, recording, case, checkpoints)
+        return episode_from(recording.result)
     except (OSError, ValueError) as error:
         raise BadInputError(f"--out: {error}; remove it, or name another folder") from None
-    return None if recording.result is None else episode_from(recording.result)
+
+
+def _require_case(
+    path: Path, recording: Recording, case: Case, checkpoints: Mapping[str, str]
+) -> None:
+    """Check that a recording is of the case's patient, conditions, policies and checkpoints."""
+    expected = plain(case.config)
+    for name, value in expected.items():
+        if recording.config[name] != value:
+            raise ValueError(f"{path} is of {name} {recording.config[name]!r}, not {value!r}")
+    if recording.checkpoints != checkpoints:
+        raise ValueError(f"{path} was made with other checkpoints")
+    if recording.world_version != WORLD_VERSION:
+        raise ValueError(f"{path} is of world version {recording.world_version}")
+    own = Effects(case.config.perturbations, case.seed).on_anatomy(anatomy_of(case.config))
+    if recording.anatomy not in (None, plain(own)):
+        raise ValueError(f"{path} is of another patient")
+
+
+class _Manifest(Struct, kw_only=True):
+    schema: Literal[1]
+    made_with: dict[str, str | int]
+    arms: dict[str, dict[str, Any]]
 
 
 def _read(path: Path) -> dict[str, Any] | None:
     """Return the content of the file; None if there is no file yet."""
-    try:
-        read = json.loads(path.read_text())
-        if read["schema"] == SCHEMA and read["made_with"].keys() and read["arms"] is not None:
-            return read
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        raise BadInputError(f"--out: {path} is damaged; name another folder") from None
-    raise BadInputError(
-        f"--out: {path} has schema {read['schema']}; allowed: {SCHEMA}; name another folder"
-    )
+    try:
+        read = from_json(path.read_bytes())
+        if isinstance(found := read["schema"], int) and found != SCHEMA:
+            why = f"has schema {found}; allowed: {SCHEMA}"
+        else:
+            convert(read, _Manifest)
+            return read
+    except (OSError, ValueError, KeyError, TypeError):
+        why = "is damaged"
+    raise BadInputError(f"--out: {path} {why}; name another folder")
 
 
 def _made_with() -> dict[str, Any]:

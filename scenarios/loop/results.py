@@ -2,13 +2,16 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+import msgspec
 
 from controller.safety.ledger import Entry
 from planner.learning.atomic_write import write_atomic
 from scenarios.files.strict_json import dumps
+from scenarios.files.sums import digest_of
 from scenarios.files.versions import versions
 from scenarios.files.wilson import wilson_interval
 
@@ -104,7 +107,7 @@ class SensingResult:
         near_m, near_p90_m: Median and 90th percentile of the errors of the tubes' points within
             15 mm of the right tip; None if it never came so near.
         from_tip_m: The same median, measured from where the tip is believed: what an arm that acts
-            by it is off.
+            by it is off; None if an older version wrote the result.
         clips_m: Median error of the clips; None if there was none.
         clips_counted: Share of moments in which the number of clips is right.
         cuts_seen: Share of moments in which it is right which tubes are severed.
@@ -116,7 +119,7 @@ class SensingResult:
 
     near_m: float | None
     near_p90_m: float | None
-    from_tip_m: float | None
+    from_tip_m: float | None = None
     clips_m: float | None
     clips_counted: float
     cuts_seen: float
@@ -287,6 +290,11 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
     document = {
         "episodes": episodes,
         "summary": summarise(episodes),
+        "recordings": {
+            name: digest_of(path.parent / name)
+            for name in (f"episodes/{episode.seed}.npz" for episode in episodes)
+            if (path.parent / name).exists()
+        },
         "config": config,
         "versions": versions(),
     }
@@ -294,36 +302,9 @@ def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping
 
 
 def episode_from(entry: dict[str, Any]) -> EpisodeResult:
-    """Return the episode's result from plain data."""
-    return replace(
-        EpisodeResult(**entry),
-        tasks=tuple(map(_task, entry["tasks"])),
-        injuries=tuple(InjuryResult(**injury) for injury in entry["injuries"]),
-        peaks=tuple(PeakResult(**peak) for peak in entry.get("peaks", ())),
-        safety=_safety(entry["safety"]),
-        privileged=tuple(entry.get("privileged", ())),
-        sensing=_sensing(entry.get("sensing")),
-        call=None if entry.get("call") is None else CallResult(**entry["call"]),
-        act=None if entry.get("act") is None else ActResult(**entry["act"]),
-    )
+    """Return the episode's result from plain data.
 
-
-def _sensing(entry: dict[str, Any] | None) -> SensingResult | None:
-    if entry is None:
-        return None
-    over_time_m = tuple(entry.get("over_time_m", ()))  # older results do not tell these
-    return SensingResult(**{"from_tip_m": None, **entry, "over_time_m": over_time_m})
-
-
-def _task(entry: dict[str, Any]) -> TaskResult:
-    pairs = {name: entry.get(name) for name in ("path_m", "jerk_m_s3")}
-    return TaskResult(**{**entry, **{name: v and tuple(v) for name, v in pairs.items()}})
-
-
-def _safety(entry: dict[str, Any]) -> SafetyResult:
-    return SafetyResult(**{**entry, "ledger": tuple(map(_entry, entry["ledger"]))})
-
-
-def _entry(line: dict[str, Any]) -> Entry:
-    names = {name: tuple(line[name]) for name in ("limits", "overridden")}
-    return replace(Entry(**line), **names)
+    Raises:
+        ValueError: a field is missing or of another type.
+    """
+    return msgspec.convert(entry, EpisodeResult)

@@ -35,6 +35,8 @@ class Step:
         asked: What the controller asked for; None while a perturbation or the nurse has the arms.
         disturbed: Something else than what was asked for reached the driver.
         exchange: The scrub nurse exchanges or reloads the right tool; the policies pause.
+        held: A person lets the arms hold: it is no time of the task.
+        stays: An arm stays where a person put it, whatever the controller asks for.
         applied: The perturbations that set in with this step.
         altered: What the safety filter noted about this step's command.
         heard: What people said before it, and what came of that.
@@ -56,6 +58,8 @@ class Step:
     exchange: bool
     applied: tuple[Applied, ...]
     altered: tuple[Entry, ...]
+    held: bool = False
+    stays: bool = False
     heard: tuple[Heard, ...] = ()
     told: tuple[str, ...] = ()
     guided: GuidedArm | None = None

@@ -43,7 +43,7 @@ class Progress:
     """Progress of one task.
 
     Attributes:
-        time_s: without exchanges of tools, as in `TaskResult`.
+        time_s: without exchanges of tools and a person's holds, as in `TaskResult`.
     """
 
     time_s: float = 0.0
@@ -150,7 +150,7 @@ class EventLog:
         corrected = step.instruction.correction is not None and _is_new(
             step.instruction, before.instruction
         )
-        took_s = 0.0 if step.exchange else max(step.time_s - before.time_s, 0.0)
+        took_s = 0.0 if step.exchange or step.held else max(step.time_s - before.time_s, 0.0)
         self._tasks[task.index] = Progress(
             time_s=progress.time_s + took_s,
             done=step.outcome.task_done,

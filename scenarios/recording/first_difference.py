@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.recording.recorder import NOTES, STEP_ARRAYS, Recording
+from scenarios.recording.recorder import Recording
+from scenarios.recording.schema import NOTES, STEP_ARRAYS
 
-ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results of before
+ADDED_LATER = ("sense", "sensing", "privileged", "call")  # not in results before schema 8
 BY_THE_CLOCK = ("wall_s", "act")  # fields of a result that depend on the speed of the machine
 
 
@@ -87,7 +88,8 @@ def _ends(recorded: Recording, again: Recording) -> Iterator[FirstDifference]:
     if recorded.error != again.error:
         yield FirstDifference(step=n, field="error")
     before, now = recorded.result or {}, again.result or {}
+    is_old = recorded.sha256 is None
     for name in before | now:
-        added = name in ADDED_LATER and not (name in before and name in now)
+        added = is_old and name in ADDED_LATER and not (name in before and name in now)
         if not added and name not in BY_THE_CLOCK and before.get(name) != now.get(name):
             yield FirstDifference(step=n, field=f"result, {name}")

@@ -1,45 +1,41 @@
 """Record an episode in one file: instructions, commands, poses and forces of each step."""
 
 import io
-import json
-import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
-from zipfile import BadZipFile, is_zipfile
+from zipfile import is_zipfile
 
 import numpy as np
 
 from controller.safety.ledger import Ledger
 from planner.learning.atomic_write import write_atomic
+from planner.learning.npz import content_hash, read_npz
+from planner.learning.strict_text import from_json
 from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.versions import versions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.checkpoint_digests import checkpoint_digests
+from scenarios.recording.schema import (
+    MAX_BYTES,
+    NOTES,
+    PARTS,
+    RIGHT_TOOLS,
+    SCHEMA_VERSION,
+    STEP_ARRAYS,
+    WHOLE,
+    require_agreement,
+    require_header,
+    require_steps,
+)
+from scenarios.workers.stop_signals import saving
 from tissue_sim.version import WORLD_VERSION
 
-SCHEMA_VERSION = 7
-RIGHT_TOOLS = ("clip_applier", "scissors")
-
-STEP_ARRAYS: dict[str, tuple[int, ...]] = {
-    "time_s": (),
-    "commands": (2, 7),
-    "joints": (2, 7),
-    "tips_endoscope": (2, 4, 4),
-    "forces_n": (2, 3),
-    "instruction": (),
-    "right_tool": (),
-    "clip_loaded": (),
-}
-"""Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
-
-NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
-"""What is recorded only for some steps; each entry has its `step`."""
-
-_WHOLE = ("instruction", "right_tool", "clip_loaded")
+HEADER, HASH = "header", "sha256"  # in the file, besides the arrays of the steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +58,7 @@ class Recording:
         hands: each `GuidedArm`, with its step.
         result: the `EpisodeResult`, as a dict; None if the episode broke off.
         error: the error that broke it off; None for none.
+        sha256: of all this; None before schema 8.
         arrays: by the names of `STEP_ARRAYS`; joints in rad and m, left arm first, tip poses in
             the endoscope frame (m), forces in N; `instruction` is a row of `instructions`,
             `right_tool` one of `RIGHT_TOOLS`, `clip_loaded` 0 or 1.
@@ -81,6 +78,7 @@ class Recording:
     hands: tuple[dict[str, Any], ...]
     result: dict[str, Any] | None
     error: str | None
+    sha256: str | None
     arrays: dict[str, np.ndarray]
 
 
@@ -88,7 +86,7 @@ class Recording:
 class Recorder:
     """Observes an episode in a `with` block, and saves it when the block is left.
 
-    It also saves after an exception or Ctrl-C.
+    It also saves after an exception or a signal, and no signal cuts the saving short.
     """
 
     config: EpisodeConfig
@@ -115,7 +113,8 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._save(None if error is None else describe_error(error))
+        with saving():
+            self._save(None if error is None else describe_error(error))
 
     def on_reset(self, world: Any) -> None:
         """Record the anatomy and the checkpoints."""
@@ -126,14 +125,10 @@ class Recorder:
         """Record one step."""
         number = len(self._steps["time_s"])
         quantities = {
-            "time_s": step.time_s,
             "commands": step.command.joints,
-            "joints": step.exact.joints,
-            "tips_endoscope": step.exact.tips_endoscope,
-            "forces_n": step.exact.forces_n,
             "instruction": self._row(step.instruction),
-            "right_tool": RIGHT_TOOLS.index(step.exact.tools[1]),
-            "clip_loaded": step.exact.clip_loaded,
+            **recomputed(step.exact),
+            "time_s": step.time_s,
         }
         checked = {name: _checked(name, quantity) for name, quantity in quantities.items()}
         for name, array in checked.items():
@@ -187,9 +182,29 @@ class Recorder:
             name: np.array(values, dtype=_dtype(name)).reshape(-1, *STEP_ARRAYS[name])
             for name, values in self._steps.items()
         }
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, header=np.array(dumps(header)), **arrays)
-        write_atomic(self.path, buffer.getvalue())
+        write_atomic(self.path, recording_bytes(header, arrays))
+
+
+def recording_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return the content of a recording's file, with its hash."""
+    content = {**arrays, HEADER: np.array(dumps(header))}
+    digest = np.array(content_hash(content))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **content, **{HASH: digest})
+    return buffer.getvalue()
+
+
+def recomputed(exact: Any) -> dict[str, np.ndarray]:
+    """Return what follows from the commands alone, of the world's exact state after a step."""
+    quantities = {
+        "time_s": exact.time_s,
+        "joints": exact.joints,
+        "tips_endoscope": exact.tips_endoscope,
+        "forces_n": exact.forces_n,
+        "right_tool": RIGHT_TOOLS.index(exact.tools[1]),
+        "clip_loaded": exact.clip_loaded,
+    }
+    return {name: np.array(value, dtype=_dtype(name)) for name, value in quantities.items()}
 
 
 def _in_words(heard: Any) -> dict[str, Any]:
@@ -209,7 +224,7 @@ def _in_words(heard: Any) -> dict[str, Any]:
 
 
 def _dtype(name: str) -> type[np.generic]:
-    return np.int64 if name in _WHOLE else np.float64
+    return np.int64 if name in WHOLE else np.float64
 
 
 def _checked(name: str, quantity: Any) -> np.ndarray:
@@ -220,36 +235,29 @@ def _checked(name: str, quantity: Any) -> np.ndarray:
 
 
 def load(path: Path, *, steps: bool = True) -> Recording:
-    """Read a recorded episode; without `steps`, quickly and without its arrays.
+    """Read and check a recorded episode; without `steps`, quickly and without its arrays.
 
     Raises:
-        ValueError: the file has another schema, is damaged, or is not a recording.
+        ValueError: the file has another schema, is damaged or was changed after it was saved, or is
+            not a recording; the message is one line.
         OSError: the file cannot be read.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            header = json.loads(str(file["header"]))
-            arrays = {name: file[name] for name in file if name != "header"} if steps else {}
-        schema_version = header["schema_version"]
-    except (BadZipFile, zlib.error, EOFError, KeyError, TypeError, ValueError) as error:
+        arrays = read_npz(path, MAX_BYTES, only=None if steps else HEADER)
+        header = from_json(str(arrays[HEADER]))
+        require_header(header)
+        saved = arrays.pop(HASH, None) if steps else None
+        if saved is not None and str(saved) != content_hash(arrays):
+            raise ValueError("it was changed after it was saved")
+        if steps and saved is None and header["schema_version"] == SCHEMA_VERSION:
+            raise ValueError("its content hash is missing")
+        del arrays[HEADER]
+        if steps:
+            require_steps(header, arrays)
+            require_agreement(header, len(arrays["time_s"]))
+    except (KeyError, ValueError) as error:
         why = error if is_zipfile(path) else "it is no .npz file"
         raise ValueError(f"{path} is damaged, or no recording: {why}") from error
-    if schema_version != SCHEMA_VERSION:
-        raise ValueError(f"{path} has schema {schema_version}; allowed: {SCHEMA_VERSION}")
-    return Recording(
-        config=header["config"],
-        versions=header["versions"],
-        world_version=header["world_version"],
-        checkpoints=header["checkpoints"],
-        anatomy=header["anatomy"],
-        instructions=tuple(header["instructions"]),
-        events=tuple(header["events"]),
-        perturbations=tuple(header["perturbations"]),
-        ledger=tuple(header["ledger"]),
-        heard=tuple(header["heard"]),
-        told=tuple(header["told"]),
-        hands=tuple(header["hands"]),
-        result=header["result"],
-        error=header["error"],
-        arrays=arrays,
-    )
+    parts: dict[str, Any] = {name: header[name] for name in PARTS}
+    parts |= {name: tuple(header[name]) for name in ("instructions", *NOTES)}
+    return Recording(**parts, sha256=None if saved is None else str(saved), arrays=arrays)

@@ -2,24 +2,27 @@
 
 A recording holds what was commanded and what the arms did, not the tissue. The world is
 deterministic, so the same commands on the same patient, disturbed in the same way, move the same
-tissue. Arms that are the same, bit for bit, show this.
+tissue. Arms, forces, injuries and the judgement that are the same, bit for bit, show this.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
-import numpy as np
+import msgspec
 
-from planner.criteria import structure_of
+from planner.criteria import is_needed, structure_of
 from planner.instruction import TASKS
+from scenarios.files.errors import describe_error
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.perturbation.effects import Effects
 from scenarios.perturbation.manual import MANUAL
-from scenarios.recording.recorder import RIGHT_TOOLS, Recording
-from scenarios.run_episode import anatomy_of
+from scenarios.recording.recorder import Recording, recomputed
+from scenarios.recording.schema import RIGHT_TOOLS
+from scenarios.run_episode import anatomy_of, judge
 from tissue_sim.tools.arms import JointCommand
 from tissue_sim.world import World
 
@@ -49,22 +52,47 @@ class CommandRerun:
                 f" which was made with {recording.versions}"
             )
 
-    def steps(self) -> Iterator[bool]:
-        """Run the steps; after each, yield whether the arms match the recording, to the bit."""
-        for k in range(self.n_steps):
-            yield np.array_equal(self._step(k), self._recording.arrays["joints"][k])
+    def steps(self) -> Iterator[tuple[str, ...]]:
+        """Run the steps; after each, yield what is not as recorded, to the bit.
 
-    def _step(self, k: int) -> np.ndarray:
-        """Return (2, 7) joints after step `k`."""
+        After the last step it is the result, too. An error of the world ends the steps.
+        """
+        for k in range(self.n_steps):
+            try:
+                unlike = self._step(k)
+                if k == self.n_steps - 1:
+                    unlike = (*unlike, *self._unlike_result())
+            except (ArithmeticError, ValueError) as error:
+                yield (describe_error(error),)
+                return
+            yield unlike
+
+    def _step(self, k: int) -> tuple[str, ...]:
+        """Run step `k`; return the names of what is not as recorded."""
         arrays, world = self._recording.arrays, self.world
         task = TASKS[self._recording.instructions[arrays["instruction"][k]]["task"] - 1]
         if self._nurse_came(k):
             world.equip(RIGHT_TOOLS[arrays["right_tool"][k]])
         for name, magnitude in self._manual(k):
             self._effects.add(replace(MANUAL[name], magnitude=magnitude))
+        n_before = len(world.record.injuries)
         self._effects.before_step(world, task)
         command = JointCommand(joints=arrays["commands"][k])
-        return world.step(command, intended=structure_of(task, world)).joints
+        exact = world.step(command, intended=structure_of(task, world))
+        now = recomputed(exact)
+        unlike = [name for name in now if now[name].tobytes() != arrays[name][k].tobytes()]
+        injuries = [plain(injury) for injury in world.record.injuries[n_before:]]
+        noted = [_without_step(e) for e in self._recording.events if e["step"] == k]
+        return (*unlike, *(["events"] if injuries != noted else []))
+
+    def _unlike_result(self) -> list[str]:
+        """Return which parts of the recorded result the patient does not bear out."""
+        if (result := self._recording.result) is None:
+            return []
+        done = {task["index"] for task in result["tasks"] if task["success"]}
+        needed = {task.index for task in TASKS if is_needed(task, self.world)}
+        judged = plain(judge(self.world, complete=done >= needed))
+        return [f"result, {name}" for name in judged if judged[name] != result.get(name)]
 
     def _nurse_came(self, k: int) -> bool:
         """Return whether a tool was exchanged or a clip loaded before this step."""
@@ -81,6 +109,10 @@ class CommandRerun:
         ]
 
 
+def _without_step(entry: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in entry.items() if name != "step"}
+
+
 def config_of(recording: Recording) -> EpisodeConfig:
     """Return the configuration of a recording.
 
@@ -88,7 +120,10 @@ def config_of(recording: Recording) -> EpisodeConfig:
         ValueError: this version does not know it.
     """
     try:
-        made = EpisodeConfig(**recording.config)
-    except TypeError as error:
+        made = msgspec.convert(recording.config, EpisodeConfig)
+    except ValueError as error:
         raise ValueError(f"its configuration is of another version: {error}") from None
-    return replace(made, cameras=tuple(made.cameras))  # a list in JSON
+    if unknown := recording.config.keys() - vars(made).keys():
+        names = ", ".join(sorted(unknown))
+        raise ValueError(f"its configuration is of another version: it has {names}")
+    return made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +21,9 @@ from scenarios.loop.results import EpisodeResult
 from scenarios.perturbation.manual import MANUAL
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.checkpoint_digests import checkpoint_digests
-from scenarios.recording.recorder import NOTES, Recording, load
+from scenarios.recording.recorder import Recording, load
 from scenarios.recording.rerun_commands import config_of
+from scenarios.recording.schema import NOTES
 from tissue_sim.version import WORLD_VERSION
 from tissue_sim.world import World
 
@@ -34,13 +35,15 @@ class CutOffError(RuntimeError):
     """The error that ends a repeated episode where its recording breaks off."""
 
 
-def repeat(recording: Recording, out: Path) -> Recording:
+def repeat(recording: Recording, out: Path, allowed: Set[str] | None = frozenset()) -> Recording:
     """Run the episode again and record it in `out`; stop where the recording breaks off, if so.
+
+    A policy MODULE:FACTORY of the recording must be `allowed`; None allows all.
 
     Raises:
         ValueError: it cannot be repeated here; the message says why.
     """
-    config = _repeatable(recording)
+    config = _repeatable(recording, allowed)
     inbox = Inbox()
     attempt_episode(config, out, [_People(recording, inbox)], inbox)
     again = load(out / "episodes" / f"{config.seed}.npz")
@@ -48,18 +51,22 @@ def repeat(recording: Recording, out: Path) -> Recording:
     return _broken_off_as(recording, again) if goes_on else again
 
 
-def _repeatable(recording: Recording) -> EpisodeConfig:
+def _repeatable(recording: Recording, allowed: Set[str] | None) -> EpisodeConfig:
     """Return its configuration; what people said is in the recording itself."""
     if recording.world_version != WORLD_VERSION:
         raise ValueError(
             f"made in world version {recording.world_version}, but here it is {WORLD_VERSION}"
         )
     config = replace(config_of(recording), instruct=None, person=None, act_limit_s=None)
-    for name in (config.planner, config.controller):
+    for role, name in (("planner", config.planner), ("controller", config.controller)):
+        if ":" in name and allowed is not None and name not in allowed:
+            raise ValueError(
+                f"it names {name!r} as its {role}, which is code: give --{role} {name}, or --trust"
+            )
         require_factory(name)
     if config.planner in ENDPOINT_PLANNERS:
         endpoint_from_environment()
-    if recording.checkpoints:
+    if recording.checkpoints:  # none if it broke off before its reset
         _require_same_checkpoints(config, recording.checkpoints)
     return config
 
@@ -70,9 +77,9 @@ def _require_same_checkpoints(config: EpisodeConfig, recorded: dict[str, str]) -
     except OSError as error:
         raise ValueError(f"its checkpoint cannot be read: {describe_error(error)}") from None
     for role, digest in recorded.items():
-        if here[role] != digest:
+        if (now := here.get(role, "of no file")) != digest:
             raise ValueError(
-                f"the {role}'s checkpoint is another file now: SHA-256 {here[role][:12]}...,"
+                f"the {role}'s checkpoint is another file now: SHA-256 {now[:12]}...,"
                 f" but it was {digest[:12]}..."
             )
 
@@ -91,9 +98,10 @@ class _People:
         self._act()
 
     def on_step(self, step: Any) -> None:
-        """Act before the next step; stop after the last step of a recording that broke off."""
+        """Act before the next step; stop where the recording breaks off, or should have ended."""
         del step
-        if self._recording.result is None and self._step == self._n_steps:
+        goes_on = self._recording.result is not None
+        if self._step == self._n_steps + goes_on:
             raise CutOffError("the recording ends here")
         self._step += 1
         self._act()

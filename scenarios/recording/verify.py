@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import gettempdir
 from typing import Literal
+from uuid import uuid4
 
 from rich.markup import escape
 from rich.table import Table
@@ -39,16 +42,19 @@ class Verdict:
     remark: str
 
 
-def verify(file: Path) -> Verdict:
-    """Run the episode of a recording again and compare."""
+def verify(file: Path, allowed: Set[str] | None = frozenset()) -> Verdict:
+    """Run the episode of a recording again and compare.
+
+    Policies MODULE:FACTORY of the recording run only if they are `allowed`; None allows all.
+    """
     from scenarios.recording.first_difference import first_difference
     from scenarios.recording.recorder import load
     from scenarios.recording.rerun_decisions import repeat
 
     try:
         recorded = load(file)
-        with TemporaryDirectory() as folder:
-            again = repeat(recorded, Path(folder))
+        with _folder() as folder:
+            again = repeat(recorded, folder, allowed)
     except OSError as error:
         return Verdict(file=file, outcome="refused", remark=f"{file}: {error.strerror or error}")
     except ValueError as error:
@@ -60,6 +66,19 @@ def verify(file: Path) -> Verdict:
         return Verdict(file=file, outcome="identical", remark=f"{n_steps} steps{broke_off}")
     remark = "; ".join([str(difference), *_changes(recorded.versions)])
     return Verdict(file=file, outcome="differs", remark=remark)
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """Yield a temporary folder that is made when the episode is saved, not before it runs.
+
+    It is removed at once, so that a process which is killed hardly ever leaves one behind.
+    """
+    folder = Path(gettempdir(), f"calot-verify-{uuid4().hex}")
+    try:
+        yield folder
+    finally:
+        rmtree(folder, ignore_errors=True)
 
 
 def lost(file: Path, death: WorkerDiedError) -> Verdict:

@@ -27,10 +27,13 @@ class RecordingFrames:
     Attributes:
         patient: the recorded patient.
         frames: made so far, evenly spaced in simulated time.
+        has_result: whether the recording tells the episode's result.
         marks: instructions, speech, injuries and disturbances, in order of time.
         end_s: simulated time of the last step.
         replayed_s: simulated time of the last step that was replayed so far.
-        differs_s: first time at which the arms are not where the recording has them; None so far.
+        n_replayed: number of these steps.
+        differs_s: first time at which something is not as recorded; None so far.
+        differs_in: what that is.
     """
 
     def __init__(self, recording: Recording, *, every: int) -> None:
@@ -44,24 +47,26 @@ class RecordingFrames:
         self._instructions = recording.instructions
         self._row = recording.arrays["instruction"]
         self.marks = marks_of(recording)
+        self.has_result = recording.result is not None
         self.end_s = float(self._time_s[-1]) if len(self._time_s) else 0.0
         self.differs_s: float | None = None
-        self._n_replayed, self.replayed_s = 0, 0.0
+        self.differs_in: tuple[str, ...] = ()
+        self.n_replayed, self.replayed_s = 0, 0.0
         self.patient = patient_of(self._rerun.world)
         self.frames: list[Frame] = [frame_of(self._rerun.world, self.patient)]
 
     @property
     def is_replayed(self) -> bool:
         """Return whether all steps were replayed."""
-        return self._n_replayed == self._rerun.n_steps
+        return self.n_replayed == self._rerun.n_steps
 
     def run(self) -> Iterator[Frame]:
         """Replay the recording; yield each frame when it is made, the first one included."""
         yield self.frames[0]
-        for k, same in enumerate(self._rerun.steps(), start=1):
-            self._n_replayed, self.replayed_s = k, float(self._time_s[k - 1])
-            if not same and self.differs_s is None:
-                self.differs_s = self.replayed_s
+        for k, unlike in enumerate(self._rerun.steps(), start=1):
+            self.n_replayed, self.replayed_s = k, float(self._time_s[k - 1])
+            if unlike and self.differs_s is None:
+                self.differs_s, self.differs_in = self.replayed_s, unlike
             if k % self._every == 0 or k == self._rerun.n_steps:
                 before = self.frames[-1]
                 self.frames.append(frame_of(self._rerun.world, self.patient, before=before))

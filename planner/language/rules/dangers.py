@@ -9,7 +9,8 @@ from planner.language.rules.phrase_lists import phrase_lists
 from planner.language.rules.plain_letters import in_plain_letters
 
 _TELLS = re.compile(
-    r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has)\b"
+    r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has"
+    r"|have (you|we|i|they))\b"
 )
 # Words that tell what is, and are hardly in a request.
 _TELLING = re.compile(r"\b(?:is|are|was|were|has|have|fell|it's|its|that's|thats|there's|youre)\b")

@@ -107,6 +107,7 @@ def _course(episode: Episode, task: Task, correction: str) -> Course:
     """Continue the episode, after submitting the correction if there is one."""
     if correction:
         episode.inbox.press(COMMANDS[correction])
+        episode.inbox.say("yes")  # to letting go of what is held
     world, steps = episode.world, episode.steps()
     start_s, n_injuries = world.record.time_s, len(world.record.injuries)
     off_m, done_s = np.nan, None

@@ -7,7 +7,7 @@ from rich.console import Console
 
 from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
 from scenarios.commands.benches.show import show
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_SEED, at_least
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,10 +31,34 @@ class BenchLatency(ControllerOnTrial):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Distances:
+    """Check that arms go as far as a person says: in an exchange, at work and in a hold."""
+
+    seed: Annotated[int, at_least(0)] = 10_000
+    """Seed of the anatomy; a further patient takes the next."""
+    episodes: Annotated[int, at_least(1)] = 7
+    """Number of patients, with a correction in each exchange, and some between them."""
+    workers: Annotated[int, at_least(1)] = 1
+    """Number of processes."""
+
+    def execute(self) -> int:
+        """Measure and report; return 1 if an error ended a trial."""
+        from scenarios.bench.distances import distances_table, run_trials
+        from scenarios.bench.trials.run_trials import error_lines
+        from scenarios.loop.episode_config import EpisodeConfig
+
+        config = EpisodeConfig(scenario="textbook", seed=self.seed)
+        trials = run_trials(config, self.episodes, self.workers)
+        errors = error_lines(trials)
+        show([distances_table(trials), *errors])
+        return 1 if errors else 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Viewer:
     """Measure the cost of an open page for the loop, and the delay of a click, in Chromium."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy."""
     repeats: Annotated[int, at_least(1)] = 3
     """Number of runs without and with a page, alternating."""

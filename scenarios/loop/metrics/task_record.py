@@ -33,7 +33,7 @@ class TaskRecord:
         self._credit(
             step.instruction.task,
             success=step.outcome.task_done,
-            time_s=self._control_step_s,
+            time_s=0.0 if step.held else self._control_step_s,
             corrections=int(self._begins_correction(step.instruction)),
         )
         done = {TASKS[k - 1] for k, task in self.results.items() if task.success}

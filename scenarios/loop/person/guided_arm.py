@@ -41,9 +41,4 @@ class GuidedArm:
             world.T_world_endoscope[:3, :3],
             world.body.velocity_m_s,
         )[0]
-        this = np.arange(2) == self.arm
-        return ToolAction(
-            move_endoscope_m=np.where(this[:, None], own.move_endoscope_m, action.move_endoscope_m),
-            turn_tool=np.where(this[:, None], own.turn_tool, action.turn_tool),
-            jaw_rad=np.where(this, own.jaw_rad, action.jaw_rad),
-        )
+        return action.with_arms(np.arange(2) == self.arm, own)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from planner.learning.strict_text import from_json
 from scenarios.files.errors import BadInputError
 
+MOST_BYTES = 1_000_000
 ALLOWED = 'SECONDS<tab>TEXT or {"time_s": SECONDS, "text": "TEXT"}, SECONDS at least 0'
 
 
@@ -42,6 +43,8 @@ def read_script(path: Path) -> tuple[Timed, ...]:
         BadInputError: the file cannot be read, or a line has another form.
     """
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise BadInputError(f"--instruct {path}: it has more than {MOST_BYTES} bytes")
         lines = path.read_text("utf-8-sig").split("\n")
     except OSError as error:
         raise BadInputError(f"--instruct {path}: {error.strerror}") from None
@@ -61,9 +64,9 @@ def _timed(path: Path, number: int, line: str) -> Timed:
 
 def _from_json(line: str) -> Timed:
     try:
-        entries = json.loads(line)
-    except json.JSONDecodeError:
-        raise ValueError("it is not JSON") from None
+        entries = from_json(line)
+    except ValueError as error:
+        raise ValueError(f"it is not JSON: {error}") from None
     if set(entries) != {"time_s", "text"}:
         raise ValueError(f"it has {', '.join(sorted(entries)) or 'nothing'}")
     return Timed(**entries)

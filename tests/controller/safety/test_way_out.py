@@ -12,7 +12,7 @@ from controller.safety.filter_sense import registration_of
 from controller.safety.interlocks import OnlyWhatIsMeant
 from controller.safety.limits import LIMITS
 from controller.safety.way_out import BACK_M_S, BACK_S, BACKS_OFF_AFTER_S, CALL_AFTER_S, WayOut
-from planner.instruction import TASKS, Instruction
+from planner.instruction import CORRECTIONS, TASKS, Instruction
 from tests.controller.safety.situations import situation
 from tests.worlds import textbook_world
 from tissue_sim.sensing.exact import exact_observation
@@ -77,6 +77,26 @@ def test_an_arm_that_stands_on_is_reported_and_backs_off_no_more(seen):
     standing = [a.standstill for a in answers]
     step_s = seen[0].step_s
     assert standing.index(True) * step_s == pytest.approx(CALL_AFTER_S + BACK_S, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("said", "backs"),
+    [
+        (Instruction(task=CLIP, source="human", hold=True), False),
+        (Instruction(task=CLIP, source="human", correction=CORRECTIONS[0]), False),
+        (Instruction(task=CLIP, hold=True, forbidden=("clip duct",)), False),
+        (Instruction(task=CLIP, source="human"), True),
+        (Instruction(task=CLIP, forbidden=("clip duct",)), True),
+    ],
+)
+def test_no_arm_backs_off_while_a_person_lets_them_hold_or_moves_one(seen, said, backs):
+    registration, observation = seen
+    safety = SafetyFilter(registration, limits=(*LIMITS, NoFarther()), interlocks=())
+    stand_steps = round(BACKS_OFF_AFTER_S / registration.step_s)
+    for _ in range(stand_steps + 5):  # it is about to back off, or does so
+        safety.allow(HOME, HOME + INWARD, Instruction(task=CLIP), observation)
+    moved = safety.allow(HOME, HOME, said, observation).joints - HOME
+    assert moved.any() == backs
 
 
 def test_a_grasper_that_holds_does_not_back_off(seen):

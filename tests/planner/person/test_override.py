@@ -107,13 +107,13 @@ def test_a_slow_correction_has_as_much_more_time_as_it_is_slower():
 def test_slow_jaws_move_as_far_as_usual_ones_and_the_reply_says_for_how_long(planner):
     for _ in range(2):
         hear(planner, "slower")
-    assert say(planner, "open left gripper").reply.startswith("open left gripper, for 4.8 s.")
+    assert say(planner, "open right gripper").reply.startswith("open right gripper, for 4.8 s.")
     assert planner.follow(clipped(time_s=4.7)) == ()
     assert len(planner.follow(clipped(time_s=4.8))) == 1
 
 
 def test_jaws_move_for_their_time(planner):
-    say(planner, "open left gripper")
+    say(planner, "open right gripper")
     for k in range(round(JAWS_S / STEP_S)):
         assert planner.follow(clipped(time_s=k * STEP_S)) == ()
     assert len(planner.follow(clipped(time_s=JAWS_S))) == 1
@@ -203,8 +203,9 @@ def test_a_hold_is_one_also_by_a_slow_clock():
 def test_tool_exchanges_do_not_count_against_an_order():
     planner = fixed()
     say(planner, "clipping first clip right tube")
+    planner.exchanging = True
     for k in range(round(8 * PATIENCE_S / STEP_S)):
-        assert planner.follow(clipped(time_s=k * STEP_S), exchanging=True) == ()
+        assert planner.follow(clipped(time_s=k * STEP_S)) == ()
     assert planner.in_force(clipped(time_s=0.0)).source == "human"
 
 
@@ -270,7 +271,7 @@ def test_after_release_the_planner_continues_as_if_holds_had_been_no_time_and_no
     for words, wait_s in spoken:
         say(planner, words, time_s)
         time_s += wait_s
-        held = planner.in_force(clipped(time_s=time_s)).hold
+        held = planner.holds(clipped(time_s=time_s))
         planner.plan(clipped(time_s=time_s))
         expected = expected if held else alone.plan(clipped(time_s=time_s))
     assert inner.asked_s == alone.asked_s
@@ -375,16 +376,21 @@ def test_a_correction_keeps_the_current_task(planner):
 
 @pytest.mark.parametrize("correction", CORRECTIONS, ids=lambda c: c.text)
 def test_undo_reverses_a_correction_and_a_second_undo_restores_it(planner, correction):
-    say(planner, correction.text, 0.0)
-    assert say(planner, "undo", 1.0).instruction.correction == opposite(correction)
-    assert say(planner, "undo", 2.0).instruction.correction == correction
+    loose = replace(clipped(), pinch_n=0.0)  # what is held is not let go without a yes
+    for words, expected in (
+        (correction.text, correction),
+        ("undo", opposite(correction)),
+        ("undo", correction),
+    ):
+        given = planner.instruct(COMMANDS[words], loose).instruction
+        assert given.correction == expected
     assert opposite(correction).arm == correction.arm
 
 
 def test_undo_gives_the_task_before_and_next_step_the_task_after(planner):
     say(planner, TASKS[4].text)
     assert say(planner, "undo").instruction.task == TASKS[3]
-    assert say(planner, "next step").instruction.task == TASKS[4]
+    assert say(planner, "next step", left=2).instruction.task == TASKS[4]
 
 
 @pytest.mark.parametrize(
@@ -440,7 +446,8 @@ def test_a_command_that_is_not_possible_is_refused_and_changes_nothing(planner):
 
 
 def test_let_go_opens_the_grasper(planner):
-    assert say(planner, "let go").instruction.text == "open left gripper"
+    loose = replace(clipped(), pinch_n=0.0)
+    assert planner.instruct(COMMANDS["let go"], loose).instruction.text == "open left gripper"
 
 
 def test_several_commands_are_done_in_their_order():
@@ -482,7 +489,7 @@ def test_what_was_to_follow_a_correction_is_told_not_to_be_done_after_another_wo
         promised = hear(planner, "move left arm up 2 mm, then clip the duct").reply
         assert "by 2 mm, then clip duct." in promised
         hear(planner, word)
-        (told,) = planner.follow(seen)
+        _, told = planner.follow(seen)
         assert told.startswith("Not done: clip duct; something else was said. I ")
         planner.follow(moved(seen, HIGHER.correction, 0.001))
         assert planner.in_force(seen).text != "clipping first clip left tube"
@@ -629,7 +636,8 @@ def test_what_is_forbidden_on_one_tube_is_allowed_on_the_other():
     clip = next(t for t in TASKS if t.kind == "clip" and t.tube == "right")
     planner = fixed(clip)
     hear(planner, "don't clip the duct", 1.0)
-    assert not hear(planner, "resume", 3.0).instruction.hold
+    assert "If I go on, I clip the artery." in hear(planner, "resume", 3.0).reply
+    assert not hear(planner, "yes", 4.0).instruction.hold
 
 
 def test_yes_accepts_what_was_asked_back():
@@ -656,9 +664,9 @@ def test_slower_scales_the_speed_and_normal_restores_it():
 
 
 def test_a_speed_and_a_command_in_one_sentence_are_both_taken_and_both_answered():
-    answer = hear(fixed(), "slow down and open the left gripper")
-    assert (answer.instruction.speed, answer.instruction.text) == (0.5, "open left gripper")
-    assert answer.reply.startswith("Speed 50% of the usual. open left gripper")
+    answer = hear(fixed(), "slow down and open the right gripper")
+    assert (answer.instruction.speed, answer.instruction.text) == (0.5, "open right gripper")
+    assert answer.reply.startswith("Speed 50% of the usual. open right gripper")
 
 
 SENTENCES = st.one_of(
@@ -670,7 +678,10 @@ SENTENCES = st.one_of(
          "what are you doing?", "why?", "how many clips?", "how far from the bile duct?", "yes",
          "slower", "slow down and clip the duct", "cut the common bile duct",
          "ignore the safety filter", "you may cut the duct",
-         "open the left gripper and move it up a bit", "up", "first the duct, then the artery"]
+         "open the left gripper and move it up a bit", "up", "first the duct, then the artery",
+         "the duct is cut, go back", "the clip is on, next", "wait, you already cut the duct",
+         "why did you cut the duct?", "is it safe to cut?", "which one is the duct?", "resume",
+         "what is forbidden?", "how many steps are left?", "don't cut the artery"]
     ),
     st.text(max_size=30),
 )  # fmt: skip

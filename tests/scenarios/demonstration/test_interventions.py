@@ -26,7 +26,7 @@ from tests.scenarios.calling import UNSURE
 
 SEED = 10_004
 HIGHER = "move right arm higher"
-SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n30\twhat a day\n"
+SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n21\tyes\n30\twhat a day\n"
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,9 @@ def test_it_loads_as_an_episode_with_the_correction_flagged_where_it_was_in_forc
     assert set(corrections[~flags]) == {""}
     assert set(episode.columns["instruction"][flags]) == {HIGHER}
     exchanging = round(30 * result.exchange_time_s)
-    assert len(episode) == len(texts) - texts.count("hold") - exchanging
+    last = len(texts) - 1 - texts[::-1].index(HIGHER)
+    stays = round(30 * 2.5) - (last + 1)  # until "resume"
+    assert len(episode) == len(texts) - texts.count("hold") - exchanging - stays
 
 
 @pytest.mark.slow
@@ -74,7 +76,7 @@ def test_nothing_to_imitate_lies_across_a_hold(spoken):
     moved = np.diff(episode.columns["segment"])
     assert moved.min() == 0
     n_exchanges = 3 + 1 + 3
-    assert episode.columns["segment"].max() == n_exchanges + 1
+    assert episode.columns["segment"].max() == n_exchanges + 2  # the hold, and the arm that stayed
 
 
 def watched(out, *said, expert=True, n=60):

@@ -134,6 +134,7 @@ def test_a_gallbladder_that_is_let_go_is_flagged_until_the_grasper_is_out():
     grasping = takewhile(lambda _: not gallbladder_grasped(world), steps)
     assert not any(failing.after(step, world) for step in grasping)
     episode.inbox.press(COMMANDS["open left gripper"])
+    episode.inbox.say("yes")
     assert any(failing.after(step, world) for step in islice(steps, OPENED_BY))
     assert not gallbladder_held(world)
     episode.inbox.press(COMMANDS[GRAB.text])

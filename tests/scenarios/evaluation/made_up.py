@@ -1,18 +1,22 @@
 """Made-up results: the evaluation of them is known in advance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from controller.safety.ledger import Entry
 from planner.task import TASKS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import Case
 from scenarios.evaluation.plan import Plan
 from scenarios.loop.results import EpisodeResult, InjuryResult, PeakResult, SafetyResult, TaskResult
+from scenarios.loop.step import Step
 from scenarios.recording.recorder import Recorder
 from scenarios.suites import suite_of
+from tests.scenarios.recording.made_up_step import random_step
+from tissue_sim.periods import CONTROL_HZ
 
 FIRST, SECOND = arm_from_text("first=scripted+expert"), arm_from_text("second=scripted+idle")
 NOWHERE = Path("nowhere")
@@ -49,6 +53,7 @@ def episode(case: Case, *, passed: bool = True, chance: float | None = None) -> 
         peaks=(peak,),
         safety=SafetyResult(interventions=3, min_clearance_m=float(rng.uniform(3e-4, 2e-3))),
         anatomy_hash=f"{case.seed}",
+        sense=case.arm.sense,
     )
 
 
@@ -69,7 +74,18 @@ def record(case: Case, out: Path, result: EpisodeResult | None = None) -> None:
     """Record a case as if it had been run in `out`; without a result, as if it was interrupted."""
     with Recorder(config=case.config, path=out / case.recording) as recorder:
         if result is not None:
+            for step in _steps_of(result):
+                recorder.on_step(step)
             recorder.on_end(result)
+
+
+def _steps_of(result: EpisodeResult) -> Iterator[Step]:
+    """Yield as many steps as the result's time has, in which the filter interferes as often."""
+    step = random_step(np.random.default_rng(0), 0)
+    for k in range(round(CONTROL_HZ * (result.procedure_time_s + result.exchange_time_s))):
+        told = (Entry(time_s=k / CONTROL_HZ, limits=(f"limit {k}",)),)
+        altered = told if k < result.safety.interventions else ()
+        yield replace(step, time_s=k / CONTROL_HZ, altered=altered)
 
 
 def results_of(

@@ -23,7 +23,7 @@ UP = "move right arm higher"
 def line(
     folder: Path, said: Mapping[int, str], told: Mapping[int, int], means: str | None, obeyed: bool
 ) -> AuditLine:
-    """Return what is found of the first saying; texts and numbers of remarks by their steps."""
+    """Return what is found of the first saying; texts and numbers of orders that end by steps."""
     sayings = tuple(Saying(time_s=step / 30, text=text, means=means) for step, text in said.items())
     condition = replace(SUITES["nominal"].conditions[0], said=sayings)
     case = Case(arm=FIRST, suite="nominal", condition=condition, seed=1)
@@ -31,7 +31,7 @@ def line(
     with Recorder(config=case.config, path=folder / case.recording) as recorder:
         for step in range(40):
             answers = (answer(said[step], obeyed),) if step in said else ()
-            remarks = ("Done: that.",) * told.get(step, 0)
+            remarks = ("Done: that.",) * told.get(step, 0) or ("The right arm stays there.",)
             recorder.on_step(random_step(rng, step, heard=answers, told=remarks))
     return audit(folder, [case])[0]
 

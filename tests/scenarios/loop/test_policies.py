@@ -110,7 +110,8 @@ def test_a_recording_of_outside_policies_can_be_verified(tmp_path):
     attempt_episode(config, tmp_path)
     file = tmp_path / "episodes" / f"{SEED}.npz"
     assert load(file).config["controller"] == f"{HERE}:Still"
-    assert main(["replay", "--verify", str(file)]) == 0
+    named = ["--planner", f"{HERE}:FirstTask", "--controller", f"{HERE}:Still"]
+    assert main(["replay", "--verify", str(file), *named]) == 0
 
 
 def test_calot_run_finds_a_policy_in_the_users_folder(tmp_path, monkeypatch, capfd):

@@ -70,6 +70,14 @@ def test_the_times_of_tasks_are_those_of_the_result(procedure):
     assert shown_s == {task.index: pytest.approx(task.time_s) for task in procedure.result.tasks}
 
 
+def test_a_persons_hold_is_no_time_of_a_task(step):
+    log = EventLog()
+    for k in range(1, 31):
+        log.note(replace(step, time_s=STEP_S * k, held=k > 10))
+    (progress,) = log.read().tasks.values()
+    assert progress.time_s == pytest.approx(10 * STEP_S)
+
+
 @pytest.mark.parametrize(("source", "corrections"), [("planner", 1), ("human", 2)])
 def test_a_correction_counts_when_it_begins_and_a_persons_each_time_it_is_said(
     step, source, corrections

@@ -12,27 +12,28 @@ from scenarios.catalogue import WITNESS
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.inbox import Heard, Inbox
-from scenarios.loop.results import EpisodeResult
+from scenarios.loop.results import EpisodeResult, TaskResult
 from scenarios.perturbation.effect import Applied
-from scenarios.recording.recorder import SCHEMA_VERSION, STEP_ARRAYS, Recorder, load
+from scenarios.recording.recorder import Recorder, load
 from scenarios.recording.rerun_commands import config_of
+from scenarios.recording.schema import SCHEMA_VERSION, STEP_ARRAYS
 from tests.scenarios.recording.made_up_step import random_step
 from tests.worlds import textbook_world
 from tissue_sim.surgery.injury import Injury
 
 WORLD = textbook_world(10_003)
 CONFIG = EpisodeConfig(**WITNESS, scenario="textbook", seed=20_007)
-RESULT = EpisodeResult(
-    scenario="nominal", seed=20_007, planner="scripted", controller="expert", success=True
-)
+DONE = TaskResult(index=1, instruction="grab", success=True, time_s=0.0, corrections=0)
+RESULT = EpisodeResult(**WITNESS, scenario="textbook", seed=20_007, success=True, tasks=(DONE,))
 
 
-def record(path, steps, result=RESULT):
+def record(path, steps, result=None):
     with Recorder(config=CONFIG, path=path) as recorder:
         recorder.on_reset(WORLD)
         for step in steps:
             recorder.on_step(step)
-        recorder.on_end(result)
+        if result is not None:
+            recorder.on_end(result)
 
 
 def test_every_step_is_read_back_bit_for_bit(tmp_path):
@@ -83,7 +84,7 @@ def test_events_keep_the_step_they_happened_at(tmp_path):
 
 
 def test_a_finished_episode_carries_its_anatomy_config_and_result(tmp_path):
-    record(tmp_path / "episode.npz", [])
+    record(tmp_path / "episode.npz", [], RESULT)
     recording = load(tmp_path / "episode.npz")
     assert config_of(recording) == CONFIG
     assert recording.anatomy == plain(WORLD.anatomy)

@@ -15,8 +15,9 @@ from scenarios.catalogue import CONTROLLERS, PEOPLE, WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.recording.first_difference import FirstDifference, first_difference
-from scenarios.recording.recorder import STEP_ARRAYS, load
+from scenarios.recording.recorder import load
 from scenarios.recording.rerun_decisions import repeat
+from scenarios.recording.schema import STEP_ARRAYS
 from tests.scenarios.interfered import record
 
 SEED = 10_000

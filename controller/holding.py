@@ -1,0 +1,37 @@
+"""What arms do while a person lets them hold: nothing, but for what is corrected in the hold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.action import ToolAction, hold
+from controller.correction import arms_of, carried_out
+from planner.instruction import Instruction
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import HELD_PINCH_N
+
+
+class Holding:
+    """Keeps jaws where they are as a hold begins.
+
+    Jaws lag behind their command, so one that closes would go on; a grasper that holds keeps its
+    command, which is its grip.
+    """
+
+    def __init__(self) -> None:
+        self._jaw_rad: Array | None = None  # since a hold began
+
+    def end(self) -> None:
+        """Take in that the arms do not hold."""
+        self._jaw_rad = None
+
+    def action(self, instruction: Instruction, seen: Observation, commanded: Array) -> ToolAction:
+        """Return the action of a step in a hold; `commanded` (2,) is the jaws' last command."""
+        grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
+        now_rad = np.where(grips, commanded, np.maximum(commanded, seen.joints[:, 6]))
+        if self._jaw_rad is None:
+            self._jaw_rad = now_rad
+        if instruction.correction is not None:
+            self._jaw_rad = np.where(arms_of(instruction.correction), now_rad, self._jaw_rad)
+        return carried_out(hold(self._jaw_rad), instruction, commanded)

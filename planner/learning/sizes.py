@@ -1,0 +1,13 @@
+"""Bounds of a network's sizes, so that no checkpoint takes a gigabyte: others are refused."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+Width = Annotated[int, Meta(ge=1, le=1024)]
+Channels = Annotated[int, Meta(ge=1, le=256)]  # of convolutions
+Layers = Annotated[int, Meta(ge=0, le=12)]
+Steps = Annotated[int, Meta(ge=0, le=64)]  # of time, or of a computation
+SomeSteps = Annotated[int, Meta(ge=1, le=64)]

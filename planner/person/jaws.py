@@ -1,0 +1,67 @@
+"""Have jaws opened or closed as a person asked? By their observed angle."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from math import degrees
+
+from planner.correction import Correction
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import SCISSORS, Observation
+from tissue_sim.thresholds import HELD_PINCH_N
+from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
+
+SHUT_RAD = 0.1  # jaws that are open by less are closed; assumed
+MOST = 0.5  # share of the angle that was asked for from which jaws have done so: they lag; assumed
+SIDES = ("left", "right")
+
+
+def jaws_told(
+    said: Correction,
+    asked_rad: float,
+    start_rad: Array,
+    seen: Observation,
+    forbidden: Collection[str],
+) -> str:
+    """Return in words what became of jaws that a person wanted opened or closed.
+
+    Args:
+        said: open or close, and which.
+        asked_rad: how far.
+        start_rad: (2,) angles of the jaws as it began.
+        seen: now.
+        forbidden: what a person forbade, in words.
+    """
+    left = [arm for arm in said.rows if not _has_done(said, arm, asked_rad, start_rad, seen)]
+    if not left:
+        return f"Done: {said.text}."
+    angles = " and ".join(_angle(arm, start_rad, seen) for arm in left)
+    return f"Not done: {said.text}; {angles}. {_why(said, left, seen, forbidden)}"
+
+
+def _has_done(
+    said: Correction, arm: int, asked_rad: float, start_rad: Array, seen: Observation
+) -> bool:
+    now_rad = float(seen.joints[arm, -1])
+    closes = said.jaw == "close"
+    moved_rad = (float(start_rad[arm]) - now_rad) * (1.0 if closes else -1.0)
+    grips = arm == LEFT_ARM and seen.pinch_n >= HELD_PINCH_N
+    return moved_rad >= MOST * asked_rad or (closes and (now_rad <= SHUT_RAD or grips))
+
+
+def _angle(arm: int, start_rad: Array, seen: Observation) -> str:
+    now, before = (degrees(rad) for rad in (seen.joints[arm, -1], start_rad[arm]))
+    return f"the {SIDES[arm]} jaws are {now:.0f} degrees open, {before:.0f} before"
+
+
+def _why(
+    said: Correction, arms: Collection[int], seen: Observation, forbidden: Collection[str]
+) -> str:
+    """Return what keeps jaws, as far as it is known."""
+    act = "cut" if seen.tools[RIGHT_ARM] == SCISSORS else "clip"
+    bans = [ban for ban in forbidden if ban.split()[0] == act]
+    if said.jaw == "close" and RIGHT_ARM in arms and bans:
+        return f"You forbade: {', '.join(bans)}."
+    if said.jaw == "close":
+        return "An interlock of the safety filter keeps them, or what is between them."
+    return "They are at their limit, or something is in the way."

@@ -1,0 +1,112 @@
+"""What a person takes for so, and whether the robot sees it so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from planner.command import TUBES
+from planner.seen.duct_side import structure_seen, tube_of
+from planner.seen.next_task import clips_needed_on, clips_on
+from planner.task import Task, Tube
+from tissue_sim.outcome.clip_rule import USUAL_CLIPS
+from tissue_sim.sensing.observation import Observation
+from tissue_sim.thresholds import HELD_PINCH_N
+
+Claimed = Literal["cut", "clipped", "clip on", "held", "dropped"]
+Where = Literal["duct", "artery", "left tube", "right tube", "both", ""]
+REASONS: dict[Claimed, str] = {
+    "cut": "A tube is cut once its clips are seen on it.",
+    "clipped": "A tube gets its clips before it is cut.",
+    "clip on": "A tube gets its clips before it is cut.",
+    "held": "The gallbladder has to be held before anything is clipped.",
+    "dropped": "The grasper's jaws press on nothing: it has slipped out, or they were opened.",
+}
+"""Why what is claimed was done, where it was."""
+ORDINALS = ("first", "second", "third")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """What a person takes for done or so: "the duct is cut".
+
+    Attributes:
+        claimed: a tube is cut, or has its clips; a clip is on; the gallbladder is held, or was let
+            go.
+        on: which tube; "" for the one at hand.
+        n: how many clips are said to be on; None for the one at hand.
+    """
+
+    claimed: Claimed
+    on: Where = ""
+    n: int | None = None
+
+
+def denial(claims: Iterable[Claim], task: Task, seen: Observation) -> str:
+    """Return what is seen instead of what a person takes for so; "" if all of it is so.
+
+    Args:
+        claims: of the person.
+        task: in force, which tells what is at hand.
+        seen: now.
+    """
+    return next(filter(None, (_denial(claim, task, seen) for claim in claims)), "")
+
+
+def clips_in_words(tube: Tube, seen: Observation) -> str:
+    """Return how many clips are seen on a tube: "no clip is on it"."""
+    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+    if n == 0:
+        return "no clip is on it"
+    if n >= needed:
+        return f"its {n} clips are on it"
+    return f"{n} of {needed} clips {'is' if n == 1 else 'are'} on it"
+
+
+def _denial(claim: Claim, task: Task, seen: Observation) -> str:
+    if claim.claimed in ("held", "dropped"):
+        return _of_the_grasp(claim, seen)
+    tubes = _tubes(claim.on, task, seen)
+    if claim.on == "" and len(tubes) > 1:  # one of them will do
+        wrong = [_of_a_tube(claim, tube, task, seen) for tube in tubes]
+        return wrong[0] if all(wrong) else ""
+    return next(filter(None, (_of_a_tube(claim, tube, task, seen) for tube in tubes)), "")
+
+
+def _of_the_grasp(claim: Claim, seen: Observation) -> str:
+    held = seen.pinch_n >= HELD_PINCH_N
+    if claim.claimed == "held":
+        return "" if held else "The grasper does not hold the gallbladder."
+    return "The grasper has not let go: it holds the gallbladder." if held else ""
+
+
+def _of_a_tube(claim: Claim, tube: Tube, task: Task, seen: Observation) -> str:
+    name, count = structure_seen(tube, seen), clips_in_words(tube, seen)
+    severed = bool(seen.severed[TUBES.index(tube)])
+    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+    if severed:
+        return ""
+    if claim.claimed == "cut":
+        return f"The {name} is not cut: {count}."
+    if claim.claimed == "clipped":
+        return "" if n >= needed else f"The {name} is not clipped: {count}."
+    at_hand = task.clip if task.tube == tube else None
+    if claim.n is None and at_hand:
+        last = needed if at_hand == USUAL_CLIPS else at_hand
+        return "" if n >= last else f"The {ORDINALS[last - 1]} clip is not on the {name}: {count}."
+    claimed = claim.n or 1
+    return "" if n >= claimed else f"{_so_many(claimed)} not on the {name}: {count}."
+
+
+def _so_many(n: int) -> str:
+    return "A clip is" if n == 1 else f"{n} clips are"
+
+
+def _tubes(on: Where, task: Task, seen: Observation) -> tuple[Tube, ...]:
+    """Return the tubes that are meant, the one at hand if none is named."""
+    if on in ("duct", "artery"):
+        return (tube_of(on, seen),)
+    if on in ("left tube", "right tube"):
+        return ("left" if on == "left tube" else "right",)
+    return (task.tube,) if on == "" and task.tube else TUBES

@@ -1,0 +1,90 @@
+"""Would the interlocks let a tube be clipped or cut now, and what is missing? As it is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from planner.command import TUBES
+from planner.person.findings import Asked
+from planner.person.premises import clips_in_words
+from planner.seen.done import has_slipped
+from planner.seen.duct_side import structure_seen
+from planner.seen.next_task import clips_needed_on, clips_on, lying_on, next_of_all
+from planner.task import Tube
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation
+from tissue_sim.sensing.polyline import nearest_on
+from tissue_sim.thresholds import CUFF_MIN_M
+from tissue_sim.tools.clip_size import CLIP_WIDTH_M
+
+CUT_GAP_M = CLIP_WIDTH_M + 2.0 * CUFF_MIN_M  # between middles of the clips beside a cut
+
+
+def safe(asked: Asked) -> str:
+    """Return what stands against cutting a tube, and against clipping it; or that nothing does."""
+    tube, seen = (
+        asked.tube or asked.instruction.task.tube or _next_tube(seen=asked.seen),
+        asked.seen,
+    )
+    if tube is None:
+        return "Both tubes are cut already."
+    name = structure_seen(tube, seen)
+    if seen.severed[TUBES.index(tube)]:
+        return f"The {name} is cut already."
+    forbidden = asked.instruction.forbidden
+    against = [*_against_cut(tube, seen), *_against(name, "cut", forbidden, seen)]
+    if not against:
+        return f"Nothing that I see stands against cutting the {name}: {_room(tube, seen)}."
+    told = f"To cut the {name} is not safe: {'; '.join(against)}."
+    if clips_on(tube, seen) >= clips_needed_on(tube, seen):
+        return told
+    against = [*_against(name, "clip", forbidden, seen)]
+    if against:
+        return f"{told} Nor is it to clip it: {'; '.join(against)}."
+    return f"{told} Nothing that I see stands against clipping it."
+
+
+def _against_cut(tube: Tube, seen: Observation) -> Iterator[str]:
+    n, needed = clips_on(tube, seen), clips_needed_on(tube, seen)
+    if n < needed:
+        yield clips_in_words(tube, seen) if n else f"it needs {needed} clips, and no clip is on it"
+    elif gap_m(tube, seen) < CUT_GAP_M:
+        yield f"only {_room(tube, seen)}"
+
+
+def _against(name: str, act: str, forbidden: tuple[str, ...], seen: Observation) -> Iterator[str]:
+    if {act, f"{act} {name}"} & set(forbidden):
+        yield "you forbade it"
+    if has_slipped(seen):
+        yield "the grasper does not hold the gallbladder"
+
+
+def gap_m(tube: Tube, seen: Observation) -> float:
+    """Return how far the middles of the two clips beside the cut are apart, along a tube at rest.
+
+    These are the highest one and the next lower one.
+    """
+    low, high = np.sort(_places(tube, seen))[-2:]
+    return float(high - low) * float(seen.rest_length_m[TUBES.index(tube)])
+
+
+def _room(tube: Tube, seen: Observation) -> str:
+    return (
+        f"{clips_in_words(tube, seen)}, and {1e3 * gap_m(tube, seen):.1f} mm apart beside the cut,"
+        f" which needs {1e3 * CUT_GAP_M:.1f} mm with its cuffs"
+    )
+
+
+def _places(tube: Tube, seen: Observation) -> Array:
+    """Return the places (n,) of the clips on a tube, as shares of its length from below."""
+    line = seen.left_tube_m if tube == "left" else seen.right_tube_m
+    clips_m = seen.clips_m[: min(seen.n_clips, MAX_CLIPS)][lying_on(tube, seen)]
+    places = (nearest_on(line, clip_m) for clip_m in clips_m)
+    return np.array([(k + share) / (TUBE_POINTS - 1) for k, share, _ in places])
+
+
+def _next_tube(seen: Observation) -> Tube | None:
+    task = next_of_all(seen)
+    return task and task.tube

@@ -1,0 +1,127 @@
+"""Feed tampered inputs to what reads them, and count how each ends."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+HANG_S = 5.0
+
+
+class HangError(RuntimeError):
+    """Something took longer than it may."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """What is tampered with, and what reads it.
+
+    Attributes:
+        tamper: makes an input, by chance.
+        read: reads the input as the commands do, and returns what it is worth; ValueError and
+            OSError refuse it.
+        is_changed: tells whether what was read is worth something else than the good input.
+    """
+
+    tamper: Callable[[np.random.Generator], None]
+    read: Callable[[], Any]
+    is_changed: Callable[[Any], bool]
+
+
+@dataclass(kw_only=True)
+class Tally:
+    """How the inputs of one target ended.
+
+    Attributes:
+        slowest_s: the longest time of an input.
+        grown_mb: by how much the process's peak of memory grew.
+        ended: number of "refused", "harmless", "changed", "traceback" and "hang".
+        examples: the last lines of tracebacks, and the numbers of the inputs that led to them.
+    """
+
+    ended: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, int] = field(default_factory=dict)
+    slowest_s: float = 0.0
+    grown_mb: float = 0.0
+
+    @property
+    def is_good(self) -> bool:
+        """Return whether nothing was hurt."""
+        return not any(self.ended[how] for how in ("changed", "traceback", "hang"))
+
+
+def tried(target: Target, inputs: int, seed: int) -> Tally:
+    """Try a number of tampered inputs; input `k` is always the same."""
+    tally, before_mb = Tally(), _peak_mb()
+    for k in range(inputs):
+        target.tamper(np.random.default_rng([seed, k]))
+        start_s = time.perf_counter()
+        how, why = _ended(target)
+        tally.slowest_s = max(tally.slowest_s, time.perf_counter() - start_s)
+        tally.ended[how] += 1
+        if why:
+            tally.examples.setdefault(why, k)
+    tally.grown_mb = _peak_mb() - before_mb
+    return tally
+
+
+def _peak_mb() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
+def _ended(target: Target) -> tuple[str, str]:
+    try:
+        with _time_limit():
+            return ("changed", "accepted") if target.is_changed(target.read()) else ("harmless", "")
+    except (ValueError, OSError) as error:
+        return ("refused", "") if "\n" not in str(error) else ("traceback", f"lines: {error}")
+    except HangError:
+        return "hang", "hang"
+    except Exception as error:  # what escapes here is what the bench looks for
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        return "traceback", f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
+
+
+@contextmanager
+def _time_limit() -> Iterator[None]:
+    def ring(*_: object) -> None:
+        raise HangError
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, HANG_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def tally_table(tallies: dict[str, Tally]) -> Table:
+    """Return a table with one row for each target."""
+    table = Table(title="tampered inputs")
+    table.add_column("target")
+    columns = ("refused", "harmless", "changed", "traceback", "hang")
+    for heading in (*columns, "slowest (s)", "grown (MB)"):
+        table.add_column(heading, justify="right")
+    for name, tally in tallies.items():
+        counts = [str(tally.ended[how]) for how in columns]
+        table.add_row(name, *counts, f"{tally.slowest_s:.2f}", f"{tally.grown_mb:.0f}")
+    return table
+
+
+def summary_lines(tallies: dict[str, Tally]) -> list[str]:
+    """Return the memory at its peak, and an example of each way in which an input hurt."""
+    hurt = [
+        f"{name}, input {k}: {why}" for name, t in tallies.items() for why, k in t.examples.items()
+    ]
+    return [f"peak memory of the process: {_peak_mb() / 1e3:.2f} GB", *hurt]

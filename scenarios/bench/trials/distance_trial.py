@@ -1,0 +1,161 @@
+"""How far arms go that a person corrects: in an exchange, at work and in a hold, on one patient.
+
+In each exchange, and at times between exchanges, a correction of random arm, way and size is said.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Literal
+
+import numpy as np
+
+from planner.correction import CORRECTIONS, DIRECTION_ENDOSCOPE, Correction
+from scenarios.demonstration.interjections import is_harmless
+from scenarios.episode import Episode
+from scenarios.files.errors import describe_with_place
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.step import Step
+from scenarios.run_episode import begin
+from tissue_sim.frames import Array
+from tissue_sim.outcome.nurse import EXCHANGE_S
+from tissue_sim.periods import CONTROL_PERIOD_S
+
+When = Literal["exchange", "work", "hold"]
+WHEN: dict[When, str] = {"exchange": "in an exchange", "work": "at work", "hold": "in a hold"}
+WITHIN_M, WITHIN_SHARE = 5e-4, 0.1  # of what was said, whichever is more
+SIZES_M = (0.001, 0.010)
+BETWEEN_S = (4.0, 10.0)  # from the end of one correction to the next outside of exchanges
+HELD_S = 1.5  # from a stop to the correction in it: later than what a stop refuses
+RESTS_S = 0.5  # after its end: by then an arm that was to stop has stopped
+LONGEST_S = 40.0  # a correction is given up before
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distance:
+    """One correction.
+
+    Attributes:
+        when: it was said.
+        said_m: the distance that was said.
+        gone_m: the distance that the arm went that way, by the exact state, at rest.
+        other_m: the largest distance of the other tip from where it was.
+        told: how the order ended, in the robot's words.
+    """
+
+    when: When
+    text: str
+    said_m: float
+    gone_m: float
+    other_m: float
+    told: str
+
+    @property
+    def done(self) -> bool:
+        """Return whether the robot says so."""
+        return self.told.startswith("Done: ")
+
+    @property
+    def told_m(self) -> float | None:
+        """Return the distance that the robot told; None if it told none."""
+        told = re.search(r"([\d.]+)(?: of [\d.]+)? mm", self.told)
+        return None if told is None else 1e-3 * float(told[1])
+
+    @property
+    def is_exact(self) -> bool:
+        """Return whether the arm went as far as was said."""
+        return abs(self.gone_m - self.said_m) <= max(WITHIN_M, WITHIN_SHARE * self.said_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceTrial:
+    """Result for one patient; `error` ended the trial, "" for none."""
+
+    seed: int
+    distances: tuple[Distance, ...] = ()
+    error: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceExamination:
+    """Examines an episode's configuration with each trial's seed."""
+
+    config: EpisodeConfig
+
+    def __call__(self, seed: int) -> DistanceTrial:
+        """Run the trial on a seed's patient."""
+        episode = begin(replace(self.config, seed=seed))
+        return DistanceTrial(seed=seed, distances=tuple(_distances(episode, seed)))
+
+
+def lost_trial(seed: int, error: Exception) -> DistanceTrial:
+    """Return the trial that an exception or the death of its process ended."""
+    return DistanceTrial(seed=seed, error=describe_with_place(error))
+
+
+def _distances(episode: Episode, seed: int) -> Iterator[Distance]:
+    """Yield a correction in each exchange, and by turns at work and in a hold between them."""
+    rng, steps = np.random.default_rng(seed), episode.steps()
+    others: list[When] = ["work", "hold"]
+    due_s = rng.uniform(*BETWEEN_S)
+    for step in steps:
+        if step.exchange:
+            _pass(steps, rng.uniform(0.0, 2.0 * EXCHANGE_S - 2.0 * CONTROL_PERIOD_S))
+            yield from _corrected(episode, steps, "exchange", rng)
+        elif step.time_s >= due_s:
+            others.reverse()
+            if others[0] == "hold":
+                episode.inbox.say("stop")
+                _pass(steps, HELD_S)
+            yield from _corrected(episode, steps, others[0], rng)
+            if others[0] == "hold":
+                episode.inbox.say("resume")
+        else:
+            continue
+        due_s = episode.observation.time_s + rng.uniform(*BETWEEN_S)
+
+
+def _pass(steps: Iterator[Step], time_s: float) -> None:
+    for _ in islice(steps, round(time_s / CONTROL_PERIOD_S)):
+        pass
+
+
+def _corrected(
+    episode: Episode, steps: Iterator[Step], when: When, rng: np.random.Generator
+) -> Iterator[Distance]:
+    """Say a correction that does no harm, and yield how far the arm went until it was at rest."""
+    able = [c for c in CORRECTIONS if c.direction and is_harmless(c, episode.world)]
+    correction = able[rng.choice(len(able))]
+    said_m = round(float(rng.uniform(*SIZES_M)), 4)
+    (arm,), start_m, told, other_m = correction.rows, _tips_m(episode), "", 0.0
+    episode.inbox.say(f"{correction.text} by {1e3 * said_m:g} mm")
+    for step in islice(steps, round(LONGEST_S / CONTROL_PERIOD_S)):
+        if told := next((line for line in step.told if correction.text in line), ""):
+            break
+        start_m = _tips_m(episode) if step.exchange else start_m
+        moved_m = _tips_m(episode)[1 - arm] - start_m[1 - arm]
+        other_m = max(other_m, float(np.linalg.norm(moved_m)))
+    else:
+        return  # the episode has ended: each order does before
+    _pass(steps, RESTS_S)
+    yield Distance(
+        when=when,
+        text=correction.text,
+        said_m=said_m,
+        gone_m=_gone_m(correction, _tips_m(episode) - start_m),
+        other_m=other_m,
+        told=told,
+    )
+
+
+def _tips_m(episode: Episode) -> Array:
+    return episode.world.observe().tips_endoscope[:, :3, 3].copy()
+
+
+def _gone_m(correction: Correction, moved_m: Array) -> float:
+    assert correction.direction is not None, "an arm is corrected"
+    along = np.array(DIRECTION_ENDOSCOPE[correction.direction])
+    return float(moved_m[correction.rows[0]] @ along)

@@ -1,0 +1,48 @@
+"""SHA-256 of files, and a folder's list of them in the form that `sha256sum --check` reads."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+SUMS = "SHA256SUMS"
+LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
+MOST_BYTES = 200_000_000
+
+
+def digest_of(file: Path) -> str:
+    """Return the SHA-256 of a file; it is computed anew when the file is written anew."""
+    return _digest(file, file.stat().st_mtime_ns)
+
+
+@cache
+def _digest(file: Path, written_ns: int) -> str:
+    del written_ns
+    return sha256(file.read_bytes()).hexdigest()
+
+
+def add_sum(folder: Path, name: str) -> None:
+    """Append a file's line to the folder's list; the last line of a name counts."""
+    with (folder / SUMS).open("a") as file:
+        file.write(f"{digest_of(folder / name)}  {name}\n")
+
+
+def read_sums(folder: Path) -> dict[str, str]:
+    """Return the digests by the names of files; a last line that was cut short is left out.
+
+    Raises:
+        ValueError: the list is damaged.
+        OSError: it cannot be read.
+    """
+    path = folder / SUMS
+    if not path.exists():
+        return {}
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(f"{path} has more than {MOST_BYTES} bytes")
+    *lines, _ = path.read_text().split("\n")
+    found = [LINE.fullmatch(line) for line in lines]
+    if None in found:
+        raise ValueError(f"{path}, line {found.index(None) + 1}: it is no SHA-256 and a name")
+    return {line[2]: line[1] for line in found if line is not None}

@@ -1,0 +1,212 @@
+"""The schema of a recording: what its file must hold, and which of its parts must agree.
+
+A file may come from anybody, so all of it is checked before anything in it is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from itertools import chain
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from controller.safety.ledger import Entry
+from planner.command import COMMANDS
+from planner.instruction import TASKS, Source
+from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.results import EpisodeResult, episode_from
+from scenarios.perturbation.manual import MANUAL
+from tissue_sim.periods import CONTROL_HZ
+
+SCHEMA_VERSION = 8
+READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash
+RIGHT_TOOLS = ("clip_applier", "scissors")
+
+STEP_ARRAYS: dict[str, tuple[int, ...]] = {
+    "time_s": (),
+    "commands": (2, 7),
+    "joints": (2, 7),
+    "tips_endoscope": (2, 4, 4),
+    "forces_n": (2, 3),
+    "instruction": (),
+    "right_tool": (),
+    "clip_loaded": (),
+}
+"""Shape of each recorded quantity in one step; the file stacks the steps along a first axis."""
+
+NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
+"""What is recorded only for some steps; each entry has its `step`."""
+
+PARTS = ("config", "versions", "world_version", "checkpoints", "anatomy", "result", "error")
+"""What else a header tells, besides its schema and the table of instructions."""
+
+WHOLE = ("instruction", "right_tool", "clip_loaded")
+
+LONGEST_S = 10 * len(TASKS) * EpisodeConfig.task_cap_s  # ten times what the tasks may take
+MAX_STEPS = round(LONGEST_S * CONTROL_HZ)
+MAX_NOTES_BYTES = 64_000_000  # of the header: 4 bytes a character
+STEP_BYTES = 8 * sum(int(np.prod(shape)) for shape in STEP_ARRAYS.values())
+MAX_BYTES = MAX_STEPS * STEP_BYTES + MAX_NOTES_BYTES
+
+Step = Annotated[int, Meta(ge=0, lt=MAX_STEPS)]
+Row = Annotated[list[float], Meta(min_length=4, max_length=4)]
+
+
+class _Noted(Struct, kw_only=True):
+    step: Step
+
+
+class _Event(_Noted):
+    event: str
+    time_s: float
+    value: float | None
+    limit: float | None
+
+
+class _Applied(_Noted):
+    name: str
+    time_s: float
+    magnitude: float
+    unit: str
+
+
+class _Heard(_Noted):
+    time_s: float
+    text: str
+    command: str | None
+    then: list[str]
+    by: str
+    instruction: str | None
+    reply: str
+
+
+class _Told(_Noted):
+    text: str
+
+
+class _Hand(_Noted):
+    arm: Annotated[int, Meta(ge=0, le=1)]
+    T_world_goal: Annotated[list[Row], Meta(min_length=4, max_length=4)]
+    jaw_rad: float
+
+
+class _Words(Struct, kw_only=True):
+    task: Annotated[int, Meta(ge=1, le=len(TASKS))]
+    text: str
+    source: Source
+    remark: str
+
+
+class _Header(Struct, kw_only=True):
+    schema_version: Literal[7, 8]
+    config: dict[str, Any]
+    versions: dict[str, str]
+    world_version: int
+    checkpoints: dict[Literal["controller", "planner", "perception"], str]
+    anatomy: dict[str, Any] | None
+    instructions: list[_Words]
+    events: list[_Event]
+    perturbations: list[_Applied]
+    ledger: list[Entry]
+    heard: list[_Heard]
+    told: list[_Told]
+    hands: list[_Hand]
+    result: EpisodeResult | None
+    error: str | None
+
+
+def require_header(header: Any) -> None:
+    """Check the header of a recording: its keys, their types, and names that must be known.
+
+    Raises:
+        ValueError: it is another one; the message says where and why.
+    """
+    version = header.get("schema_version") if isinstance(header, dict) else None
+    if version not in READABLE:
+        raise ValueError(f"it has schema {version!r:.40}; allowed: {SCHEMA_VERSION}")
+    msgspec.convert(header, _Header)
+    msgspec.convert(header["ledger"], list[_Noted])
+    known = {field.name for field in fields(EpisodeConfig)}
+    if missing := known - header["config"].keys():
+        raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
+    for heard in header["heard"]:
+        if heard["by"] == "button" and heard["text"] not in COMMANDS:
+            raise ValueError(f"no button says {heard['text']!r:.40}")
+    for applied in header["perturbations"]:
+        most = MANUAL[name].most if (name := applied["name"]) in MANUAL else np.inf
+        if abs(applied["magnitude"]) > most:
+            raise ValueError(f"{name!r} is of {applied['magnitude']:g}; allowed: up to {most:g}")
+
+
+def require_steps(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Check the arrays of a recording, and that the header speaks of steps that there are.
+
+    Raises:
+        ValueError: an array is missing or unknown, of another type or shape, or not finite.
+    """
+    if odd := set(arrays) ^ set(STEP_ARRAYS):
+        raise ValueError(f"missing or unknown: {', '.join(sorted(odd))}")
+    n = arrays["time_s"].size
+    if n > MAX_STEPS:
+        raise ValueError(f"it has {n} steps; allowed: {MAX_STEPS}")
+    for name, shape in STEP_ARRAYS.items():
+        dtype = np.dtype(np.int64 if name in WHOLE else np.float64)
+        array = arrays[name]
+        if (array.dtype, array.shape) != (dtype, (n, *shape)):
+            found = f"{array.dtype} {array.shape}"
+            raise ValueError(f"{name} is {found}; expected: {dtype} {(n, *shape)}")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} is not finite everywhere")
+    for name, many in (
+        ("instruction", len(header["instructions"])),
+        ("right_tool", len(RIGHT_TOOLS)),
+        ("clip_loaded", 2),
+    ):
+        if n and not 0 <= arrays[name].min() <= arrays[name].max() < many:
+            raise ValueError(f"{name} must be 0 to {many - 1}")
+    if n and (arrays["time_s"][0] < 0.0 or not _is_even(arrays["time_s"])):
+        raise ValueError(f"time_s does not advance by 1/{CONTROL_HZ} s in each step")
+    for entry in chain.from_iterable(header[name] for name in NOTES):
+        if entry["step"] >= max(n, 1):
+            raise ValueError(f"it notes something in step {entry['step']} of {n}")
+
+
+def _is_even(time_s: NDArray[np.float64]) -> bool:
+    return np.allclose(np.diff(time_s), 1.0 / CONTROL_HZ, rtol=0.0, atol=1e-9)
+
+
+def require_agreement(header: Mapping[str, Any], n_steps: int) -> None:
+    """Check that the result of a recording is that of its configuration, steps and events.
+
+    Raises:
+        ValueError: two parts contradict each other.
+    """
+    if header["result"] is not None:
+        result = episode_from(header["result"])
+        for what in _contradictions(header, result, n_steps):
+            raise ValueError(f"its parts contradict each other: {what}")
+
+
+def _contradictions(
+    header: Mapping[str, Any], result: EpisodeResult, n_steps: int
+) -> Iterator[str]:
+    for name in ("scenario", "seed", "planner", "controller", "sense"):
+        made, told = header["config"][name], getattr(result, name)
+        if made != told and not (name in ("planner", "controller") and ":" in told):  # an object
+            yield f"{name} {made!r} in the configuration, {told!r} in the result"
+    told_s = result.procedure_time_s + result.exchange_time_s
+    if abs(told_s - n_steps / CONTROL_HZ) > 1.5 / CONTROL_HZ:
+        yield f"{n_steps} steps, and a result of {told_s:.2f} s"
+    done = all(task.is_over for task in result.tasks) and bool(result.tasks)
+    if result.success and not (done and not result.injuries and result.call is None):
+        yield "it succeeded with a task undone, an injury or a call"
+    events = [entry["event"] for entry in header["events"]]
+    if events != [injury.event for injury in result.injuries[: len(events)]]:
+        yield "the injuries of its steps are not those of its result"
+    if result.safety.interventions != len(header["ledger"]):
+        yield f"{result.safety.interventions} interventions, {len(header['ledger'])} in the ledger"
