@@ -20,7 +20,7 @@ from scenarios.commands.replay import Replay
 from scenarios.commands.run import Run
 from scenarios.commands.train import Train
 from scenarios.commands.view import View
-from scenarios.files.closed_pipe import outlives_its_readers
+from scenarios.files.closed_pipe import outlives_its_readers, say
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
@@ -61,14 +61,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _executed(words: list[str]) -> int:
     search_garbage_rarely()
     if words == ["--version"]:
-        print(f"calot {version('calot')}")
+        say(f"calot {version('calot')}", sys.stdout)
         return 0
     try:
         _require_text(words)
         _see_current_folder()
         return parse(words).execute()
     except (BadInputError, MainGuardError) as error:
-        print(f"calot: {error}", file=sys.stderr)
+        say(f"calot: {error}", sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -122,6 +122,8 @@ def parse(argv: Sequence[str] | None = None) -> Subcommand:
     except SystemExit as stop:
         if stop.code != BAD_INPUT:
             raise
+    except BrokenPipeError:  # nobody reads the help
+        raise SystemExit(0) from None
     raise BadInputError(_one_line(complaint.getvalue()))
 
 

@@ -38,6 +38,14 @@ def outlives_its_readers(main: Callable[P, int]) -> Callable[P, int]:
     return to_its_end
 
 
+def say(line: str, stream: IO[str]) -> None:
+    """Print a line, to nobody if need be."""
+    try:
+        print(line, file=stream, flush=True)
+    except BrokenPipeError:
+        _silence(stream)
+
+
 def _flush(stream: IO[str] | None) -> None:
     """Write what is left now: at Python's own end it would become exit code 120."""
     try:

@@ -1,0 +1,46 @@
+"""Tests of commands whose output nobody reads any more, as in `calot run | head -1`."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+CALLS = "tests.scenarios.calling:PlannerCalls"
+RUN = ["run", "--scenario", "textbook", "--seed", "10004", "--planner", CALLS]
+RUN += ["--controller", "idle"]
+
+
+def unread(words, *streams):
+    """Run a command with these streams into a pipe without a reader; return code and the rest."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | dict.fromkeys(streams, writing)
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", *words], **pipes, text=True, check=False
+    )
+    os.close(writing)
+    return done.returncode, (done.stdout or "") + (done.stderr or "")
+
+
+@pytest.mark.parametrize("streams", [("stdout",), ("stdout", "stderr")])
+def test_a_run_that_nobody_reads_ends_with_its_own_code_and_its_results(streams, tmp_path):
+    code, rest = unread([*RUN, "--out", str(tmp_path)], *streams)
+    (episode,) = json.loads((tmp_path / "results.json").read_text())["episodes"]
+    assert (code, episode["error"]) == (1, None)  # called without need
+    assert "Traceback" not in rest
+    assert "BrokenPipe" not in rest
+
+
+@pytest.mark.parametrize(
+    ("words", "streams", "code"),
+    [
+        (["--version"], ("stdout",), 0),
+        (["--help"], ("stdout",), 0),
+        (["run", "--seed", "x"], ("stderr",), 2),
+        (["replay", "nowhere.npz"], ("stderr",), 2),
+    ],
+)
+def test_other_commands_end_quietly(words, streams, code):
+    assert unread(words, *streams) == (code, "")
