@@ -17,10 +17,11 @@ from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.claims import claims_in, without_claims
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.forbidding import allowed_in, excepts, forbidden_in
+from planner.language.rules.forbidding import excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import Question, question_in, thing_in
+from planner.language.rules.rewriting.as_letters import in_latin
 from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.rewriting.corrected import as_corrected
 from planner.language.rules.rewriting.echoes import echo_in
@@ -37,7 +38,11 @@ from planner.language.rules.sizes import (
 )
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
-from planner.language.rules.warning import warns, without_warning
+from planner.language.rules.warning import warns, warns_anywhere, without_warning
+from planner.language.rules.whole.by_latest import by_latest
+from planner.language.rules.whole.nothing_said import says_nothing
+from planner.language.rules.whole.permitting import Permission, permission_in
+from planner.language.rules.whole.resuming import resumes
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
@@ -72,13 +77,19 @@ class Interpreter:
 
     def read(self, text: str) -> Reading:
         """Return the meaning of any text; never raise. Of a very long one the beginning counts."""
-        meant = in_english(as_meant(text[:LONGEST]))
+        latin = in_latin(text)
+        seen = latin[:LONGEST]
+        meant = in_english(as_meant(seen))
         english = with_plain_ordinals(without_other_arm(as_corrected(without_asides(meant))))
-        read = self._read(text[:LONGEST], english)
+        if warns_anywhere(latin[LONGEST:]):
+            return replace(self._warned(seen, english, danger_in(english)), text=text)
+        read = self._read(seen, english)
         return replace(read, text=text, about=thing_in(english), claims=claims_in(meant))
 
     def _read(self, text: str, english: str) -> Reading:
         danger = danger_in(english)
+        if whole := _whole(text, english, danger):
+            return whole
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
         if trouble := _trouble(text, english):
@@ -90,10 +101,7 @@ class Interpreter:
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
         reading = self._besides_claims(text, english) or self._commanded(text, english)
-        allows = allowed_in(english)
-        if allows is None and self._alarms(reading, english):
-            return self._warned(text, english, danger)
-        return replace(reading, allows=allows)
+        return self._warned(text, english, danger) if self._alarms(reading, english) else reading
 
     def _alarms(self, reading: Reading, english: str) -> bool:
         """Return whether a sentence that is not understood is taken for a warning."""
@@ -239,6 +247,33 @@ class Interpreter:
         return _asked_back(text, guesses, confidence)
 
 
+def _whole(text: str, english: str, danger: str) -> Reading | None:
+    """Return the reading of a text of which every word is known: it says nothing, to go on, ..."""
+    if says_nothing(text):
+        return Reading(text=text, by="rule", reply="No word for me.")
+    if resumes(text) or resumes(english):
+        return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "rule")
+    if not danger and (permission := permission_in(text, english)):
+        return _permitted(text, english, permission)
+    if said := by_latest(english):
+        why = _not_so_far(text, (said,))
+        if why:
+            return Reading(text=text, reply=f"How far? {why}.")
+        return replace(_understood(text, said, 1.0, "rule"), relative=said.relative)
+    return None
+
+
+def _permitted(text: str, english: str, given: Permission) -> Reading:
+    """Return what is allowed, and the same act as a command, if it is spelt out."""
+    allows = given.act if given.sure else None
+    said = _sized(english) if given.sure else None
+    orders = said is not None and said.command.deed == given.act.act
+    reading = _understood(text, said, 1.0, "grammar") if said and orders else Reading(
+        text=text, by="rule", confidence=1.0, reply=f"{given.act.in_words}: not forbidden."
+    )
+    return replace(reading, allows=allows, may_allow=None if given.sure else given.act)
+
+
 def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
     return not warns(_ASKED_ABOUT.sub("", english.lower()))
@@ -283,7 +318,7 @@ def _is_placed(command: Command, sized: Sized, english: str) -> bool:
 
 def _not_so_far(text: str, said: Sequence[Said]) -> str:
     """Return why it is not clear how far an arm shall go, or it does not go so far; or ""."""
-    sizes_m = [one.size_m for one in said if one.command.correction]
+    sizes_m = [one.size_m for one in said if one.command.correction or one.relative]
     if not sizes_m:
         return ""
     if None in sizes_m and (number := without_unit(text)):
