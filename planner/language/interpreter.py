@@ -33,6 +33,7 @@ from planner.language.rules.sizes import (
     Sized,
     out_of_range,
     unclear_length,
+    unread_length,
     without_size,
     without_unit,
 )
@@ -131,7 +132,7 @@ class Interpreter:
             reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
         forbids = forbidden_in(english)
         rest = None if danger or forbids else _sized(without_warning(english))
-        clear = rest is not None and rest.command.moves and not _not_so_far(text, (rest,))
+        clear = rest is not None and rest.command.moves and not _not_so_far(text, english, (rest,))
         meant = rest if clear else None
         return replace(
             reading,
@@ -170,7 +171,7 @@ class Interpreter:
         """Return the reading of commands, or the question how far where that is not clear."""
         reading = self._several(text, english) or self._one(text, english)
         said = (*reading.said, *reading.guesses)
-        why = _not_so_far(text, said)
+        why = _not_so_far(text, english, said)
         return Reading(text=text, reply=f"How far? {why}.") if why else reading
 
     def _several(self, text: str, english: str) -> Reading | None:
@@ -256,7 +257,7 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
     if not danger and (permission := permission_in(text, english)):
         return _permitted(text, english, permission)
     if said := by_latest(english):
-        why = _not_so_far(text, (said,))
+        why = _not_so_far(text, english, (said,))
         if why:
             return Reading(text=text, reply=f"How far? {why}.")
         return replace(_understood(text, said, 1.0, "rule"), relative=said.relative)
@@ -316,14 +317,15 @@ def _is_placed(command: Command, sized: Sized, english: str) -> bool:
     return sized.measured or bool(aside and (aside["farther"] or sized.size_m))
 
 
-def _not_so_far(text: str, said: Sequence[Said]) -> str:
+def _not_so_far(text: str, english: str, said: Sequence[Said]) -> str:
     """Return why it is not clear how far an arm shall go, or it does not go so far; or ""."""
     sizes_m = [one.size_m for one in said if one.command.correction or one.relative]
     if not sizes_m:
         return ""
     if None in sizes_m and (number := without_unit(text)):
         return f"{number!r} is no length in mm, cm or inches"
-    return unclear_length(text) or next(filter(None, map(out_of_range, sizes_m)), "")
+    unclear = unclear_length(text) or unread_length(english)
+    return unclear or next(filter(None, map(out_of_range, sizes_m)), "")
 
 
 def _as_before(part: str, before: Said | None) -> Said | None:

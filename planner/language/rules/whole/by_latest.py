@@ -38,10 +38,11 @@ _MORE = re.compile(
     r"\b(?:more|again|once more|as well|too|also|another|further|farther|likewise|ditto|extra"
     r"|keep (?:coming|going)(?! on)|still|repeat|on top)\b"
 )
+_POINTS = re.compile(r"\b(?:this|that) way\b|^move\b", re.IGNORECASE)
 _FILLERS = re.compile(
     r"\b(?:and|now|please|the|with|on|do|does|by|in|but|this time|just|then|of|an?|it|that|one"
-    r"|ones|so|ok|okay|for|to|move|go|went|bring|yes|yeah|only|you|can|could|come|make|give|me"
-    r"|thing|amount|distance|way|first|time|get|same|take|us|let's|have|some|right|left|same)\b"
+    r"|ones|so|ok|okay|for|to|go|went|yes|yeah|only|you|can|could|come|me"
+    r"|thing|amount|distance|way|first|time|get|same|take|us|let's|have|some)\b"
 )
 
 
@@ -69,6 +70,8 @@ def by_latest(english: str) -> Said | None:
     if turned or direction:
         text = _BACK.sub(" ", text)
     if _FILLERS.sub(" ", _MORE.sub(" ", text)).strip():
+        return None
+    if _POINTS.search(english):
         return None
     refers = echo is not None or more or turned or arm == "other"
     small = size_m is not None and not measured and not (arm or direction)

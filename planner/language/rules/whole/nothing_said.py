@@ -11,6 +11,8 @@ from planner.language.rules.warning import warns
 
 _SOUND = re.compile(r"\s*[\[(*<♪♫{(【][^\])*>♪♫})】]*[\])*>♪♫})】]\s*")
 
+_FRIGHT = re.compile(r"\b(?:uh|oh|ah|eh) (?:oh|ah|no)\b|^(?:oh|ah)$")
+
 
 def says_nothing(text: str) -> bool:
     """Return whether a text has no word, only names sounds, or is a stock phrase or a filler.
@@ -27,7 +29,7 @@ def says_nothing(text: str) -> bool:
         return True
     if _in_chinese(words):
         return "?" not in text
-    return "?" not in text and fillers.fullmatch(words) is not None
+    return "?" not in text and bool(fillers.fullmatch(words)) and not _FRIGHT.search(words)
 
 
 def _in_chinese(words: str) -> bool:
