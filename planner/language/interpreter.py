@@ -41,6 +41,7 @@ from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
 from planner.language.rules.warning import warns, warns_anywhere, without_warning
 from planner.language.rules.whole.by_latest import by_latest
+from planner.language.rules.whole.foreign_questions import foreign_question_in
 from planner.language.rules.whole.nothing_said import says_nothing
 from planner.language.rules.whole.permitting import Permission, permission_in
 from planner.language.rules.whole.resuming import resumes
@@ -66,7 +67,7 @@ _YES = re.compile(
 _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
-    r"|not (?:allowed|permitted)|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
+    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous|bleeding|hanging on|slipped(?: off)?|blocked|leaking|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
@@ -124,7 +125,7 @@ class Interpreter:
         """Return the reading of a warning: hold, and ask what was meant by the rest."""
         said = _by_grammar(english)
         question = question_in(english)
-        if question and said is None and not danger and _asks_calmly(english):
+        if question and said is None and not danger and _asks_calmly(english) and "!" not in text:
             return _asked(text, question)
         if said in (STOP, PAUSE):
             reading = _understood(text, Said(command=said), 1.0, "grammar")
@@ -254,6 +255,8 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
         return Reading(text=text, by="rule", reply="No word for me.")
     if resumes(text) or resumes(english):
         return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "rule")
+    if question := foreign_question_in(text):
+        return _asked(text, question)
     if not danger and (permission := permission_in(text, english)):
         return _permitted(text, english, permission)
     if said := by_latest(english):
