@@ -67,7 +67,7 @@ _YES = re.compile(
 _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
-    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous|bleeding|hanging on|slipped(?: off)?|blocked|leaking|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
+    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous|hanging on|slipped(?: off)?|blocked|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
@@ -271,7 +271,8 @@ def _permitted(text: str, english: str, given: Permission) -> Reading:
     """Return what is allowed, and the same act as a command, if it is spelt out."""
     allows = given.act if given.sure else None
     said = _sized(english) if given.sure else None
-    orders = said is not None and said.command.deed == given.act.act
+    opens = said is not None and given.act.act == "open" and not said.command.deed
+    orders = said is not None and (opens or said.command.deed == given.act.act)
     reading = _understood(text, said, 1.0, "grammar") if said and orders else Reading(
         text=text, by="rule", confidence=1.0, reply=f"{given.act.in_words}: not forbidden."
     )

@@ -76,13 +76,15 @@ def read_as(row: Row, read: Callable[[str], Reading]) -> str:
         return f"allow: {reading.allows.in_words}"
     said = reading.said[:1]
     refers = said and (said[0].relative or said[0].command.word in ("repeat", "undo"))
-    return _after(row.latest, said[0]) if row.latest and refers else as_written(reading)
+    if refers and (row.latest or said[0].relative):
+        return _after(row.latest, said[0])
+    return as_written(reading)
 
 
 def _after(latest: str, said: Said) -> str:
     """Return what a word means that refers to the latest order."""
     text, _, size = latest.partition(" @ ")
-    correction = COMMANDS[text].correction
+    correction = COMMANDS[text].correction if latest else None
     if said.relative is None and (said.command.word == "repeat" or correction is None):
         return latest if said.command.word == "repeat" else said.command.text
     order = correction and Order(correction=correction, distance_m=_metres(size))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from planner.language.rules.warning import warns
+
 _LOOK_ALIKES = str.maketrans(
     "аеорсухіјѕԁһкмтвнзгԛԝАЕОРСУХІЈЅВНКМТЗαεορικντυχηΑΒΕΖΗΙΚΜΝΟΡΤΥΧϲ",
     "aeopcyxijsdhkmtbh3rqwAEOPCYXIJSBHKMT3aeopikvtuxnABEZHIKMNOPTYXc",
@@ -23,4 +25,10 @@ def in_latin(text: str) -> str:
         text = unicodedata.normalize("NFKC", text)
         plain = text.translate(_LOOK_ALIKES)
         text = text if _OTHER_LETTERS.search(plain) else plain
-    return _SPACED.sub(lambda word: re.sub(r"[ .\-_*]", "", word[0]), _HIDDEN.sub("", text))
+    return _SPACED.sub(lambda spaced: _joined(spaced[0]), _HIDDEN.sub("", text))
+
+
+def _joined(spaced: str) -> str:
+    """Return a warning that is spelt, "s-t-o-p", as a word; other letters as they are."""
+    word = re.sub(r"[ .\-_*]", "", spaced)
+    return word if warns(word) else spaced
