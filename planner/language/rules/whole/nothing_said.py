@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from planner.language.rules.phrase_lists import phrase_lists
+from planner.language.rules.phrase_lists import longest_first, phrase_lists
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.warning import warns
 
@@ -48,11 +48,7 @@ def _patterns() -> tuple[re.Pattern[str], re.Pattern[str], re.Pattern[str]]:
     """Return what matches, as a whole, names of sounds, stock phrases and fillers."""
     lists = phrase_lists("nothing_said")
     sounds, stock, fillers = (
-        "|".join(lists[table][key])
+        re.compile(rf"(?:(?:{longest_first(lists[table][key])})(?: |$))++")
         for table, key in (("sounds", "words"), ("stock", "phrases"), ("fillers", "words"))
     )
-    return (
-        re.compile(rf"(?:(?:{sounds})(?: |$))+"),
-        re.compile(rf"(?:(?:{stock})(?: |$))+"),
-        re.compile(rf"(?:(?:{fillers})(?: |$))+"),
-    )
+    return sounds, stock, fillers

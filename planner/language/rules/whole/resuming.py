@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from planner.language.rules.phrase_lists import phrase_lists
+from planner.language.rules.phrase_lists import longest_first, phrase_lists
 from planner.language.rules.plain_letters import in_plain_letters
 
 _CLAUSE = re.compile(r"[,;.!:()…,。!;—–]|\s-\s|\b(?:so|and|und|et|y|e)\b")
@@ -39,10 +39,10 @@ def _in_chinese(clauses: list[str]) -> bool:
 def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     """Return what matches a whole clause that says to go on, and one that is calm."""
     lists = phrase_lists("resuming")
-    leads, tails = ("|".join(lists[name]["words"]) for name in ("leads", "tails"))
+    leads, tails = (longest_first(lists[name]["words"]) for name in ("leads", "tails"))
     go_on = "|".join((*lists["go_on"]["english"], *lists["go_on"]["foreign"]))
     calm = "|".join(lists["calm"]["clauses"])
     return (
-        re.compile(rf"(?:(?:{leads}) )*(?:{go_on})(?: (?:{tails}))*"),
-        re.compile(rf"(?:(?:{leads})(?: |$))*(?:{calm}|(?:{leads}|{tails}))?(?: (?:{tails}))*"),
+        re.compile(rf"(?:{leads} )*(?:{go_on})(?: {tails})*"),
+        re.compile(rf"(?:{leads}(?: |$))*(?:{calm}|(?:{leads}|{tails}))?(?: {tails})*"),
     )
