@@ -253,6 +253,8 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
     """Return the reading of a text of which every word is known: it says nothing, to go on, ..."""
     if says_nothing(text):
         return Reading(text=text, by="rule", reply="No word for me.")
+    if len(text) > MAX_CHARACTERS:
+        return None
     if resumes(text) or resumes(english):
         return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "rule")
     if question := foreign_question_in(text):
@@ -273,8 +275,12 @@ def _permitted(text: str, english: str, given: Permission) -> Reading:
     said = _sized(english) if given.sure else None
     opens = said is not None and given.act.act == "open" and not said.command.deed
     orders = said is not None and (opens or said.command.deed == given.act.act)
-    reading = _understood(text, said, 1.0, "grammar") if said and orders else Reading(
-        text=text, by="rule", confidence=1.0, reply=f"{given.act.in_words}: not forbidden."
+    reading = (
+        _understood(text, said, 1.0, "grammar")
+        if said and orders
+        else Reading(
+            text=text, by="rule", confidence=1.0, reply=f"{given.act.in_words}: not forbidden."
+        )
     )
     return replace(reading, allows=allows, may_allow=None if given.sure else given.act)
 

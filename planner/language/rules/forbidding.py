@@ -71,7 +71,9 @@ def _denied_in(denied: str, words: str, whole: str) -> Iterator[Prohibition]:
             parts.append(part)
     for part in parts:
         for act in acts_in(part):
-            yield Prohibition(act=act, on=on_what(act, part) or on_what(act, words) or on_what(act, whole))
+            yield Prohibition(
+                act=act, on=on_what(act, part) or on_what(act, words) or on_what(act, whole)
+            )
 
 
 def acts_in(words: str) -> tuple[Act, ...]:

@@ -36,7 +36,12 @@ def question_in(text: str) -> Question | None:
     lists = phrase_lists("questions")
     begins = _BEFORE.sub("", words)
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
-    if not asks or _STATES.match(words) and not text.rstrip().endswith("?") or _REQUESTS.search(words):
+    if (
+        not asks
+        or _STATES.match(words)
+        and not text.rstrip().endswith("?")
+        or _REQUESTS.search(words)
+    ):
         return None
     kinds = lists["questions"]
     return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(words)), None)

@@ -11,7 +11,9 @@ _LOOK_ALIKES = str.maketrans(
     "аеорсухіјѕԁһкмтвнзгԛԝАЕОРСУХІЈЅВНКМТЗαεορικντυχηΑΒΕΖΗΙΚΜΝΟΡΤΥΧϲ",
     "aeopcyxijsdhkmtbh3rqwAEOPCYXIJSBHKMT3aeopikvtuxnABEZHIKMNOPTYXc",
 )
-_HIDDEN = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u202a-\u202e\u2060-\u206f\ufeff]")
+_HIDDEN = re.compile(
+    r"[\x00-\x08\x0e-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u202a-\u202e\u2060-\u206f\ufeff]"
+)
 _OTHER_LETTERS = re.compile(r"[\u0370-\u1dff\u2c00-\uabff\uac00-\ud7ff]")
 _SPACED = re.compile(r"(?<![\w'])(?:[^\W\d_][ .\-_*]{1,2}){2,}[^\W\d_](?![\w'])")
 

@@ -33,16 +33,30 @@ def permission_in(text: str, english: str) -> Permission | None:
         text: as it was said.
         english: the words of commands in it.
     """
+    named = in_plain_letters(english)
+    told = acts_in(named)
+    text, english = _as_it_stands(text), _as_it_stands(english)
     said, words = in_plain_letters(text), in_plain_letters(english)
-    if not acts_in(words) or excepts(english) or _asks(text, said) or _denies(said, words):
+    if not told or excepts(english) or _asks(text, said) or _denies(said, words):
         return None
     ended, rest = _without_ends(text)
     if warns(rest) or not (ended or _may(said) or _may(words)):
         return None
     clause = _clause_of(english)
-    acts = acts_in(clause) or acts_in(words)
-    act = Prohibition(act=acts[0], on=on_what(acts[0], clause) or on_what(acts[0], words))
+    acts = acts_in(clause) or acts_in(words) or told
+    act = Prohibition(
+        act=acts[0],
+        on=on_what(acts[0], clause) or on_what(acts[0], words) or on_what(acts[0], named),
+    )
     return Permission(act=act, sure=not _is_unsure(said, words))
+
+
+def _as_it_stands(text: str) -> str:
+    """Return a text without the clauses that take back what was said: "forget what I told you"."""
+    back = whole_words(phrase_lists("permitting")["retracts"]["words"])
+    clauses = (in_plain_letters(one) for one in _CLAUSE.split(text.replace("ing's", "ing is")))
+    asks = "?" if text.rstrip().endswith("?") else ""
+    return ", ".join(filter(None, (back.sub("", one).strip() for one in clauses))) + asks
 
 
 def _clause_of(english: str) -> str:
