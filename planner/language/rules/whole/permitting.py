@@ -35,9 +35,11 @@ def permission_in(text: str, english: str) -> Permission | None:
     """
     named = in_plain_letters(english)
     told = acts_in(named)
+    if _denies(in_plain_letters(text), named):
+        return None
     text, english = _as_it_stands(text), _as_it_stands(english)
     said, words = in_plain_letters(text), in_plain_letters(english)
-    if not told or excepts(english) or _asks(text, said) or _denies(said, words):
+    if not told or excepts(english) or _asks(text, said):
         return None
     ended, rest = _without_ends(text)
     if warns(rest) or not (ended or _may(said) or _may(words)):
