@@ -23,6 +23,8 @@ from scenarios.commands.view import View
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
 from scenarios.workers.garbage import search_garbage_rarely
+from scenarios.workers.stop_signals import stop_code, stoppable
+from tissue_sim.main_guard import MainGuardError
 
 _RULE = "[─-]{3,}"
 
@@ -49,15 +51,21 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code; bad input gives 2 and a message in one line."""
-    if os.getcwd() not in sys.path:  # a policy MODULE:FACTORY may lie in the user's folder
-        sys.path.append(os.getcwd())
+    with stoppable():
+        code = _executed(sys.argv[1:] if argv is None else list(argv))
+    return stop_code() if code == INTERRUPTED else code
+
+
+def _executed(words: list[str]) -> int:
     search_garbage_rarely()
-    if (sys.argv[1:] if argv is None else list(argv)) == ["--version"]:
+    if words == ["--version"]:
         print(f"calot {version('calot')}")
         return 0
     try:
-        return parse(argv).execute()
-    except BadInputError as error:
+        _require_text(words)
+        _see_current_folder()
+        return parse(words).execute()
+    except (BadInputError, MainGuardError) as error:
         print(f"calot: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
@@ -65,6 +73,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception:  # Python's own exit code for it, 1, would say that an episode failed
         traceback.print_exc()
         return ERROR
+
+
+def _require_text(words: Sequence[str]) -> None:
+    """Check that the words are text, as all that is printed and written of them must be.
+
+    Raises:
+        BadInputError: one has bytes that are not UTF-8, as names of files may have.
+    """
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise BadInputError(f"{os.fsencode(word)!r} is not UTF-8; name it otherwise") from None
+
+
+def _see_current_folder() -> None:
+    """Let a policy MODULE:FACTORY lie in the user's folder.
+
+    Raises:
+        BadInputError: the folder was removed.
+    """
+    try:
+        here = os.getcwd()
+    except FileNotFoundError:
+        raise BadInputError("the current folder was removed; go to another one") from None
+    if here not in sys.path:
+        sys.path.append(here)
 
 
 def parse(argv: Sequence[str] | None = None) -> Subcommand:

@@ -26,6 +26,7 @@ KNOW_THE_WORLD = (  # expert and scripted planner, and the robot's own driver an
     "planner.scripted",
 )
 OPEN_TO_ALL = (  # modules of the simulator: observations, the robot, and constants
+    "tissue_sim.cached_files",  # writes what it is given
     "tissue_sim.frames",
     "tissue_sim.outcome.clip_rule",
     "tissue_sim.patient.at_risk",  # usual radii, the same for every patient

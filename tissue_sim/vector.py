@@ -17,6 +17,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import iterate
 
 from tissue_sim.environment import BLIND_MODES, make_single
+from tissue_sim.main_guard import require_main_guard
 
 
 def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> VectorEnv:
@@ -29,12 +30,14 @@ def make_vec(num_envs: int, *, obs_mode: str = "state", **options: Any) -> Vecto
 
     Raises:
         ValueError: `num_envs` is not a whole number from 1 on, or `gym.make` refuses an option.
+        MainGuardError: processes are needed, and the script that calls this has no main guard.
     """
     if not isinstance(num_envs, int) or num_envs < 1:
         raise ValueError(f"num_envs = {num_envs!r} must be a whole number of 1 or more")
     makers = [partial(make_single, obs_mode=obs_mode, **options)] * num_envs
     if obs_mode in BLIND_MODES:
         return ThreadVectorEnv(makers)
+    require_main_guard()
     multiprocessing.set_forkserver_preload(["tissue_sim.environment"])
     return AsyncVectorEnv(makers, context="forkserver")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from operator import attrgetter
@@ -112,9 +113,9 @@ def _kept(model: nn.Module) -> dict[str, Tensor]:
 
 
 def _why(path: str | Path, error: OSError) -> str:
-    if Path(path).is_dir():
+    if os.path.isdir(path):
         return "it is a folder"
-    return _one_line(error) if Path(path).exists() else "there is no such file"
+    return _one_line(error) if os.path.exists(path) else "there is no such file"
 
 
 def _one_line(error: Exception) -> str:

@@ -21,6 +21,7 @@ from scenarios.commands.benches.policies import (
     Obedience,
     Safety,
 )
+from scenarios.commands.options.kernel_cache import require_kernel_cache
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -49,4 +50,5 @@ class Bench:
     def execute(self) -> int:
         """Measure and report; return the part's exit code."""
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # read when the libraries are imported
+        require_kernel_cache()
         return self.part.execute()

@@ -14,13 +14,14 @@ from tyro.conf import arg
 
 from scenarios.catalogue import PERCEIVING, SENSES
 from scenarios.commands.collected import broken_lines, written_or_refused
-from scenarios.commands.options.arguments import at_least, one_of
+from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least, one_of
 from scenarios.commands.options.checkpoint_option import (
     require_checkpoint,
     require_planner_checkpoint,
 )
 from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.kernel_cache import require_kernel_cache
+from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.picture_collection import collect_pictures
 from scenarios.demonstration.alike import require_alike
@@ -56,11 +57,11 @@ class Collect:
 
     out: Path
     """Folder of the dataset; new episodes are added to it."""
-    seed: Annotated[int, at_least(0)] = 0
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 0
     """Seed of the first episode; each further one takes the next. Training seeds end at 9999."""
     episodes: Annotated[int, at_least(0)] = 100
     """Number of episodes; 0 rebuilds the dataset from the existing ones."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """How many episodes run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
     """Ray cluster that runs them; this machine must be one of its nodes."""
@@ -92,12 +93,19 @@ class Collect:
 
     def execute(self) -> int:
         """Collect missing episodes, build the dataset, and report; return the exit code."""
-        if self.pictures:
-            require_writable_folder(self.out, "--out")
-            if self.checkpoint:
-                require_checkpoint("diffusion", self.checkpoint)
+        require_writable_folder(self.out, "--out")
+        require_kernel_cache()
+        if self.pictures and self.checkpoint:
+            require_checkpoint("diffusion", self.checkpoint)
+        elif not self.pictures:
+            self._require_possible()
+        with claimed(self.out, "--out"):
+            if not self.pictures:
+                return self._continue()
             return collect_pictures(self.seed, self.episodes, self.out, str(self.checkpoint or ""))
-        self._require_possible()
+
+    def _continue(self) -> int:
+        """Collect missing demonstrations, build the dataset, and report; return the exit code."""
         checkpoint = str(self.checkpoint or "")
         asked = demonstrations(
             self.mix,
@@ -138,7 +146,6 @@ class Collect:
             if not self.mix.startswith(ROLLOUT):
                 raise BadInputError("--planner-checkpoint is only for --mix rollouts")
             require_planner_checkpoint("learned", self.planner_checkpoint)
-        require_writable_folder(self.out, "--out")
         require_cameras(self.cameras)
         require_cluster(self.cluster, self.out)
 

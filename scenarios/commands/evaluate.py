@@ -15,9 +15,17 @@ from tyro.conf import arg
 
 from planner.learning.atomic_write import write_atomic
 from scenarios.catalogue import SENSE_OF
-from scenarios.commands.options.arguments import at_least, number, some_arms, some_of
+from scenarios.commands.options.arguments import (
+    MOST_SEED,
+    MOST_WORKERS,
+    at_least,
+    number,
+    some_arms,
+    some_of,
+)
 from scenarios.commands.options.cluster_option import require_cluster
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.kernel_cache import require_kernel_cache
+from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.commands.options.policy_option import (
     require_perception,
     require_policies,
@@ -34,6 +42,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.suites import SUITE_NAMES, suite_of
 from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.stop_signals import counting
 
 if TYPE_CHECKING:  # heavy to import
     from scenarios.evaluation.case import Case, Ended
@@ -58,11 +67,11 @@ class Evaluate:
     ,person=surgeon where wanted; the others are compared with the first."""
     suite: Annotated[tuple[str, ...], some_of(SUITE_NAMES)] = ("nominal",)
     """Which conditions, names with commas between: of suites, or of scenarios."""
-    seed: Annotated[int, at_least(0)] = 20_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 20_000
     """Seed of the first patient; each further one takes the next. Test seeds start at 20000."""
     episodes: Annotated[int, at_least(1)] = 20
     """Number of patients for each condition."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of episodes that run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
     """Ray cluster that runs them; this machine must be one of its nodes."""
@@ -74,6 +83,11 @@ class Evaluate:
     def execute(self) -> int:
         """Run what is not finished, and report; return the exit code."""
         self._require_possible()
+        with claimed(self.out, "--out"):
+            return self._continue()
+
+    def _continue(self) -> int:
+        """Run what is not finished, and report; return the exit code."""
         from scenarios.evaluation.folder import finished, open_folder
         from scenarios.evaluation.plan import Plan
 
@@ -95,6 +109,7 @@ class Evaluate:
 
     def _require_possible(self) -> None:
         require_distinct(self.arms)
+        require_kernel_cache()
         for arm in self.arms:
             with _named(arm):
                 require_cameras(arm.cameras)
@@ -144,14 +159,17 @@ class Evaluate:
             )
         else:
             for case in due:
-                yield attempt(case, self.out, [display])
+                with counting():
+                    yield attempt(case, self.out, [display])
 
     def _report(self, plan: Plan, results: Mapping[Case, EpisodeResult]) -> Report:
         """Write the report and show it."""
+        from scenarios.evaluation.folder import open_folder
         from scenarios.evaluation.page.whole import page
         from scenarios.evaluation.report import document, report_of
         from scenarios.evaluation.terminal_tables import tables
 
+        open_folder(self.out, self.arms)  # it may have vanished
         report, made_with = report_of(plan, results, self.out), self._made_with()
         self._write(RESULTS, dumps(document(report, made_with), indent=2) + "\n")
         self._write("report.html", page(report, made_with))

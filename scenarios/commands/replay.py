@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from rich.progress import track
 from tyro.conf import Positional, arg
 
 from scenarios.commands.browser import LOCAL
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_WORKERS, at_least
+from scenarios.commands.options.kernel_cache import require_kernel_cache
 from scenarios.commands.options.output_path import require_writable_file
 from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
@@ -48,7 +50,7 @@ class Replay:
     """A recorded episode, `episodes/SEED.npz`; with --verify, several of them or folders."""
     verify: bool = False
     """Run the whole episode again from its seed, and compare everything that was recorded."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """How many episodes are verified in parallel."""
     beside: Annotated[Path | None, arg(metavar="FILE")] = None
     """A second recorded episode, shown beside the first."""
@@ -83,6 +85,7 @@ class Replay:
             require_writable_file(self.export, "--export")
         if self.beside is not None and not self.view:
             raise BadInputError("--beside needs --view")
+        require_kernel_cache()
 
     def _verify(self) -> int:
         files = self._recordings()
@@ -105,7 +108,7 @@ class Replay:
     def _recordings(self) -> list[Path]:
         files = []
         for path in self.files:
-            if not path.exists():
+            if not os.path.exists(path):
                 raise BadInputError(f"{path}: No such file or directory")
             if not (found := recordings_in(path)):
                 raise BadInputError(f"{path}: no recordings (*.npz) in it")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
@@ -14,10 +15,14 @@ from tyro.conf import arg
 
 from scenarios.catalogue import PEOPLE
 from scenarios.commands.browser import LOCAL, new_session, page_of
-from scenarios.commands.options.arguments import at_least, one_of, text_of
+from scenarios.commands.options.arguments import MOST_WORKERS, at_least, one_of, text_of
 from scenarios.commands.options.cluster_option import require_cluster
 from scenarios.commands.options.episode_options import EpisodeOptions
-from scenarios.commands.options.output_path import require_writable_file, require_writable_folder
+from scenarios.commands.options.output_path import (
+    claimed,
+    require_writable_file,
+    require_writable_folder,
+)
 from scenarios.commands.options.policy_option import say_who_acts
 from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.commands.output import output
@@ -45,6 +50,7 @@ from scenarios.recording.result_tables import (
 )
 from scenarios.recording.video import VideoWriter
 from scenarios.workers.pool import run_side_by_side
+from scenarios.workers.stop_signals import counting
 
 if TYPE_CHECKING:
     from scenarios.demonstration.interventions import Interventions
@@ -69,7 +75,7 @@ class Run(EpisodeOptions):
     """Dataset that gains each episode in which somebody was obeyed; on training seeds only."""
     episodes: Annotated[int, at_least(1)] = 1
     """Number of episodes."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of episodes that run in parallel."""
     cluster: Annotated[str | None, arg(metavar="HOST:PORT")] = None
     """Ray cluster that runs them; this machine must be one of its nodes."""
@@ -87,6 +93,19 @@ class Run(EpisodeOptions):
     def execute(self) -> int:
         """Run, keep each finished episode in results.json, and report; return the exit code."""
         self._require_possible()
+        with ExitStack() as claims:
+            for folder, option in self._folders():
+                claims.enter_context(claimed(folder, option))
+            return self._run_and_report()
+
+    def _folders(self) -> Iterator[tuple[Path, str]]:
+        """Yield each folder that is written to, and its option."""
+        yield self.out, "--out"
+        datasets = self.save_interventions
+        if datasets is not None and os.path.realpath(datasets) != os.path.realpath(self.out):
+            yield datasets, "--save-interventions"
+
+    def _run_and_report(self) -> int:
         say_who_acts(self.planner, self.controller, self.sense_in_force, self.person)
         finished: list[EpisodeResult] = []
         self._write(finished)
@@ -116,11 +135,11 @@ class Run(EpisodeOptions):
             raise BadInputError(f"{option} needs --video FILE{VIDEO_SUFFIX}, on which it is drawn")
         if self.save_interventions is not None:
             self._require_savable(self.save_interventions)
+        require_writable_folder(self.out, "--out")
         if (self.out / MANIFEST).exists():
             raise BadInputError(
                 f"--out {self.out}: it has a report of `calot evaluate`; name another folder"
             )
-        require_writable_folder(self.out, "--out")
         require_cluster(self.cluster, self.out)
 
     def _require_alone(self, option: str) -> None:
@@ -178,14 +197,17 @@ class Run(EpisodeOptions):
             return None
         from scenarios.demonstration.interventions import Interventions
 
-        return Interventions(self.save_interventions, self._configs()[0])
+        return Interventions(self.save_interventions, next(self._configs()))
 
-    def _configs(self) -> list[EpisodeConfig]:
+    def _configs(self) -> Iterator[EpisodeConfig]:
+        """Yield the configuration of each episode; there may be many."""
         first = replace(self.first_config(), instruct=text_of(self.instruct), person=self.person)
-        return [replace(first, seed=self.seed + k) for k in range(self.episodes)]
+        return (replace(first, seed=self.seed + k) for k in range(self.episodes))
 
     def _session(self) -> SessionState:
-        return new_session(self._configs()[0], self.out, paused=False, restarts=False, camera=False)
+        return new_session(
+            next(self._configs()), self.out, paused=False, restarts=False, camera=False
+        )
 
     def _attempts(
         self, observers: Sequence[Observer], session: SessionState | None
@@ -196,7 +218,8 @@ class Run(EpisodeOptions):
             yield from run_side_by_side(attempt, configs, self.workers, _lost, self.cluster)
         else:
             for config in configs:
-                yield _attempted(config, self.out, observers, session)
+                with counting():
+                    yield _attempted(config, self.out, observers, session)
 
     def _report(self, episodes: Sequence[EpisodeResult]) -> None:
         console = output()

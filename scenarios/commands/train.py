@@ -15,8 +15,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from tyro.conf import Positional, arg
 
 from controller.dataset.choice import Choice
-from scenarios.commands.options.arguments import at_least, number, one_of, some_of
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.arguments import (
+    MOST_SEED,
+    MOST_STEPS,
+    MOST_WORKERS,
+    at_least,
+    number,
+    one_of,
+    some_of,
+)
+from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.files.errors import BadInputError
 
@@ -49,11 +57,11 @@ class Train:
     """How much to train; "smoke" only checks that training works."""
     base: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint to fine-tune; the default is to train from scratch."""
-    steps: Annotated[int | None, at_least(1)] = None
+    steps: Annotated[int | None, at_least(1, MOST_STEPS)] = None
     """Steps of the optimiser; the default is the preset's."""
-    seed: Annotated[int, at_least(0)] = 0
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 0
     """Seed of all random numbers."""
-    threads: Annotated[int, at_least(1)] = 1
+    threads: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of CPU threads of torch."""
     bfloat16: bool = False
     """Multiply matrices in bfloat16: 1.5 times as fast on some processors, slower on others."""
@@ -73,6 +81,10 @@ class Train:
             raise BadInputError("--data: name a folder")
         out = self.out or Path("runs") / self.learner
         require_writable_folder(out, "--out")
+        with claimed(out, "--out"):
+            return self._train(out)
+
+    def _train(self, out: Path) -> int:
         os.environ["OMP_NUM_THREADS"] = str(self.threads)  # read when torch is imported
         import torch
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -12,14 +11,17 @@ from tyro.conf import arg
 from scenarios.commands.browser import LOCAL, new_session, page_of
 from scenarios.commands.options.arguments import at_least
 from scenarios.commands.options.episode_options import EpisodeOptions
-from scenarios.commands.options.output_path import require_writable_folder
+from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.commands.options.policy_option import say_who_acts
 from scenarios.commands.options.renderer_option import require_renderer
 
 
 @dataclass(frozen=True, kw_only=True)
 class View(EpisodeOptions):
-    """Watch episodes in the browser, correct them by button or sentence; until Ctrl-C."""
+    """Watch episodes in the browser, correct them by button or sentence; until Ctrl-C.
+
+    Exit code: 0 ended between two episodes, 130 in one, which is kept; 2 bad input.
+    """
 
     out: Path = Path("runs/view")
     """Folder for the recorded episodes, which replace no older ones, and for interventions that are
@@ -36,7 +38,7 @@ class View(EpisodeOptions):
     """Whether to start at once, and not when somebody presses Start."""
 
     def execute(self) -> int:
-        """Serve the page until Ctrl-C; return 0."""
+        """Serve the page until a signal; return 0 if it comes between two episodes."""
         self.require_episode()
         require_writable_folder(self.out, "--out")
         if self.camera:
@@ -46,7 +48,10 @@ class View(EpisodeOptions):
         session = new_session(
             self.first_config(), self.out, paused=not self.start, restarts=True, camera=self.camera
         )
-        with page_of(session, self.host, self.port, self.say_port), suppress(KeyboardInterrupt):
+        with (
+            claimed(self.out, "--out"),
+            page_of(session, self.host, self.port, self.say_port),
+        ):
             say_who_acts(self.planner, self.controller, self.sense_in_force)
             watch_episodes(session)
         return 0

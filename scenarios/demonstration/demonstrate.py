@@ -23,6 +23,7 @@ from scenarios.demonstration.mix import (
 )
 from scenarios.files.errors import describe_error
 from scenarios.loop.results import EpisodeResult
+from scenarios.workers.stop_signals import importing, saving
 
 if TYPE_CHECKING:  # heavy to import
     from numpy.random import Generator
@@ -75,7 +76,9 @@ def is_finished(demonstration: PlannedDemonstration, out: Path) -> bool:
 def demonstrate(demonstration: PlannedDemonstration, out: Path) -> DemonstrationOutcome:
     """Run it and write its file to `out`; an exception in the episode becomes its error."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
-    from controller.dataset.part import part_bytes
+    with importing():
+        import scenarios.run_episode  # noqa: F401  # with all that an episode needs
+        from controller.dataset.part import part_bytes
 
     start_s, part = time.perf_counter(), part_path(demonstration, out)
     try:
@@ -262,8 +265,9 @@ def written(
 ) -> DemonstrationOutcome:
     """Write a demonstration's file `path`; return its outcome, which tells what failed."""
     try:
-        for write in writes:
-            write()
+        with saving():
+            for write in writes:
+                write()
     except OSError as error:
         return DemonstrationOutcome(
             demonstration=outcome.demonstration, unwritable=f"{path}: {error.strerror}"

@@ -24,6 +24,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.loop.step import Step
 from scenarios.recording.checkpoint_digests import checkpoint_digests
+from scenarios.workers.stop_signals import saving
 from tissue_sim.world import World
 
 _WRITING = Lock()  # a data set is written by one thread at a time
@@ -62,7 +63,8 @@ class Interventions:
     def on_end(self, result: EpisodeResult) -> None:
         """Save the episode with its result, which stays what it is if there is no room to."""
         try:
-            self.save(result.success, failures_of(result))
+            with saving():
+                self.save(result.success, failures_of(result))
         except (OSError, ValueError) as error:
             self.unsaved = " ".join(str(error).split())
 

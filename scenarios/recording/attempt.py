@@ -17,6 +17,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.recorder import Recorder
+from scenarios.workers.stop_signals import importing
 
 if TYPE_CHECKING:
     from scenarios.loop.person.inbox import Inbox
@@ -70,7 +71,8 @@ def attempt_episode(
     """
     name = name or str(config.seed)
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # small tensors: more threads are slower
-    from scenarios.run_episode import run_episode
+    with importing():
+        from scenarios.run_episode import run_episode
 
     start_s, trace = time.perf_counter(), trace_path(out, name)
     trace.unlink(missing_ok=True)

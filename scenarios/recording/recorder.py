@@ -19,6 +19,7 @@ from scenarios.files.versions import versions
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.results import EpisodeResult
 from scenarios.recording.checkpoint_digests import checkpoint_digests
+from scenarios.workers.stop_signals import saving
 from tissue_sim.version import WORLD_VERSION
 
 SCHEMA_VERSION = 7
@@ -88,7 +89,7 @@ class Recording:
 class Recorder:
     """Observes an episode in a `with` block, and saves it when the block is left.
 
-    It also saves after an exception or Ctrl-C.
+    It also saves after an exception or a signal, and no signal cuts the saving short.
     """
 
     config: EpisodeConfig
@@ -115,7 +116,8 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._save(None if error is None else describe_error(error))
+        with saving():
+            self._save(None if error is None else describe_error(error))
 
     def on_reset(self, world: Any) -> None:
         """Record the anatomy and the checkpoints."""

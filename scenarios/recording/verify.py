@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from shutil import rmtree
+from tempfile import gettempdir
 from typing import Literal
+from uuid import uuid4
 
 from rich.markup import escape
 from rich.table import Table
@@ -47,8 +50,8 @@ def verify(file: Path) -> Verdict:
 
     try:
         recorded = load(file)
-        with TemporaryDirectory() as folder:
-            again = repeat(recorded, Path(folder))
+        with _folder() as folder:
+            again = repeat(recorded, folder)
     except OSError as error:
         return Verdict(file=file, outcome="refused", remark=f"{file}: {error.strerror or error}")
     except ValueError as error:
@@ -60,6 +63,19 @@ def verify(file: Path) -> Verdict:
         return Verdict(file=file, outcome="identical", remark=f"{n_steps} steps{broke_off}")
     remark = "; ".join([str(difference), *_changes(recorded.versions)])
     return Verdict(file=file, outcome="differs", remark=remark)
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """Yield a temporary folder that is made when the episode is saved, not before it runs.
+
+    It is removed at once, so that a process which is killed hardly ever leaves one behind.
+    """
+    folder = Path(gettempdir(), f"calot-verify-{uuid4().hex}")
+    try:
+        yield folder
+    finally:
+        rmtree(folder, ignore_errors=True)
 
 
 def lost(file: Path, death: WorkerDiedError) -> Verdict:

@@ -1,4 +1,4 @@
-"""Run episodes that a page shows, one after another, until Ctrl-C."""
+"""Run episodes that a page shows, one after another, until a signal."""
 
 from __future__ import annotations
 
@@ -12,13 +12,22 @@ from scenarios.viewer.session_state import SessionState
 
 
 def watch_episodes(session: SessionState) -> None:
-    """Run the requested episodes. One that breaks off is shown as such; another may follow."""
+    """Run the requested episodes until a signal comes between two of them.
+
+    One that breaks off is shown as such; another may follow.
+
+    Raises:
+        KeyboardInterrupt: a signal came in an episode.
+    """
     while True:
         try:
             result = watch_episode(session)
             if result.error is not None:
                 session.watcher.on_end(result)
-            session.watcher.rest()
+            try:
+                session.watcher.rest()
+            except KeyboardInterrupt:
+                return
         except Restart as restart:
             session.begin(restart.config)
 

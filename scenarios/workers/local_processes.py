@@ -2,16 +2,21 @@
 
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from multiprocessing.resource_tracker import ensure_running
+from threading import Thread
 from typing import Any, Generic, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
 from scenarios.workers.garbage import search_garbage_rarely
+from scenarios.workers.stop_signals import STOP_SIGNALS, counting, stoppable
+from tissue_sim.main_guard import require_main_guard
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
@@ -46,10 +51,12 @@ class _Worker:
             os.kill(self.process.pid, signal.SIGINT)
 
     def leave(self) -> None:
-        """Close the connection, which ends the process, and wait for its end."""
+        """Close the connection, which ends the process, and wait for its end; end its children."""
         self.connection.close()
-        self.process.join(STOP_TIMEOUT_S)
-        self.process.kill()
+        wait([self.process.sentinel], STOP_TIMEOUT_S)
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.ident or 0, signal.SIGKILL)
+        self.process.kill()  # in the parent's group still, if it has hardly begun
         self.process.join()
 
 
@@ -57,6 +64,12 @@ class LocalProcesses(Generic[Config, Result]):
     """A pool of spawned processes; idle ones are used again."""
 
     def __init__(self, attempt: Callable[[Config], Result]) -> None:
+        """Make a pool, without processes yet.
+
+        Raises:
+            MainGuardError: this is called by a script that has no main guard.
+        """
+        require_main_guard()
         self._attempt = attempt
         self._busy: list[_Worker] = []
         self._idle: list[_Worker] = []
@@ -72,41 +85,73 @@ class LocalProcesses(Generic[Config, Result]):
         worker.begin(number, config)
         self._busy.append(worker)
 
+    def wait(self) -> None:
+        """Wait until some attempts have ended."""
+        wait([worker.connection for worker in self._busy])
+
     def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Wait until some attempts have ended; return their numbers and results."""
-        ready = set(wait([worker.connection for worker in self._busy]))
+        """Return the numbers and results of attempts that have ended."""
+        ready = set(wait([worker.connection for worker in self._busy], timeout=0.0))
         done = [worker for worker in self._busy if worker.connection in ready]
         self._busy = [worker for worker in self._busy if worker not in done]
         outcomes = [(worker.number, worker.outcome()) for worker in done]
         self._idle += [worker for worker in done if not worker.connection.closed]
         return outcomes
 
-    def leave(self) -> None:
-        """Interrupt running attempts, wait until they are saved, and end all workers."""
-        for worker in self._busy:
+    def leave(self) -> list[Result]:
+        """Interrupt running attempts, wait until they are saved, and end all workers.
+
+        Return the results of those that were finished before the interruption.
+        """
+        stopping, idle, self._busy, self._idle = self._busy, self._idle, [], []
+        for worker in stopping:
             worker.interrupt()
-        for worker in (*self._busy, *self._idle):
+        last = [worker.outcome() for worker in stopping if worker.connection.poll(STOP_TIMEOUT_S)]
+        for worker in (*stopping, *idle):
             worker.leave()
+        return [outcome for outcome in last if not isinstance(outcome, WorkerDiedError)]
 
 
 def _spawned(attempt: Callable[[Any], Any]) -> _Worker:
     context = get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, attempt), daemon=True)
+    ensure_running()  # it would unblock them
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)  # until it can handle them
     process.start()
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
     there.close()
     return _Worker(process=process, connection=here)
 
 
 def _serve(connection: Connection, attempt: Callable[[Any], Any]) -> None:
     os.setpgid(0, 0)  # a terminal's Ctrl-C reaches only the parent, which passes it on once
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
+    for number in STOP_SIGNALS:  # a shell's background ignores Ctrl-C, `nohup` the end of a session
+        signal.signal(number, signal.SIG_DFL)
     search_garbage_rarely()
-    with suppress(KeyboardInterrupt):
+    with suppress(KeyboardInterrupt), stoppable():
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+        Thread(target=_stop_without_parent, name="calot-parent", daemon=True).start()
         for config in _received(connection):
-            result = attempt(config)  # what it raises ends the process, with its traceback
-            with suppress(OSError):  # the parent is gone: there is nothing to receive
-                connection.send(result)
+            with counting():
+                result = attempt(config)  # what it raises ends the process, with its traceback
+                with suppress(OSError):  # the parent is gone: there is nothing to receive
+                    connection.send(result)
+    if _parent_is_gone(timeout_s=0.0):
+        os.killpg(0, signal.SIGKILL)  # with its own children
+
+
+def _stop_without_parent() -> None:
+    """Stop this process once its parent has died, and then end it with its children."""
+    _parent_is_gone(timeout_s=None)
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(STOP_TIMEOUT_S)
+    os.killpg(0, signal.SIGKILL)
+
+
+def _parent_is_gone(timeout_s: float | None) -> bool:
+    parent = parent_process()
+    return parent is not None and bool(wait([parent.sentinel], timeout_s))
 
 
 def _received(connection: Connection) -> Iterator[Any]:

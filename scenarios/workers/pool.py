@@ -1,13 +1,15 @@
 """Run attempts in parallel, in processes of this machine or of a cluster."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import Protocol, TypeVar
 
 from scenarios.files.errors import WorkerDiedError
+from scenarios.workers.stop_signals import saving
 
 Config = TypeVar("Config")
 Result = TypeVar("Result")
+Numbered = TypeVar("Numbered")
 Given = TypeVar("Given", contravariant=True)
 Got = TypeVar("Got", covariant=True)
 
@@ -24,18 +26,25 @@ class WorkerPool(Protocol[Given, Got]):
         """Start an attempt on a worker."""
         ...
 
-    def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
-        """Wait until some attempts have ended; return their numbers and results."""
+    def wait(self) -> None:
+        """Wait until some attempts have ended."""
         ...
 
-    def leave(self) -> None:
-        """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end."""
+    def ended(self) -> Sequence[tuple[int, Got | WorkerDiedError]]:
+        """Return the numbers and results of attempts that have ended."""
+        ...
+
+    def leave(self) -> Sequence[Got]:
+        """Interrupt running attempts, as Ctrl-C does, wait until they are saved, and end.
+
+        Return the results of those that were finished before the interruption.
+        """
         ...
 
 
 def run_side_by_side(
     attempt: Callable[[Config], Result],
-    configs: Sequence[Config],
+    configs: Iterable[Config],
     workers: int,
     after_death: Callable[[Config, WorkerDiedError], Result],
     cluster: str | None = None,
@@ -45,30 +54,44 @@ def run_side_by_side(
     An attempt whose worker died is repeated once; `after_death` makes the result if it dies again.
     The workers are other processes, which get `attempt` by pickle: on this machine or, with
     `cluster` (HOST:PORT), on a Ray cluster. Closing the iterator early interrupts them, and they
-    save what they have recorded.
+    save what they have recorded; so does a signal, after which the results of those that were
+    finished are yielded before KeyboardInterrupt is raised.
     """
     pool = _pool(attempt, cluster)
-    waiting, again = deque(range(len(configs))), set[int]()
+    coming, again = enumerate(configs), deque[tuple[int, Config]]()
+    running, repeated = dict[int, Config](), set[int]()
 
     def fill() -> None:
-        while waiting and pool.n_busy < workers:
-            number = waiting.popleft()
-            pool.begin(number, configs[number])
+        while pool.n_busy < workers and (due := _next(again, coming)) is not None:
+            number, running[number] = due
+            pool.begin(*due)
 
     try:
         fill()
         while pool.n_busy:
-            for number, outcome in pool.ended():
-                died = isinstance(outcome, WorkerDiedError)
-                retry = died and number not in again
-                if retry:
-                    again.add(number)
-                    waiting.appendleft(number)
-                fill()
-                if not retry:
-                    yield after_death(configs[number], outcome) if died else outcome
+            pool.wait()
+            with saving():  # what is received is passed on
+                for number, outcome in pool.ended():
+                    config = running.pop(number)
+                    died = isinstance(outcome, WorkerDiedError)
+                    retry = died and number not in repeated
+                    if retry:
+                        repeated.add(number)
+                        again.append((number, config))
+                    fill()
+                    if not retry:
+                        yield after_death(config, outcome) if died else outcome
+    except KeyboardInterrupt:
+        with saving():
+            yield from pool.leave()
+        raise
     finally:
-        pool.leave()
+        with saving():
+            pool.leave()
+
+
+def _next(again: deque[Numbered], coming: Iterator[Numbered]) -> Numbered | None:
+    return again.popleft() if again else next(coming, None)
 
 
 def _pool(attempt: Callable[[Config], Result], cluster: str | None) -> WorkerPool[Config, Result]:

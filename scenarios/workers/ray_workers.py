@@ -36,18 +36,28 @@ class RayWorkers(Generic[Config, Result]):
         task = ray.remote(num_cpus=1, max_retries=0)(_attempted)
         self._numbers[task.remote(self._folder, self._attempt, config)] = number
 
+    def wait(self) -> None:
+        """Wait until some attempts have ended."""
+        ray.wait(list(self._numbers), num_returns=1)
+
     def ended(self) -> list[tuple[int, Result | WorkerDiedError]]:
-        """Wait until some attempts have ended; return their numbers and results."""
-        done, _ = ray.wait(list(self._numbers), num_returns=1)
+        """Return the numbers and results of attempts that have ended."""
+        done, _ = ray.wait(list(self._numbers), num_returns=len(self._numbers), timeout=0.0)
         return [(self._numbers.pop(task), _outcome(task)) for task in done]
 
-    def leave(self) -> None:
-        """Interrupt running attempts and wait until they are saved."""
-        under_way = list(self._numbers)
+    def leave(self) -> list[Result]:
+        """Interrupt running attempts and wait until they are saved.
+
+        Return the results of those that were finished before the interruption.
+        """
+        under_way, self._numbers = list(self._numbers), {}
         for task in under_way:
             ray.cancel(task)
-        if under_way:
-            ray.wait(under_way, num_returns=len(under_way), timeout=STOP_TIMEOUT_S)
+        if not under_way:
+            return []
+        done, _ = ray.wait(under_way, num_returns=len(under_way), timeout=STOP_TIMEOUT_S)
+        last = [_outcome(task) for task in done]
+        return [outcome for outcome in last if not isinstance(outcome, WorkerDiedError)]
 
 
 def connect(address: str) -> None:

@@ -12,15 +12,15 @@ less the share of the surface under the film; the fourth of a relief says where 
 from __future__ import annotations
 
 import re
-import shutil
-import tempfile
 from functools import cache
 from pathlib import Path
 
 import sapien
 
+from tissue_sim.cached_files import cached_folder
 from tissue_sim.rendering.textures import BLURRED_RELIEF
 
+PACK = "field"
 COLOR_PICTURE = "Color"  # (H, W, 4) uint8
 POSITION_PICTURE = "MicrometrePosition"  # (H, W, 4) int32: camera x right, y up, z back; entity
 MICROMETRE = 1.0e-6
@@ -134,18 +134,18 @@ void main() {
 
 @cache
 def shader_pack() -> Path:
-    """Return the pack's folder. It is made on first use and removed when the process ends."""
+    """Return the pack's folder, which lies in the cache."""
     source = Path(sapien.__file__).parent / "vulkan_shader"
-    root = Path(_folder().name)
-    shutil.copytree(source / "common", root / "common")
-    lights = root / "common" / "lights.glsl"
-    lights.write_text(_light(lights.read_text()))
-    pack = root / "field"
-    shutil.copytree(source / "minimal", pack)
+    files = {
+        f"{folder}/{path.relative_to(source / original)}": path.read_text()
+        for folder, original in (("common", "common"), (PACK, "minimal"))
+        for path in (source / original).rglob("*")
+        if path.is_file()
+    }
     for name, edit in _EDITS.items():
-        shader = pack / name
-        shader.write_text(edit(shader.read_text()))
-    return pack
+        files[name] = edit(files[name])
+    encoded = {name: text.encode() for name, text in files.items()}
+    return cached_folder("shaders", encoded) / PACK
 
 
 def set_picture_formats() -> None:
@@ -187,7 +187,12 @@ def _vertex(text: str) -> str:
     return _replaced(text, r"mat3\(transpose\(inverse\(modelView\)\)\)", "mat3(modelView)")
 
 
-_EDITS = {"gbuffer.vert": _vertex, "gbuffer.frag": _surface, "composite0.frag": _picture}
+_EDITS = {
+    "common/lights.glsl": _light,
+    f"{PACK}/gbuffer.vert": _vertex,
+    f"{PACK}/gbuffer.frag": _surface,
+    f"{PACK}/composite0.frag": _picture,
+}
 
 
 def _replaced(text: str, pattern: str, new: str, *, count: int = 1) -> str:
@@ -196,8 +201,3 @@ def _replaced(text: str, pattern: str, new: str, *, count: int = 1) -> str:
     if found != count:
         raise RuntimeError(f"SAPIEN {sapien.__version__}: its shaders differ: no {pattern!r}")
     return text
-
-
-@cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(prefix="calot-shaders-")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import trimesh
@@ -59,14 +58,14 @@ def link_parts(instrument: Instrument) -> dict[str, list[Part]]:
     }
 
 
-def write_link_meshes(instrument: Instrument, directory: Path) -> dict[str, str]:
-    """Write one GLB per link; return the file name of each link."""
-    files = {}
-    for link, parts in link_parts(instrument).items():
-        scene = trimesh.Scene([with_finish(part) for part in parts])
-        files[link] = f"{link}.glb"
-        (directory / files[link]).write_bytes(scene.export(file_type="glb", include_normals=True))
-    return files
+def link_meshes(instrument: Instrument) -> dict[str, bytes]:
+    """Return the content of a GLB file for each link."""
+    return {
+        link: trimesh.Scene([with_finish(part) for part in parts]).export(
+            file_type="glb", include_normals=True
+        )
+        for link, parts in link_parts(instrument).items()
+    }
 
 
 def with_finish(part: Part) -> trimesh.Trimesh:

@@ -7,13 +7,13 @@ link's origin, so the simulator's link velocities and wrenches refer to the link
 
 from __future__ import annotations
 
-import tempfile
 from functools import cache
 from math import atan2, hypot
 from pathlib import Path
 
 import numpy as np
 
+from tissue_sim.cached_files import cached_folder
 from tissue_sim.frames import Array, pose
 from tissue_sim.tools.instruments import SHAFT_LENGTH_M, SHAFT_RADIUS_M, WRIST_RADIUS_M, Instrument
 from tissue_sim.tools.psm import T_YAW_TOOL_AXES, DhRow, dh_table, dh_transform
@@ -43,17 +43,12 @@ _INERTIAS = {  # mass (kg), moment of inertia (kg m2); assumed: light compared w
 
 
 @cache
-def _cache_directory() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(prefix="calot-psm-")
-
-
-@cache
 def urdf_path(instrument: Instrument, *, visuals: bool) -> Path:
-    """Return the path of the URDF, with its meshes beside it; it exists until the process ends."""
-    directory = Path(tempfile.mkdtemp(prefix=instrument.name, dir=_cache_directory().name))
-    path = directory / "psm.urdf"
-    path.write_text(urdf(instrument, _write_meshes(instrument, directory) if visuals else {}))
-    return path
+    """Return the path of the URDF in the cache, with its meshes beside it."""
+    meshes = _meshes(instrument) if visuals else {}
+    files = {f"{link}.glb": content for link, content in meshes.items()}
+    text = urdf(instrument, {link: f"{link}.glb" for link in meshes})
+    return cached_folder(instrument.name, files | {"psm.urdf": text.encode()}) / "psm.urdf"
 
 
 def urdf(instrument: Instrument, mesh_files: dict[str, str]) -> str:
@@ -68,10 +63,10 @@ def urdf(instrument: Instrument, mesh_files: dict[str, str]) -> str:
     return "\n".join(['<robot name="psm">', *links, *joints, *fingers, "</robot>"])
 
 
-def _write_meshes(instrument: Instrument, directory: Path) -> dict[str, str]:
-    from tissue_sim.tools.instrument_meshes import write_link_meshes
+def _meshes(instrument: Instrument) -> dict[str, bytes]:
+    from tissue_sim.tools.instrument_meshes import link_meshes
 
-    return write_link_meshes(instrument, directory)
+    return link_meshes(instrument)
 
 
 def _collisions(instrument: Instrument) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from tyro.conf import arg
 
 from scenarios.catalogue import usual_sense
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_SEED, at_least
 from scenarios.commands.options.checkpoint_option import require_checkpoint
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class ControllerOnTrial:
     """Which controller."""
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint of the diffusion controller; the default is the one that comes with Calot."""
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy; a further patient takes the next."""
 
     def config(self, scenario: str = "textbook") -> EpisodeConfig:

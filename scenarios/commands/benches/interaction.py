@@ -7,7 +7,7 @@ from rich.console import Console
 
 from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
 from scenarios.commands.benches.show import show
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_SEED, at_least
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class Distances:
 class Viewer:
     """Measure the cost of an open page for the loop, and the delay of a click, in Chromium."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy."""
     repeats: Annotated[int, at_least(1)] = 3
     """Number of runs without and with a page, alternating."""

@@ -8,7 +8,7 @@ from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.benches.show import show
-from scenarios.commands.options.arguments import at_least
+from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least
 from scenarios.commands.options.output_path import require_writable_file
 from scenarios.files.errors import BadInputError
 
@@ -19,7 +19,7 @@ MIN_RESETS = 50  # fewer say nothing about a slope
 class BenchWorld:
     """Time each stage of the world on one core."""
 
-    seed: Annotated[int, at_least(0)] = 10_003
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
     """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps to measure, after the warm-up or the retraction."""
@@ -38,7 +38,7 @@ class BenchWorld:
 class Accuracy:
     """Measure the tissue's error against its static solution after a retraction by 20 mm."""
 
-    seed: Annotated[int, at_least(0)] = 10_003
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_003
     """Seed of the anatomy."""
     steps: Annotated[int, at_least(1)] = 300
     """Control steps for which the retraction is held."""
@@ -60,11 +60,11 @@ class Accuracy:
 class Robustness:
     """Check that the tissue stays physical under violent random motions: 3 s at 200 mm/s."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the first anatomy and storm; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 40
     """Number of storms, one a patient."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of processes that run them."""
     resets: Annotated[int, at_least(0)] = 0
     """Also measure whether memory grows over this many resets (at least 50); 0 does not."""
@@ -92,7 +92,7 @@ class Robustness:
 class Parallel:
     """Measure the speedup by threads in state mode, and by processes with cameras."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the first anatomy; each further one takes the next."""
     steps: Annotated[int, at_least(1)] = 30
     """Control steps in a round."""
@@ -121,7 +121,7 @@ class Parallel:
 class Population:
     """Compare the patients that seeds draw with the published population."""
 
-    seed: Annotated[int, at_least(0)] = 0
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 0
     """Seed of the first patient; each further one takes the next."""
     patients: Annotated[int, at_least(1)] = 10_000
     """Number of patients."""

@@ -9,7 +9,7 @@ from tyro.conf import arg
 
 from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
 from scenarios.commands.benches.show import show
-from scenarios.commands.options.arguments import at_least, one_of
+from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least, one_of
 
 ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
 MIN_STEPS = 30  # some chunks join in them
@@ -21,7 +21,7 @@ class BenchController:
 
     checkpoint: Annotated[Path | None, arg(metavar="FILE")] = None
     """Checkpoint; the default is the one that comes with Calot."""
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the anatomy of the episodes."""
     repeats: Annotated[int, at_least(1)] = 300
     """Number of chunks to time."""
@@ -68,7 +68,7 @@ class Obedience(ControllerOnTrial):
 
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients, each tested at four times."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of processes."""
     by: Literal["planner", "person"] = "planner"
     """Who says the corrections."""
@@ -92,7 +92,7 @@ class Corrections(ControllerOnTrial):
     """Scenario that leads an arm astray."""
     episodes: Annotated[int, at_least(1)] = 30
     """Number of patients, each corrected once."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of processes."""
 
     def execute(self) -> int:
@@ -110,13 +110,13 @@ class Corrections(ControllerOnTrial):
 class Safety:
     """Check that the safety filter withstands attacks on each patient, and time it."""
 
-    seed: Annotated[int, at_least(0)] = 10_000
+    seed: Annotated[int, at_least(0, MOST_SEED)] = 10_000
     """Seed of the first anatomy and its attacks; each further one takes the next."""
     episodes: Annotated[int, at_least(1)] = 50
     """Number of patients; each is attacked 18 times at rest."""
     in_world: Annotated[int, at_least(0)] = 2
     """Number of attacks on each patient in the moving world."""
-    workers: Annotated[int, at_least(1)] = 1
+    workers: Annotated[int, at_least(1, MOST_WORKERS)] = 1
     """Number of processes for the attacks; times are measured before, in one process."""
 
     def execute(self) -> int:

@@ -8,15 +8,27 @@ from tyro.constructors import PrimitiveConstructorSpec
 
 from scenarios.evaluation.arm import FORM, StudyArm, arm_from_text
 
+LONGEST_SHOWN = 40  # characters
 _FACTORY = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
 
 
-def at_least(minimum: int) -> PrimitiveConstructorSpec[int | None]:
-    """Return the type of a whole number not below `minimum`, to annotate an int or None with."""
+MOST = 100_000  # of anything that can be counted; assumed: months of episodes on one machine
+MOST_SEED = 2**32 - 1
+MOST_WORKERS = 1024
+MOST_STEPS = 10**9  # of an optimiser
+
+
+def at_least(minimum: int, most: int = MOST) -> PrimitiveConstructorSpec[int | None]:
+    """Return the type of a whole number from `minimum` to `most`, to annotate int or None with."""
 
     def parse(words: list[str]) -> int:
         word = words[0]
-        if not word.isdecimal() or int(word) < minimum:
+        if not word.isdecimal():
+            raise ValueError(f"{word!r} is not a whole number of at least {minimum}")
+        if len(word.lstrip("0")) > len(str(most)) or int(word) > most:
+            shown = word if len(word) <= LONGEST_SHOWN else f"{word[:LONGEST_SHOWN]}..."
+            raise ValueError(f"{shown!r} is not a whole number of at most {most}")
+        if int(word) < minimum:
             raise ValueError(f"{word!r} is not a whole number of at least {minimum}")
         return int(word)
 

@@ -9,7 +9,15 @@ from typing import Annotated
 from tyro.conf import arg
 
 from scenarios.catalogue import CONTROLLERS, PLANNERS, SCENARIOS, SENSES, usual_sense
-from scenarios.commands.options.arguments import at_least, number, one_of, policy_of, text_of
+from scenarios.commands.options.arguments import (
+    MOST_SEED,
+    at_least,
+    number,
+    one_of,
+    policy_of,
+    text_of,
+)
+from scenarios.commands.options.kernel_cache import require_kernel_cache
 from scenarios.commands.options.policy_option import require_perception, require_policies
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.files.errors import BadInputError
@@ -43,7 +51,7 @@ class EpisodeOptions:
     """Magnitude of the scenario's perturbation, in its unit; the default is the scenario's own."""
     filter: bool = True
     """Whether commands pass through the safety filter."""
-    seed: Annotated[int, at_least(0)] = EpisodeConfig.seed
+    seed: Annotated[int, at_least(0, MOST_SEED)] = EpisodeConfig.seed
     """Seed of the first episode; each further one takes the next. Test seeds start at 20000."""
 
     @property
@@ -58,6 +66,7 @@ class EpisodeOptions:
             BadInputError: it cannot; the message names the option.
         """
         require_cameras(self.cameras)
+        require_kernel_cache()
         require_policies(
             self.planner, self.controller, self.checkpoint, self.planner_checkpoint, self.cameras
         )

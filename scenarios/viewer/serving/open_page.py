@@ -9,7 +9,7 @@ from typing import Protocol
 from rich.console import Console
 
 from scenarios.viewer.serving.gate import Gate
-from scenarios.viewer.serving.port import FIRST_PORT, choose_port
+from scenarios.viewer.serving.port import FIRST_PORT, choose_port, in_address
 
 
 class Served(Protocol):
@@ -44,9 +44,11 @@ def serve(
             warning = "warning: others can reach this address; who has it can move the robot"
             console.print(warning, highlight=False, soft_wrap=True)
         asked = f"/?token={token}" if token else ""
-        told = f"open http://{host}:{page.port}{asked} in a browser; press Ctrl-C to end"
+        told = (
+            f"open http://{in_address(host)}:{page.port}{asked} in a browser; press Ctrl-C to end"
+        )
         console.print(told, highlight=False, soft_wrap=True)
         if say_port is not None:
-            told = f"speak at http://{host}:{say_port}{asked}"
+            told = f"speak at http://{in_address(host)}:{say_port}{asked}"
             console.print(told, highlight=False, soft_wrap=True)
         yield

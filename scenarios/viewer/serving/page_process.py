@@ -13,6 +13,7 @@ from typing import Concatenate, ParamSpec, Self, TypeVar
 from scenarios.files.errors import BadInputError
 from scenarios.viewer.serving.gate import Gate, gate_for
 from scenarios.viewer.session_state import SessionState
+from tissue_sim.main_guard import require_main_guard
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -25,7 +26,12 @@ class PageProcess:
     def __init__(
         self, session: SessionState, *, host: str, port: int, say_port: int | None = None
     ) -> None:
-        """Serve the session; `say_port` also takes `POST /say`."""
+        """Serve the session; `say_port` also takes `POST /say`.
+
+        Raises:
+            MainGuardError: this is called by a script that has no main guard.
+        """
+        require_main_guard()
         self.gate = gate_for(host)
         spawn = get_context("spawn")
         self._life, life = spawn.Pipe()

@@ -23,11 +23,10 @@ def choose_port(
         BadInputError: the requested port or all ports are taken, or `host` is not this machine's.
     """
     try:
-        socket.getaddrinfo(host, None)
-    except OSError as error:
-        raise BadInputError(
-            f"--host {host}: {error.strerror}; name an address of this machine"
-        ) from None
+        family_of(host)
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no name of a machine"
+        raise BadInputError(f"--host {host}: {why}; name an address of this machine") from None
     if asked is not None:
         if asked == say_port:
             raise BadInputError(f"{option} {asked}: --say-port is the same; {OTHERWISE[option]}")
@@ -43,10 +42,24 @@ def choose_port(
     )
 
 
+def family_of(host: str) -> socket.AddressFamily:
+    """Return whether a server listens there by IPv4 or IPv6.
+
+    Raises:
+        OSError, UnicodeError: there is no such host.
+    """
+    return socket.getaddrinfo(host, None)[0][0]
+
+
+def in_address(host: str) -> str:
+    """Return the host as an address on the web has it: one of IPv6 in brackets."""
+    return f"[{host}]" if ":" in host else host
+
+
 def _why_not(host: str, port: int) -> str | None:
     """Return why a server cannot listen on this port; None if it can."""
     try:
-        with socket.create_server((host, port)):
+        with socket.create_server((host, port), family=family_of(host)):
             return None
     except OverflowError:
         return "no port is above 65535"

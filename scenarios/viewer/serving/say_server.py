@@ -14,6 +14,7 @@ from typing import Any
 from planner.language.reading import Reading
 from scenarios.loop.person.inbox import LONGEST, read
 from scenarios.viewer.serving.gate import Gate
+from scenarios.viewer.serving.port import family_of
 from scenarios.viewer.session_state import Asks, SessionState
 
 PAGE = files("scenarios.viewer").joinpath("microphone.html")
@@ -23,7 +24,8 @@ MOST_BYTES = 4 * LONGEST + 100  # of a body: UTF-8, and the JSON around it
 @contextmanager
 def say_server(ask: Asks, gate: Gate, *, host: str, port: int) -> Iterator[None]:
     """Serve `POST /say`, and the page with the microphone, while the block lasts."""
-    server = ThreadingHTTPServer((host, port), _handler(ask, gate))
+    kind = type("Server", (ThreadingHTTPServer,), {"address_family": family_of(host)})
+    server = kind((host, port), _handler(ask, gate))
     Thread(target=server.serve_forever, name="calot-say", daemon=True).start()
     try:
         yield

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from contextlib import nullcontext
+from io import BytesIO
 
 import pytest
 
@@ -47,6 +47,17 @@ HEAVY = (
         (["run", "--seed"], ["--seed"]),
         (["run", "--episodes", "0"], ["--episodes", "'0'", "whole number of at least 1"]),
         (["run", "--workers", "0"], ["--workers", "'0'", "whole number of at least 1"]),
+        (["run", "--episodes", "1000000000000"], ["--episodes", "whole number of at most 100000"]),
+        (["run", "--episodes", "9" * 5000], ["--episodes", "'999", "of at most 100000"]),
+        (["evaluate", "--episodes", "1000000000"], ["--episodes", "of at most 100000"]),
+        (["collect", "--out", "x", "--episodes", "1000000000"], ["--episodes", "at most 100000"]),
+        (["run", "--workers", "1000000"], ["--workers", "'1000000'", "of at most 1024"]),
+        (["train", "planner", "--threads", "99999999"], ["--threads", "of at most 1024"]),
+        (["run", "--seed", "1" + 30 * "0"], ["--seed", "of at most 4294967295"]),
+        (["train", "planner", "--steps", "1" + 30 * "0"], ["--steps", "of at most 1000000000"]),
+        (["train", "planner", "--share", "nan"], ["share", "nan"]),
+        (["evaluate", "--fail-under", "nan"], ["--fail-under", "nan"]),
+        (["bench", "population", "--patients", "1" + 30 * "0"], ["--patients", "at most 100000"]),
         (["run", "--sed", "3"], ["--sed", "--seed"]),
         (["run", "--magnitude", "0.1"], ["--magnitude", "'nominal'", "breathing"]),
         (["run", "--scenario", "breathing", "--magnitude", "x"], ["--magnitude", "'x'", "number"]),
@@ -124,7 +135,7 @@ def test_a_folder_that_somebody_else_begins_to_use_meanwhile_stays(tmp_path, mon
 
     def temporary_file(dir):
         (used / "file").touch()
-        return nullcontext()
+        return BytesIO()
 
     monkeypatch.setattr(tempfile, "TemporaryFile", temporary_file)
     require_writable_folder(used, "--out")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissue_sim.tools.instrument_meshes import link_parts, write_link_meshes
+from tissue_sim.tools.instrument_meshes import link_meshes, link_parts
 from tissue_sim.tools.instruments import INSTRUMENTS, PATCH_LINKS, SHAFT_RADIUS_M, link_patches
 from tissue_sim.tools.urdf import urdf_path
 
@@ -63,13 +63,13 @@ def test_fingers_mirror_each_other_and_the_shaft_has_its_radius(instrument):
     np.testing.assert_allclose(radii, SHAFT_RADIUS_M)
 
 
-def test_urdf_names_the_meshes_it_writes_only_with_visuals(tmp_path):
+def test_urdf_names_the_meshes_it_writes_only_with_visuals():
     instrument = INSTRUMENTS["grasper"]
-    files = write_link_meshes(instrument, tmp_path)
-    assert all((tmp_path / file).stat().st_size > 0 for file in files.values())
+    meshes = link_meshes(instrument)
     with_visuals = urdf_path(instrument, visuals=True)
-    assert with_visuals.read_text().count("<visual>") == len(files)
-    assert all((with_visuals.parent / file).exists() for file in files.values())
+    assert with_visuals.read_text().count("<visual>") == len(meshes)
+    for link, content in meshes.items():
+        assert (with_visuals.parent / f"{link}.glb").read_bytes() == content
     assert "<visual>" not in urdf_path(instrument, visuals=False).read_text()
 
 

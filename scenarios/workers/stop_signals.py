@@ -1,0 +1,126 @@
+"""Signals that stop a command, each as Ctrl-C does: Ctrl-C itself, SIGTERM and SIGHUP.
+
+A signal raises KeyboardInterrupt where the program is; but not while something is saved, and not
+between the end of an episode and the note of its result. What is saved after a signal is not cut
+short by the next one: only SIGKILL ends a program at once.
+"""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from threading import current_thread, main_thread
+from types import FrameType
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SHELL_BASE = 128  # a shell reports the end by a signal as this plus its number
+
+
+@dataclass(kw_only=True)
+class _Stop:
+    """What has come, and whether signals wait.
+
+    Attributes:
+        number: the first signal that came; 0 for none.
+        raised: whether it has been raised.
+        saving: whether signals wait now.
+        counting: whether they wait from the first thing saved to the end of the block.
+    """
+
+    number: int = 0
+    raised: bool = False
+    saving: bool = False
+    counting: bool = False
+
+    def receive(self, number: int, frame: FrameType | None) -> None:
+        del frame
+        self.number = self.number or number
+        if number == signal.SIGHUP:
+            _leave_terminal()
+        if not self.saving:
+            self.raised = True
+            raise KeyboardInterrupt
+
+    def release(self) -> None:
+        """Raise a signal that waited; later ones wait for good."""
+        if self.number and not self.raised:
+            self.raised = self.saving = True
+            raise KeyboardInterrupt
+
+
+_stop = _Stop()
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Let each signal raise KeyboardInterrupt in this process while the block lasts.
+
+    A signal that the process was started to ignore, as by `nohup`, is ignored still.
+    """
+    if current_thread() is not main_thread():  # Python handles signals in the main thread only
+        yield
+        return
+    _stop.__init__()
+    handlers = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+    for number, before in handlers.items():
+        if before is not signal.SIG_IGN:
+            signal.signal(number, _stop.receive)
+    try:
+        yield
+    finally:
+        _stop.saving = True
+        for number, before in handlers.items():  # a program that ends is not stopped again
+            signal.signal(number, signal.SIG_IGN if _stop.number else before)
+
+
+@contextmanager
+def saving() -> Iterator[None]:
+    """Let signals wait while the block saves something; after a signal, for good."""
+    if current_thread() is not main_thread():
+        yield
+        return
+    _stop.saving = True
+    try:
+        yield
+    finally:
+        _stop.saving = _stop.counting or _stop.raised
+    if not _stop.counting:
+        _stop.release()
+
+
+@contextmanager
+def counting() -> Iterator[None]:
+    """Let a signal that comes once something is saved in the block wait until its end."""
+    _stop.counting = True
+    try:
+        yield
+    finally:
+        _stop.counting, _stop.saving = False, _stop.raised and _stop.saving
+    _stop.release()
+
+
+@contextmanager
+def importing() -> Iterator[None]:
+    """Let signals wait while the block imports: trimesh takes one for a missing package."""
+    before, _stop.saving = _stop.saving, True
+    try:
+        yield
+    finally:
+        _stop.saving = before
+    if not before:
+        _stop.release()
+
+
+def stop_code() -> int:
+    """Return the exit code of a program that a signal stopped."""
+    return SHELL_BASE + (_stop.number or signal.SIGINT)
+
+
+def _leave_terminal() -> None:
+    """Write to nowhere from now on: the terminal has hung up, and writing to it fails."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (1, 2):
+        if os.isatty(stream):
+            os.dup2(nowhere, stream)
+    os.close(nowhere)

@@ -1,0 +1,43 @@
+"""A script that starts processes needs a main guard, because each of them imports the script."""
+
+import ast
+import sys
+from pathlib import Path
+from types import FrameType
+
+
+class MainGuardError(RuntimeError):
+    """A script would start processes while it is imported."""
+
+
+def require_main_guard() -> None:
+    """Check that the program that runs is no script without a guard, before processes start.
+
+    Raises:
+        MainGuardError: it is; names the line.
+    """
+    frame = _line_of_script()
+    if frame is not None and not _is_guarded(Path(frame.f_code.co_filename), frame.f_lineno):
+        raise MainGuardError(
+            f"{frame.f_code.co_filename}:{frame.f_lineno}: each process that this line starts would"
+            ' import the script and start more: put the line below `if __name__ == "__main__":`'
+        )
+
+
+def _line_of_script() -> FrameType | None:
+    """Return the frame of the script that this call comes from; None if processes import none."""
+    own, frame = vars(sys.modules["__main__"]), sys._getframe()
+    while frame is not None:
+        if frame.f_globals is own and frame.f_code.co_name == "<module>":
+            return frame if Path(frame.f_code.co_filename).is_file() else None
+        frame = frame.f_back
+    return None
+
+
+def _is_guarded(script: Path, line: int) -> bool:
+    return any(
+        isinstance(node, ast.If)
+        and "__name__" in ast.unparse(node.test)
+        and node.lineno <= line <= (node.end_lineno or line)
+        for node in ast.walk(ast.parse(script.read_bytes()))
+    )
