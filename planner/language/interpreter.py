@@ -85,8 +85,15 @@ class Interpreter:
         english = with_plain_ordinals(without_other_arm(as_corrected(without_asides(meant))))
         if warns_anywhere(latin[LONGEST:]):
             return replace(self._warned(seen, english, danger_in(english)), text=text)
-        read = self._read(seen, english)
+        hidden = text.strip() and not text[:LONGEST].strip().isprintable()
+        read = self._hidden(seen, english) if hidden else self._read(seen, english)
         return replace(read, text=text, about=thing_in(english), claims=claims_in(meant))
+
+    def _hidden(self, text: str, english: str) -> Reading:
+        """Return the reading of a text with characters that are not seen: only warnings count."""
+        if warns(text) or warns(english):
+            return self._warned(text, english, danger_in(english))
+        return _not_understood(text, "it has characters that cannot be read")
 
     def _read(self, text: str, english: str) -> Reading:
         danger = danger_in(english)
@@ -256,7 +263,7 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
     if len(text) > MAX_CHARACTERS:
         return None
     if resumes(text) or resumes(english):
-        return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "rule")
+        return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "grammar")
     if question := foreign_question_in(text):
         return _asked(text, question)
     if not danger and (permission := permission_in(text, english)):
@@ -380,8 +387,6 @@ def _trouble(text: str, english: str) -> str:
         return "nothing was said"
     if len(text) > MAX_CHARACTERS:
         return f"it is longer than {MAX_CHARACTERS} characters"
-    if not text.strip().isprintable():
-        return "it has characters that cannot be read"
     foreign = any(one.isalpha() and not one.isascii() for one in normalize("NFKC", english))
     if foreign and question_in(english) is None:
         return "it is in no language that is understood"

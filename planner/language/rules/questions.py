@@ -38,8 +38,7 @@ def question_in(text: str) -> Question | None:
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
     if (
         not asks
-        or _STATES.match(words)
-        and not text.rstrip().endswith("?")
+        or (_STATES.match(words) and not text.rstrip().endswith("?"))
         or _REQUESTS.search(words)
     ):
         return None

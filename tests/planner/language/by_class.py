@@ -26,7 +26,7 @@ def class_of(row: Row) -> str:
     """Return the class of a sentence by what it means."""
     if row.latest:
         return "after"
-    if row.expected == "hold" or holds(row.expected.split(": ")[0]) and ": " not in row.expected:
+    if row.expected == "hold" or (holds(row.expected.split(": ")[0]) and ": " not in row.expected):
         return "warnings"
     begins = (name for start, name in _BEGINS.items() if row.expected.startswith(start))
     moves = row.expected.startswith("move ") and " ; " not in row.expected

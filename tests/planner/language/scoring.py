@@ -85,15 +85,16 @@ def _after(latest: str, said: Said) -> str:
     """Return what a word means that refers to the latest order."""
     text, _, size = latest.partition(" @ ")
     correction = COMMANDS[text].correction if latest else None
-    if said.relative is None and (said.command.word == "repeat" or correction is None):
-        return latest if said.command.word == "repeat" else said.command.text
+    if said.relative is None:
+        if said.command.word == "repeat" or correction is None:
+            return latest if said.command.word == "repeat" else said.command.text
+        return _sized(Said(command=COMMANDS[opposite(correction).text], size_m=_metres(size)))
     order = correction and Order(correction=correction, distance_m=_metres(size))
-    if order and said.relative is None:
-        return _sized(Said(command=COMMANDS[opposite(order.correction).text], size_m=_metres(size)))
     try:
         meant = relative_to(order, said.relative, said.size_m)
     except NotNowError:
         return "ask"
+    assert meant.correction is not None
     return _sized(Said(command=COMMANDS[meant.correction.text], size_m=meant.distance_m))
 
 
