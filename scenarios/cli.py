@@ -22,6 +22,7 @@ from scenarios.commands.train import Train
 from scenarios.commands.view import View
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
+from scenarios.files.outside_text import visible
 from scenarios.workers.garbage import search_garbage_rarely
 
 _RULE = "[─-]{3,}"
@@ -58,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return parse(argv).execute()
     except BadInputError as error:
-        print(f"calot: {error}", file=sys.stderr)
+        print(f"calot: {visible(str(error))}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

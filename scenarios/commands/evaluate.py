@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rich.console import Console
 from tyro.conf import arg
 
 from planner.learning.atomic_write import write_atomic
@@ -29,6 +28,7 @@ from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import RESULTS
+from scenarios.files.outside_text import Terminal
 from scenarios.files.strict_json import dumps, plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.progress import ProgressDisplay
@@ -124,7 +124,7 @@ class Evaluate:
     def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
         """Run in rounds, because a ladder's next rung waits for the one before."""
         while due := plan.due(results):
-            display = ProgressDisplay(len(due), Console(stderr=True))
+            display = ProgressDisplay(len(due), Terminal(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
                 for ended in arriving:
                     if ended.unwritable is not None:
@@ -190,7 +190,7 @@ class Evaluate:
             return 0
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
-        Console().print(line, highlight=False, markup=False, soft_wrap=True)
+        Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
         return FAILED
 
 

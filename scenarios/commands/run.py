@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import PEOPLE
@@ -26,6 +25,7 @@ from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import MANIFEST, RESULTS
+from scenarios.files.outside_text import Terminal
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -152,7 +152,7 @@ class Run(EpisodeOptions):
             session = self._session() if self.view else None
             if session is not None:
                 stack.enter_context(page_of(session, LOCAL, None))
-            display = stack.enter_context(ProgressDisplay(self.episodes, Console(stderr=True)))
+            display = stack.enter_context(ProgressDisplay(self.episodes, Terminal(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
                 video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)
@@ -275,5 +275,5 @@ def unsaid_lines(episodes: Sequence[EpisodeResult], script: Sequence[Timed]) -> 
             )
 
 
-def _say(console: Console, line: str) -> None:
+def _say(console: Terminal, line: str) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)

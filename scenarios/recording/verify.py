@@ -8,7 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.files.errors import WorkerDiedError
@@ -79,7 +78,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     for heading in ("outcome", ""):
         table.add_column(heading)
     for verdict in verdicts:
-        table.add_row(escape(str(verdict.file)), verdict.outcome, escape(verdict.remark))
+        table.add_row(str(verdict.file), verdict.outcome, verdict.remark)
     return table
 
 
