@@ -6,7 +6,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.metrics.motion_metrics import MotionMetrics, mean_jerk_m_s3, path_m
 from scenarios.loop.results import TaskResult, write_results
