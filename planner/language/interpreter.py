@@ -67,7 +67,9 @@ _YES = re.compile(
 _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
-    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous|hanging on|slipped(?: off)?|blocked|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
+    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous"
+    r"|hanging on|slipped(?: off)?|blocked"
+    r"|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]

@@ -1,4 +1,4 @@
-"""Tests of sentences that are read as a whole: permissions, resumptions, relative orders, silence."""
+"""Tests of sentences read as a whole: permissions, resumptions, relative orders, silence."""
 
 import time
 
@@ -69,7 +69,8 @@ def test_permissions_are_as_broad_as_bans(said, act):
         "perhaps you may cut the duct", "the ban on cutting will be lifted tomorrow",
         "may you cut the duct?", "Darf ich den Gang schneiden?", "who said you may cut the duct",
         "only the consultant may allow cutting the duct", "allow me to cut the duct",
-        "I take my permission to cut the duct back", "forget what I said about cutting being allowed",
+        "I take my permission to cut the duct back",
+        "forget what I said about cutting being allowed",
         "forget that you may cut the duct", "the ban on cutting the duct has not been lifted",
         "Du darfst erst schneiden, wenn ich es sage", "puedes cortar cuando yo diga",
         "nobody said you may cut the duct", "cutting is allowed under no circumstances",
@@ -158,7 +159,8 @@ def test_a_number_that_cannot_be_read_asks_back(number):
     [
         "[BLANK_AUDIO]", "...", "♪", "♪ ♪", "?!", "(upbeat music)", "*coughs*", "[Applaus]",
         "Thank you for watching!", "Please like and subscribe", "you", "Okay.", "Right.",
-        "Sous-titrage ST' 501", "Untertitel im Auftrag des ZDF", "谢谢观看", "Gracias por ver el video",
+        "Sous-titrage ST' 501", "Untertitel im Auftrag des ZDF", "谢谢观看",
+        "Gracias por ver el video",
         "Sottotitoli creati dalla comunità Amara.org", "Vale, muy bien.", "嗯,好的", "Bon, voilà.",
     ],
 )  # fmt: skip

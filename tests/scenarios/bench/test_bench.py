@@ -116,7 +116,8 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert err == (
         "calot: Unrecognized options: wrld;"
         " Available subcommands: world, accuracy, robustness, parallel, safety, controller,"
-        " obedience, planner, corrections, distances, latency, viewer, language, population, faults\n"
+        " obedience, planner, corrections, distances, latency, viewer, language, population,"
+        " faults\n"
     )
 
 
