@@ -68,8 +68,9 @@ _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
     r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous"
-    r"|hanging on|slipped(?: off)?|blocked"
+    r"|hanging on|slipped(?: off)?|blocked|(?:what|which)(?: \w+){0,3} \w+n't (?:you|i|we)"
     r"|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
+    r"|[, ]+(?:or )?\b\w+n't (?:you|we|it|they|there)\W*$"  # "or didn't you?"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]

@@ -18,7 +18,8 @@ Thing = Literal[
 ]  # fmt: skip
 QUESTIONS: tuple[Question, ...] = get_args(Question)
 _BEFORE = re.compile(
-    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot|sorry|just|say|well|quick question) )*"
+    r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot|sorry|just|say|well|quick question"
+    r"|roughly|about|approximately) )*"
 )
 _STATES = re.compile(r"(?:you|u|we)(?: are|'re| may| must| can| will)? (?:not|never)\b")
 _REQUESTS = re.compile(
@@ -38,7 +39,7 @@ def question_in(text: str) -> Question | None:
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
     if (
         not asks
-        or (_STATES.match(words) and not text.rstrip().endswith("?"))
+        or (_STATES.match(begins) and not text.rstrip().endswith("?"))
         or _REQUESTS.search(words)
     ):
         return None

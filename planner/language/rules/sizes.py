@@ -21,12 +21,13 @@ _NUMBERS = {
     "couple": 2.0, "few": 3.0, "half": 0.5, "half a": 0.5, "half an": 0.5, "quarter": 0.25,
     "quarter of a": 0.25, "quarter of an": 0.25, "dozen": 12.0, "a dozen": 12.0,
     "half a dozen": 6.0,
-    "eighth of an": 0.125,
-    "sixteenth of an": 0.0625, "third of a": 1 / 3, "tenth of a": 0.1, "tenth of an": 0.1,
     "three quarters of a": 0.75, "three quarters of an": 0.75, "to": 2.0, "too": 2.0,
 }  # fmt: skip
 _ONES = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 _TENS = ("twenty", "thirty", "forty", "fifty")
+_PARTS_OF = {"third": 3, "fourth": 4, "fifth": 5, "eighth": 8, "tenth": 10, "sixteenth": 16}
+_NUMBERS |= {f"{part} of {a}": 1 / n for part, n in _PARTS_OF.items() for a in ("a", "an")}
+_NUMBERS |= {f"two thirds of {a}": 2 / 3 for a in ("a", "an")}
 _NUMBERS |= {f"{one} tenths of a": _NUMBERS[one] / 10.0 for one in _ONES}
 _NUMBERS |= {f"{ten} {one}": _NUMBERS[ten] + _NUMBERS[one] for ten in _TENS for one in _ONES}
 _UNITS_M = {

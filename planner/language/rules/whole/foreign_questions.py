@@ -10,6 +10,7 @@ from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import QUESTIONS, Question
 from planner.language.rules.warning import warns
 
+_HOLDS = re.compile(r"\bh(?:ä|a\u0308)lt\b", re.IGNORECASE)  # "halt" is a warning
 _CHINESE = re.compile(r"[\u4e00-\u9fff]")
 
 
@@ -17,7 +18,8 @@ def foreign_question_in(text: str) -> Question | None:
     """Return what a text in another language asks calmly; None for English, or a warning."""
     if "!" in text:
         return None
-    words, lists = in_plain_letters(text), phrase_lists("foreign_questions")
+    words = in_plain_letters(_HOLDS.sub("haelt", text))
+    lists = phrase_lists("foreign_questions")
     if _CHINESE.search(words):
         table, calm = lists["chinese"], re.compile("|".join(lists["calm"]["chinese"]))
         asks = text.rstrip().endswith("?") or re.search("|".join(lists["asks"]["chinese"]), words)
