@@ -130,7 +130,7 @@ class CholecystectomyEnv(BaseEnv):
 
     @property
     def spec(self) -> EnvSpec | None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """How to make it again; its name has this module, which whoever reads it must import."""
+        """How to make it again; its name has this module, which its reader must import."""
         return self._spec
 
     @spec.setter
