@@ -21,7 +21,7 @@ REQUESTS = (None, "clip_applier", "scissors")  # what the last number means, rou
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class EnvironmentAction:
     """What an action asks for."""
 
     joints: Array  # (2, 7), not yet limited
@@ -42,7 +42,7 @@ def action_limits(control_mode: str) -> tuple[NDArray[np.float32], NDArray[np.fl
     return low.astype(np.float32), high.astype(np.float32)
 
 
-def read_action(action: Any, control_mode: str) -> Asked:
+def read_action(action: Any, control_mode: str) -> EnvironmentAction:
     """Read an action of a mode; its numbers are rounded to float32, as trajectories store them.
 
     Raises:
@@ -56,4 +56,4 @@ def read_action(action: Any, control_mode: str) -> Asked:
         raise ValueError(f"action: it must be ({n},) finite numbers, got {values.tolist()}")
     numbers = values.reshape(-1).astype(np.float32).astype(float)
     request = int(np.clip(np.rint(numbers[N_JOINTS:]), 0, len(REQUESTS) - 1).sum())
-    return Asked(joints=numbers[:N_JOINTS].reshape(2, 7), tool=REQUESTS[request])
+    return EnvironmentAction(joints=numbers[:N_JOINTS].reshape(2, 7), tool=REQUESTS[request])

@@ -130,7 +130,7 @@ class CholecystectomyEnv(BaseEnv):
 
     @property
     def spec(self) -> EnvSpec | None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """How to make it again; its name has this module, which whoever reads it must import."""
+        """How to make it again. Its identifier names this module, so that gymnasium imports it."""
         return self._spec
 
     @spec.setter

@@ -24,7 +24,8 @@ from scenarios.perturbation.manual import MANUAL
 from tissue_sim.periods import CONTROL_HZ
 
 SCHEMA_VERSION = 8
-READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash
+READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash,
+NEW_IN_8 = {"act_limit_s"}  # nor these entries of the configuration
 RIGHT_TOOLS = ("clip_applier", "scissors")
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
@@ -132,6 +133,7 @@ def require_header(header: Any) -> None:
     msgspec.convert(header, _Header)
     msgspec.convert(header["ledger"], list[_Noted])
     known = {field.name for field in fields(EpisodeConfig)}
+    known -= set() if version == SCHEMA_VERSION else NEW_IN_8
     if missing := known - header["config"].keys():
         raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
     for heard in header["heard"]:

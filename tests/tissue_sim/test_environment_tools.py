@@ -141,9 +141,12 @@ def test_a_state_is_small_and_keeps_its_shape_through_an_episode(env: gym.Env) -
 
 
 def exchanges() -> list[np.ndarray]:
-    """Return actions with a tool exchange, a reload and a clip that drops."""
+    """Return actions with tool exchanges and a reload; the arms move apart."""
     requests = [0, 0, 2, 2, 0, 1, 0, 1, 0, 0]
-    return [np.append(HOME + 0.01 * k, tool).astype(np.float32) for k, tool in enumerate(requests)]
+    actions = [np.append(HOME, tool).astype(np.float32) for tool in requests]
+    for k, action in enumerate(actions):
+        action[[2, 13]] += np.array([0.002, 0.01], np.float32) * k
+    return actions
 
 
 def test_the_last_number_of_an_action_asks_for_a_tool() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -41,7 +42,7 @@ from scenarios.recording.recorder import HASH, HEADER, Recording, load, recordin
 from scenarios.recording.verify import verify
 from scenarios.suites import suite_of
 from tissue_sim.patient.anatomy import anatomy_from_seed
-from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
+from tissue_sim.saving.state_tensors import REST, flat, state_from_tensors, state_to_tensors
 from tissue_sim.world import World
 
 IDLE = EpisodeConfig(
@@ -244,26 +245,35 @@ def state(folder: Path) -> Target:
     del folder
     world = World()
     world.reset(anatomy_from_seed(10_003))
-    good = {name: tensor.numpy() for name, tensor in state_to_tensors(world.state()).items()}
+    whole = {"anatomy": world.anatomy, "world": world.state()}
+    good = {name: tensor.numpy() for name, tensor in flat(state_to_tensors(whole)).items()}
     given: dict[str, np.ndarray] = {}
 
     def tamper(chance: np.random.Generator) -> None:
         given.clear()
         given.update(good)
-        name = sorted(good)[chance.integers(len(good))] if chance.random() < 0.6 else "rest"
+        name = sorted(good)[chance.integers(len(good))] if chance.random() < 0.6 else REST
         array = good[name]
-        if name == "rest" and chance.random() < BY_STRUCTURE:
-            tree = restructured(json.loads(array.tobytes()), chance)
-            given[name] = np.frombuffer(json.dumps(tree).encode(), np.uint8)[None]
+        if name == REST and chance.random() < BY_STRUCTURE:
+            given[name] = _restructured_rest(array, chance)
         elif len(edited := flipped(array.tobytes(), chance)) == array.nbytes:
             given[name] = np.frombuffer(edited, array.dtype).reshape(array.shape)
         else:
             del given[name]
 
     def read() -> None:
-        world.check(state_from_tensors(given))
+        state = state_from_tensors(given)
+        world.check(state["world"], state["anatomy"])
 
     return Target(tamper=tamper, read=read, is_changed=lambda read: False)
+
+
+def _restructured_rest(block: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    """Return a state's block of bytes (1, n) with the JSON in it edited."""
+    text, _, differences = zlib.decompressobj().decompress(block.tobytes()).partition(b"\0")
+    tree = restructured(json.loads(text), chance)
+    data = zlib.compress(json.dumps(tree).encode() + b"\0" + differences)
+    return np.frombuffer(data.ljust(block.size, b"\0"), np.uint8)[None]
 
 
 FILES: dict[str, Callable[[Path], Target]] = {

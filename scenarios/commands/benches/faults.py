@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from rich.console import Console
-
 from scenarios.commands.benches.show import show
 from scenarios.commands.options.arguments import at_least
 from scenarios.files.exit_codes import FAILED
+from scenarios.files.outside_text import Terminal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +25,7 @@ class Faults:
         from scenarios.bench.faults.kinds import KINDS
         from scenarios.bench.faults.trial import summary_lines, tally_table
 
-        with Console(stderr=True).status("tampering"):
+        with Terminal(stderr=True).status("tampering"):
             tallies = KINDS[self.kind](self.inputs, self.seed)
         show([tally_table(tallies), *summary_lines(tallies)])
         return 0 if all(tally.is_good for tally in tallies.values()) else FAILED

@@ -1,7 +1,7 @@
 """Tests of free text: clear sentences are understood, and unclear ones move nothing."""
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from planner.command import COMMANDS
@@ -48,6 +48,7 @@ def test_a_structure_means_the_tube_that_it_is_in_this_patient(sentence, duct):
     st.sampled_from(["please {}", "could you {}?", "ok, {}", "{}, please", "{} now!", "Um {}"]),
 )
 def test_how_it_is_said_does_not_matter(sentence, frame):
+    assume("right now" not in frame.format(sentence))  # that is a time, and no direction
     assert command_text(frame.format(sentence).upper()) == command_text(sentence)
 
 

@@ -105,7 +105,9 @@ def test_whether_a_cut_is_safe_names_what_is_missing(seen, forbidden, told):
 
 def test_a_cut_without_room_for_its_cuffs_is_not_safe():
     seen = clipped(3)
-    seen.clips_m[2, 1] = seen.clips_m[1, 1] + 0.003
+    clips_m = seen.clips_m.copy()
+    clips_m[2, 1] = clips_m[1, 1] + 0.003
+    seen = replace(seen, clips_m=clips_m)
     assert "3.0 mm apart beside the cut, which needs 4.2 mm" in answer("safe", CLIP, seen, "duct")
     assert answer("safe", CLIP, seen, "duct").startswith("To cut the duct is not safe: only its 3")
 
@@ -114,6 +116,12 @@ def test_whether_a_clip_is_safe_is_told_too():
     assert answer("safe", CLIP, clipped(1)).endswith("stands against clipping it.")
     banned = replace(CLIP, forbidden=("clip",))
     assert answer("safe", banned, clipped(1)).endswith("Nor is it to clip it: you forbade it.")
+
+
+def with_right_tip(seen, tip_m):
+    tips = seen.tips_endoscope.copy()
+    tips[RIGHT_ARM, :3, 3] = tip_m
+    return replace(seen, tips_endoscope=tips)
 
 
 @pytest.mark.parametrize(
@@ -126,14 +134,14 @@ def test_whether_a_clip_is_safe_is_told_too():
 )
 def test_where_a_structure_is_is_told_from_the_tip_in_the_endoscopes_directions(off_m, way):
     seen = clipped()
-    seen.tips_endoscope[RIGHT_ARM, :3, 3] = seen.right_tube_m[3] + off_m
+    seen = with_right_tip(seen, seen.right_tube_m[3] + off_m)
     told = answer("where", CLIP, seen, "artery")
     assert told == f"The artery is {way.split()[0]} mm from the right tip: {way}."
 
 
 def test_where_a_clip_is_is_that_of_the_last_one():
     seen = clipped(2)
-    seen.tips_endoscope[RIGHT_ARM, :3, 3] = seen.clips_m[1] + [0.0, 0.005, 0.0]
+    seen = with_right_tip(seen, seen.clips_m[1] + [0.0, 0.005, 0.0])
     assert answer("where", CLIP, seen, "clip") == (
         "The last of 2 clips is 5 mm from the right tip: 5 mm lower."
     )

@@ -34,7 +34,7 @@ def told(out):
     return json.loads(
         (out / "results.json").read_text(),
         object_hook=lambda entry: {
-            k: v for k, v in entry.items() if k not in ("wall_s", "recordings")
+            k: v for k, v in entry.items() if k not in ("wall_s", "act", "recordings")
         },
     )
 
