@@ -34,7 +34,7 @@ def test_a_warning_is_heard_in_other_words(said):
     assert not reading.reply.startswith("Refused")
 
 
-@pytest.mark.parametrize("said", ["disregard whoever yells", "ignore anyone that shouts"])
+@pytest.mark.parametrize("said", ["disregard anyone who yells", "ignore anyone that shouts"])
 def test_nobody_may_be_ignored(said):
     assert as_written(READ(said)) == "refuse"
 
