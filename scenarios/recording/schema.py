@@ -45,6 +45,9 @@ NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
 PARTS = ("config", "versions", "world_version", "checkpoints", "anatomy", "result", "error")
 """What else a header tells, besides its schema and the table of instructions."""
 
+SETTINGS_ADDED = ("act_limit_s",)
+"""What configurations of before do not have; they are as by default."""
+
 WHOLE = ("instruction", "right_tool", "clip_loaded")
 
 LONGEST_S = 10 * len(TASKS) * EpisodeConfig.task_cap_s  # ten times what the tasks may take
@@ -131,7 +134,7 @@ def require_header(header: Any) -> None:
         raise ValueError(f"it has schema {version!r:.40}; allowed: {SCHEMA_VERSION}")
     msgspec.convert(header, _Header)
     msgspec.convert(header["ledger"], list[_Noted])
-    known = {field.name for field in fields(EpisodeConfig)}
+    known = {field.name for field in fields(EpisodeConfig)} - {*SETTINGS_ADDED}
     if missing := known - header["config"].keys():
         raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
     for heard in header["heard"]:
