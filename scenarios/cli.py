@@ -23,6 +23,7 @@ from scenarios.commands.view import View
 from scenarios.files.closed_pipe import outlives_its_readers, say
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import BAD_INPUT, ERROR, INTERRUPTED
+from scenarios.files.outside_text import visible
 from scenarios.workers.garbage import search_garbage_rarely
 from scenarios.workers.stop_signals import stop_code, stoppable
 from tissue_sim.main_guard import MainGuardError
@@ -68,7 +69,7 @@ def _executed(words: list[str]) -> int:
         _see_current_folder()
         return parse(words).execute()
     except (BadInputError, MainGuardError) as error:
-        say(f"calot: {error}", sys.stderr)
+        say(f"calot: {visible(str(error))}", sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -5,7 +5,9 @@ It is the only file that imports ManiSkill. It adds no physics: a step is `World
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -13,18 +15,29 @@ import mani_skill.envs  # noqa: F401  first: its modules import each other
 import numpy as np
 import sapien
 import torch
+from gymnasium.envs.registration import EnvSpec, WrapperSpec
 from mani_skill.envs.sapien_env import BaseEnv
 from mani_skill.render.shaders import ShaderConfig
 from mani_skill.sensors.camera import Camera, CameraConfig
-from mani_skill.utils.registration import register_env
+from mani_skill.utils.registration import register
 from mani_skill.utils.structs.pose import Pose
 from mani_skill.utils.structs.types import SceneConfig, SimConfig
 from mani_skill.utils.wrappers.gymnasium import CPUGymWrapper
 
-from tissue_sim.frames import Array
+from tissue_sim.control_modes import JOINT_TARGETS, action_limits, read_action
+from tissue_sim.environment_options import (
+    BLIND_MODES,
+    first_seed,
+    render_modes,
+    require_backend,
+    require_renderer,
+    require_reset_options,
+    require_robot,
+    world_config,
+)
+from tissue_sim.outcome import nurse
 from tissue_sim.outcome.predicates import procedure_flags, stumps_hold
-from tissue_sim.patient.anatomy import Anatomy, anatomy_from_seed
-from tissue_sim.rendering.renderer_probe import renderer_available
+from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.rendering.shader_pack import (
     COLOR_PICTURE,
     MICROMETRE,
@@ -32,8 +45,7 @@ from tissue_sim.rendering.shader_pack import (
     set_picture_formats,
     shader_pack,
 )
-from tissue_sim.saving.state_check import require_names, require_type
-from tissue_sim.saving.state_tensors import state_from_tensors, state_to_tensors
+from tissue_sim.saving.state_tensors import flat, state_from_tensors, state_to_tensors
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.pictures.cameras import (
     CAMERAS,
@@ -44,34 +56,29 @@ from tissue_sim.sensing.pictures.cameras import (
 )
 from tissue_sim.sensing.pictures.segmentation import CLASSES, classes_of_entities
 from tissue_sim.tools.arms import RIGHT_ARM, JointCommand
-from tissue_sim.tools.instruments import INSTRUMENTS
 from tissue_sim.tools.physics_system import physics_system
-from tissue_sim.tools.psm import joint_limits
 from tissue_sim.world import World, WorldConfig
 
 ENVIRONMENT_ID = "Calot-Cholecystectomy-v1"
 MAX_EPISODE_STEPS = 9000  # five minutes
 SENSOR_PIXELS = 128
 TRAINING_SEEDS = 10_000  # a reset without a seed draws from these
-CPU_BACKENDS = ("auto", "cpu", "physx_cpu")
-CONTROL_MODE = "joint_targets"
-BLIND_MODES = ("state", "state_dict", "none")
 PASSING = ("gallbladder grasped",)  # need not hold any more when the procedure is finished
 
 
-@register_env(ENVIRONMENT_ID, max_episode_steps=MAX_EPISODE_STEPS)
 class CholecystectomyEnv(BaseEnv):
     """Clip and cut the cystic duct and the cystic artery.
 
     Action: (14,) joint targets, left arm then right: yaw, pitch (rad), insertion (m), roll, wrist
-    pitch, wrist yaw, jaw (rad). Values beyond the limits are clipped.
+    pitch, wrist yaw, jaw (rad). Values beyond the mounted tools' limits are clipped. With
+    `control_mode="joint_targets_and_tool"`, a 15th number asks for the right arm's tool.
 
     `reset(seed=n)` takes the patient `anatomy_from_seed(n)`, and
     `reset(options={"anatomy": ...})` any other.
     """
 
     SUPPORTED_REWARD_MODES = ("sparse", "none")
-    _UNBATCHED = (14,)
+    _spec: EnvSpec | None = None
 
     def __init__(
         self,
@@ -83,66 +90,98 @@ class CholecystectomyEnv(BaseEnv):
         render_backend: str | None = None,
         sim_config: SimConfig | dict[str, Any] | None = None,
         robot_uids: str = "none",
-        control_mode: str | None = None,
+        control_mode: str | None = JOINT_TARGETS,
         reconfiguration_freq: int = 1,  # a new scene for each reset: no trace of old contacts
         **kwargs: Any,
     ) -> None:
-        _check_backend(num_envs, sim_backend)
-        _check_robot(robot_uids, control_mode)
+        control_mode = control_mode or JOINT_TARGETS
+        require_backend(num_envs, sim_backend)
+        require_robot(robot_uids, control_mode)
         sim_config = sim_config or {}
-        self._world_config = _world_config(sim_config)
+        given = sim_config if isinstance(sim_config, dict) else sim_config.dict()
+        self._world_config = world_config(given)
         if render_backend is None:
             pictures = obs_mode not in (None, *BLIND_MODES) or render_mode is not None
             render_backend = "gpu" if pictures else "none"
-        if render_backend != "none" and not renderer_available():
-            raise ValueError(
-                f"render_backend = {render_backend!r}: there is no renderer here; use 'none' with "
-                f"obs_mode in {BLIND_MODES} (see `calot doctor`)"
+        require_renderer(render_backend)
+        self._mode = control_mode
+        with _told_if_no_window(render_mode):
+            super().__init__(
+                *args,
+                num_envs=num_envs,
+                obs_mode=obs_mode,
+                render_mode=render_mode,
+                sim_backend="physx_cpu",
+                render_backend=render_backend,
+                sim_config=sim_config,
+                robot_uids=robot_uids,
+                reconfiguration_freq=reconfiguration_freq,
+                **kwargs,
             )
-        super().__init__(
-            *args,
-            num_envs=num_envs,
-            obs_mode=obs_mode,
-            render_mode=render_mode,
-            sim_backend="physx_cpu",
-            render_backend=render_backend,
-            sim_config=sim_config,
-            robot_uids=robot_uids,
-            reconfiguration_freq=reconfiguration_freq,
-            **kwargs,
-        )
-        low, high = action_limits()
-        low, high = low.astype(np.float32), high.astype(np.float32)
+        low, high = action_limits(control_mode)
         self.single_action_space = gym.spaces.Box(low, high, dtype=np.float32)
         self.action_space = gym.spaces.Box(low[None], high[None], dtype=np.float32)
         self._orig_single_action_space = self.single_action_space
 
     @property
+    def metadata(self) -> dict[str, Any]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The render modes that work on this machine, and the pictures a second."""
+        return {"render_modes": render_modes(), "render_fps": self.control_freq}
+
+    @property
+    def spec(self) -> EnvSpec | None:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """How to make it again. Its identifier names this module, so that gymnasium imports it."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec) -> None:
+        self._spec = replace(spec, id=f"{__name__}:{ENVIRONMENT_ID}")
+
+    @property
     def control_mode(self) -> str:
-        """The meaning of actions: joint targets."""
-        return CONTROL_MODE
+        """The meaning of actions, one of `control_modes.N_NUMBERS`."""
+        return self._mode
 
     def equip(self, instrument: str) -> None:
-        """Mount "clip_applier" (with a clip) or "scissors" on the right arm."""
+        """Mount "clip_applier" (with a clip) or "scissors" on the right arm, beside the actions."""
         self.world.equip(instrument)
+        self._observation = self.world.observe()
 
     def reset(
         self, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Put in a new patient: `options["anatomy"]`, the seed's, or one drawn for training.
 
+        Args:
+            seed: the patient's.
+            options: `anatomy`: an `Anatomy` or the dict of its fields; and ManiSkill's own:
+                `reset_to_env_states` starts from `{"env_states": ...}`.
+
         Raises:
-            ValueError: the seed or the anatomy is none; nothing is changed.
+            ValueError: the seed or an option is none; nothing is changed.
         """
-        first = _first(seed)
-        anatomy = (options or {}).get("anatomy")
-        if anatomy is not None:
-            require_type(anatomy, Anatomy, "options['anatomy']")
-        elif first is not None:
+        first, given = first_seed(seed), require_reset_options(options)
+        states = given.pop("reset_to_env_states", {}).get("env_states")
+        whole = None if states is None else self._opened(states)
+        anatomy = whole["anatomy"] if whole else given.get("anatomy")
+        if anatomy is None and first is not None:
             anatomy = anatomy_from_seed(first)
         gym.Env.reset(self, seed=first)
-        self._anatomy = anatomy or anatomy_from_seed(int(self.np_random.integers(TRAINING_SEEDS)))
-        return super().reset(seed=None if first is None else [first], options=options)
+        if anatomy is None:  # ManiSkill records the seed: a replay finds the same patient
+            first = int(self.np_random.integers(TRAINING_SEEDS))
+            anatomy = anatomy_from_seed(first)
+        self._anatomy = anatomy
+        obs, info = super().reset(seed=None if first is None else [first], options=given)
+        return (obs, info) if whole is None else self._started_from(whole, info)
+
+    def _started_from(
+        self, whole: dict[str, Any], info: dict[str, Any]
+    ) -> tuple[Any, dict[str, Any]]:
+        """Go on from a checked state after a reset to its patient."""
+        self._put_back(whole)
+        info = info | self.get_info()
+        self._last_obs = self.get_obs(info)
+        return self._last_obs, info
 
     def evaluate(self) -> dict[str, torch.Tensor]:
         """Return what of the procedure is done. Success: all of it, and every stump is closed."""
@@ -157,29 +196,35 @@ class CholecystectomyEnv(BaseEnv):
         """Return one when the procedure is done, else zero."""
         return info["success"].float()
 
-    def get_state_dict(self) -> dict[str, torch.Tensor]:
+    def get_state_dict(self) -> dict[str, Any]:
         """Return everything the next step depends on: tissue topology, arms, clips, patient."""
         return state_to_tensors({"anatomy": self.world.anatomy, "world": self.world.state()})
 
     def set_state_dict(self, state: dict[str, Any], env_idx: torch.Tensor | None = None) -> None:
-        """Put back what `get_state_dict` returned, of this patient or another.
+        """Put back what `get_state_dict` returned or `RecordEpisode` saved, of any patient.
 
         Raises:
             ValueError: it is not such a state; nothing is changed.
         """
-        whole = state_from_tensors(state)
-        require_type(whole, dict, "state")
-        require_names(set(whole), {"anatomy", "world"}, "state")
-        require_type(whole["anatomy"], Anatomy, "state/anatomy")
-        self.world.check(whole["world"], whole["anatomy"])
+        whole = self._opened(state)
         if whole["anatomy"] != self.world.anatomy:
             self.world.reset(whole["anatomy"])
+        self._put_back(whole)
+
+    def _opened(self, state: Any) -> dict[str, Any]:
+        """Return a state, or its bytes, as `{"anatomy": ..., "world": ...}`, checked."""
+        in_bytes = isinstance(state, torch.Tensor | np.ndarray)
+        whole = state_from_tensors(self._unflattened(state) if in_bytes else state)
+        self.world.check(whole["world"], whole["anatomy"])
+        return whole
+
+    def _put_back(self, whole: dict[str, Any]) -> None:
         self.world.restore(whole["world"])
         self._observation, self._targets = self.world.observe(), self.world.target
 
     def get_state(self) -> torch.Tensor:
         """Return the state's bytes (1, n)."""
-        parts = [v.numpy().reshape(-1).view(np.uint8) for v in self.get_state_dict().values()]
+        parts = [v.numpy().reshape(-1).view(np.uint8) for v in flat(self.get_state_dict()).values()]
         return torch.from_numpy(np.concatenate(parts))[None]
 
     def set_state(self, state: torch.Tensor, env_idx: torch.Tensor | None = None) -> None:
@@ -188,18 +233,20 @@ class CholecystectomyEnv(BaseEnv):
         Raises:
             ValueError: it is not bytes, of another size, or damaged; nothing is changed.
         """
+        self.set_state_dict(self._unflattened(state))
+
+    def _unflattened(self, state: Any) -> dict[str, Any]:
         data = np.asarray(state).reshape(-1)
         if data.dtype != np.uint8:
             raise ValueError(f"state: it is of {data.dtype}; expected: uint8")
-        own = {k: v.numpy() for k, v in self.get_state_dict().items()}
+        own = {k: v.numpy() for k, v in flat(self.get_state_dict()).items()}
         if data.size != sum(v.nbytes for v in own.values()):
             raise ValueError(f"state: {data.size} bytes, not of this patient: use set_state_dict")
-        ends = np.cumsum([v.nbytes for v in own.values()])
-        tensors = {
-            name: torch.from_numpy(piece.copy().view(v.dtype).reshape(v.shape))
-            for (name, v), piece in zip(own.items(), np.split(data, ends[:-1]), strict=True)
+        pieces = np.split(data, np.cumsum([v.nbytes for v in own.values()])[:-1])
+        return {
+            name: piece.copy().view(v.dtype).reshape(v.shape)
+            for (name, v), piece in zip(own.items(), pieces, strict=True)
         }
-        self.set_state_dict(tensors)
 
     def segmentation_names(self) -> dict[int, str]:
         """Return the class that each number of a segmentation image means."""
@@ -275,18 +322,14 @@ class CholecystectomyEnv(BaseEnv):
     def _step_action(self, action: Any) -> torch.Tensor | None:
         """One control step of the world; without an action, to the last targets."""
         if action is not None:
-            self._targets = self._checked(action).reshape(2, 7)
+            asked = read_action(action, self.control_mode)
+            clip = asked.tool == "clip_applier"
+            if asked.tool and nurse.is_needed(self._observation, asked.tool, clip=clip):
+                self.equip(asked.tool)
+            self._targets = asked.joints
+        self._targets = self.world.arms.limited(self._targets)
         self._observation = self.world.step(JointCommand(joints=self._targets))
         return None if action is None else torch.from_numpy(self._targets.reshape(1, 14)).float()
-
-    def _checked(self, action: Any) -> Array:
-        values = action.cpu().numpy() if isinstance(action, torch.Tensor) else np.asarray(action)
-        if values.shape not in (self._UNBATCHED, (1, *self._UNBATCHED)):
-            raise ValueError(f"action: its shape is {values.shape}, allowed: (14,) or (1, 14)")
-        if not np.isfinite(values).all():
-            raise ValueError(f"action: it must be (14,) finite numbers, got {values.tolist()}")
-        low, high = action_limits()
-        return np.clip(values.reshape(-1).astype(float), low, high)
 
     def _get_obs_agent(self) -> dict[str, torch.Tensor]:
         velocities = self.world.arms.joint_velocities
@@ -325,64 +368,47 @@ class CholecystectomyEnv(BaseEnv):
                 camera.camera._render_cameras[0].entity.set_pose(T)
 
 
+class BatchedTruncation(gym.Wrapper, gym.utils.RecordConstructorArgs):
+    """Gives the truncation by gymnasium's `TimeLimit`, one bool, the batch axis of the others."""
+
+    def __init__(self, env: gym.Env) -> None:
+        gym.utils.RecordConstructorArgs.__init__(self)
+        gym.Wrapper.__init__(self, env)
+
+    def step(self, action: Any) -> Any:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return observation, reward, terminated, torch.as_tensor(truncated).reshape(1), info
+
+
+class Unbatched(gym.utils.RecordConstructorArgs, CPUGymWrapper):
+    """Gives NumPy arrays without a batch axis, and plain numbers."""
+
+    def __init__(self, env: gym.Env) -> None:
+        gym.utils.RecordConstructorArgs.__init__(self)
+        CPUGymWrapper.__init__(self, env)
+
+
 def make_single(**options: Any) -> gym.Env:
-    """Make one environment, with numpy arrays without a batch axis."""
-    return CPUGymWrapper(gym.make(ENVIRONMENT_ID, **options))
+    """Make one environment, with NumPy arrays without a batch axis, as most libraries want it.
 
-
-def action_limits() -> tuple[Array, Array]:
-    """Return the lowest and highest joint targets (14,), over all tools of each arm."""
-    right = [INSTRUMENTS["clip_applier"], INSTRUMENTS["scissors"]]
-    arms = ([INSTRUMENTS["grasper"]], right)
-    limits = [
-        np.stack([np.vstack([joint_limits(t), t.jaw_range_rad]) for t in tools]) for tools in arms
-    ]
-    low = np.concatenate([tools[:, :, 0].min(axis=0) for tools in limits])
-    high = np.concatenate([tools[:, :, 1].max(axis=0) for tools in limits])
-    return low, high
-
-
-def _first(seed: int | Iterable[int] | None) -> int | None:
-    """Return the seed of the only environment, which ManiSkill gives in a list."""
-    if not isinstance(seed, Iterable):
-        return seed
-    seeds = list(seed)
-    if len(seeds) != 1:
-        raise ValueError(f"seed = {seed!r} must be a number, or a list of one")
-    return int(seeds[0])
-
-
-def _check_robot(robot_uids: str, control_mode: str | None) -> None:
-    if robot_uids != "none":
-        raise ValueError(f"robot_uids = {robot_uids!r}: its two arms are part of it; leave it out")
-    if control_mode not in (None, CONTROL_MODE):
-        raise ValueError(f"control_mode = {control_mode!r}: only {CONTROL_MODE!r}")
-
-
-def _check_backend(num_envs: int, sim_backend: str) -> None:
-    if num_envs != 1:
-        raise ValueError(f"num_envs = {num_envs}: only 1; use gymnasium's vector environments")
-    if sim_backend not in CPU_BACKENDS:
-        raise ValueError(f"sim_backend = {sim_backend!r}: choose from {CPU_BACKENDS}")
-
-
-def _world_config(sim_config: SimConfig | dict[str, Any]) -> WorldConfig:
-    """Convert ManiSkill's frequencies to periods.
-
-    Raises:
-        ValueError: one does not divide the next.
+    Args:
+        options: those of `gym.make`, such as `obs_mode`.
     """
-    given = sim_config if isinstance(sim_config, dict) else sim_config.dict()
-    own = WorldConfig()
-    control_hz = given.get("control_freq", round(1.0 / own.control_step_s))
-    sim_hz = given.get("sim_freq", round(1.0 / own.physics_step_s))
-    tissue_hz = round(1.0 / own.tissue.step_s)
-    if min(control_hz, sim_hz) <= 0 or sim_hz % tissue_hz or tissue_hz % control_hz:
+    return Unbatched(gym.make(ENVIRONMENT_ID, **options))
+
+
+@contextmanager
+def _told_if_no_window(render_mode: str | None) -> Iterator[None]:
+    """Say what to do where the viewer's window cannot be opened."""
+    try:
+        yield
+    except RuntimeError as error:
+        if render_mode != "human":
+            raise
         raise ValueError(
-            f"control_freq = {control_hz}, sim_freq = {sim_hz}: control_freq must divide "
-            f"{tissue_hz} Hz, the tissue's rate, and that must divide sim_freq"
-        )
-    return WorldConfig(control_step_s=1.0 / control_hz, physics_step_s=1.0 / sim_hz)
+            f"render_mode = 'human': no window can be opened here ({error}); use 'rgb_array', "
+            "or watch episodes in a browser with `calot view`"
+        ) from error
 
 
 def _exact_tissue(now: Observation) -> dict[str, torch.Tensor]:
@@ -403,3 +429,15 @@ def _row(values: Any) -> torch.Tensor:
 
 def _rgb(picture: torch.Tensor) -> dict[str, torch.Tensor]:
     return {"rgb": picture[..., :3]}
+
+
+register(ENVIRONMENT_ID, CholecystectomyEnv, max_episode_steps=MAX_EPISODE_STEPS)
+gym.register(
+    ENVIRONMENT_ID,
+    entry_point=f"{__name__}:CholecystectomyEnv",
+    max_episode_steps=MAX_EPISODE_STEPS,
+    disable_env_checker=True,  # it expects arrays without a batch axis
+    additional_wrappers=(
+        WrapperSpec(BatchedTruncation.__name__, f"{__name__}:BatchedTruncation", {}),
+    ),
+)

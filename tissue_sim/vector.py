@@ -16,7 +16,8 @@ import gymnasium as gym
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import iterate
 
-from tissue_sim.environment import BLIND_MODES, make_single
+from tissue_sim.environment import make_single
+from tissue_sim.environment_options import BLIND_MODES
 from tissue_sim.main_guard import require_main_guard
 
 

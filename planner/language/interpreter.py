@@ -17,10 +17,11 @@ from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.claims import claims_in, without_claims
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.forbidding import allowed_in, excepts, forbidden_in
+from planner.language.rules.forbidding import excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.questions import Question, question_in, thing_in
+from planner.language.rules.rewriting.as_letters import in_latin
 from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.rewriting.corrected import as_corrected
 from planner.language.rules.rewriting.echoes import echo_in
@@ -32,12 +33,18 @@ from planner.language.rules.sizes import (
     Sized,
     out_of_range,
     unclear_length,
+    unread_length,
     without_size,
     without_unit,
 )
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
-from planner.language.rules.warning import warns, without_warning
+from planner.language.rules.warning import warns, warns_anywhere, without_warning
+from planner.language.rules.whole.by_latest import by_latest
+from planner.language.rules.whole.foreign_questions import foreign_question_in
+from planner.language.rules.whole.nothing_said import says_nothing
+from planner.language.rules.whole.permitting import Permission, permission_in
+from planner.language.rules.whole.resuming import resumes
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
@@ -60,7 +67,9 @@ _YES = re.compile(
 _ASKED_ABOUT = re.compile(
     r"\b(?:wrong|errors?|trouble|problems?|mistakes?|faults?|issues?|fail\w*|amiss|injur\w+"
     r"|are you sure|sure|doubts?|forbid\w*|forbade|prohibit\w*|off limits|(?:may|must|can) you not"
-    r"|not (?:allowed|permitted)|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
+    r"|not (?:allowed|permitted|to do|to)|without (?:any |much )?(?:risk|danger)|risky?|dangerous"
+    r"|hanging on|slipped(?: off)?|blocked"
+    r"|intact|uncut|unclipped|enough clips|(?<=\byou )hold it)\b"
 )
 _ASIDE = re.compile(r"\b(?P<farther>(?:more|further|farther) )?to (?:the |my )?(?:left|right)\b")
 STOP, PAUSE = COMMANDS["stop"], COMMANDS["pause"]
@@ -72,13 +81,26 @@ class Interpreter:
 
     def read(self, text: str) -> Reading:
         """Return the meaning of any text; never raise. Of a very long one the beginning counts."""
-        meant = in_english(as_meant(text[:LONGEST]))
+        latin = in_latin(text)
+        seen = latin[:LONGEST]
+        meant = in_english(as_meant(seen))
         english = with_plain_ordinals(without_other_arm(as_corrected(without_asides(meant))))
-        read = self._read(text[:LONGEST], english)
+        if warns_anywhere(latin[LONGEST:]):
+            return replace(self._warned(seen, english, danger_in(english)), text=text)
+        hidden = text.strip() and not text[:LONGEST].strip().isprintable()
+        read = self._hidden(seen, english) if hidden else self._read(seen, english)
         return replace(read, text=text, about=thing_in(english), claims=claims_in(meant))
+
+    def _hidden(self, text: str, english: str) -> Reading:
+        """Return the reading of a text with characters that are not seen: only warnings count."""
+        if warns(text) or warns(english):
+            return self._warned(text, english, danger_in(english))
+        return _not_understood(text, "it has characters that cannot be read")
 
     def _read(self, text: str, english: str) -> Reading:
         danger = danger_in(english)
+        if whole := _whole(text, english, danger):
+            return whole
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
         if trouble := _trouble(text, english):
@@ -90,10 +112,7 @@ class Interpreter:
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
         reading = self._besides_claims(text, english) or self._commanded(text, english)
-        allows = allowed_in(english)
-        if allows is None and self._alarms(reading, english):
-            return self._warned(text, english, danger)
-        return replace(reading, allows=allows)
+        return self._warned(text, english, danger) if self._alarms(reading, english) else reading
 
     def _alarms(self, reading: Reading, english: str) -> bool:
         """Return whether a sentence that is not understood is taken for a warning."""
@@ -115,7 +134,7 @@ class Interpreter:
         """Return the reading of a warning: hold, and ask what was meant by the rest."""
         said = _by_grammar(english)
         question = question_in(english)
-        if question and said is None and not danger and _asks_calmly(english):
+        if question and said is None and not danger and _asks_calmly(english) and "!" not in text:
             return _asked(text, question)
         if said in (STOP, PAUSE):
             reading = _understood(text, Said(command=said), 1.0, "grammar")
@@ -123,7 +142,7 @@ class Interpreter:
             reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
         forbids = forbidden_in(english)
         rest = None if danger or forbids else _sized(without_warning(english))
-        clear = rest is not None and rest.command.moves and not _not_so_far(text, (rest,))
+        clear = rest is not None and rest.command.moves and not _not_so_far(text, english, (rest,))
         meant = rest if clear else None
         return replace(
             reading,
@@ -162,7 +181,7 @@ class Interpreter:
         """Return the reading of commands, or the question how far where that is not clear."""
         reading = self._several(text, english) or self._one(text, english)
         said = (*reading.said, *reading.guesses)
-        why = _not_so_far(text, said)
+        why = _not_so_far(text, english, said)
         return Reading(text=text, reply=f"How far? {why}.") if why else reading
 
     def _several(self, text: str, english: str) -> Reading | None:
@@ -239,6 +258,42 @@ class Interpreter:
         return _asked_back(text, guesses, confidence)
 
 
+def _whole(text: str, english: str, danger: str) -> Reading | None:
+    """Return the reading of a text of which every word is known: it says nothing, to go on, ..."""
+    if says_nothing(text):
+        return Reading(text=text, by="rule", reply="No word for me.")
+    if len(text) > MAX_CHARACTERS:
+        return None
+    if resumes(text) or resumes(english):
+        return _understood(text, Said(command=COMMANDS["resume"]), 1.0, "grammar")
+    if question := foreign_question_in(text):
+        return _asked(text, question)
+    if not danger and (permission := permission_in(text, english)):
+        return _permitted(text, english, permission)
+    if said := by_latest(english):
+        why = _not_so_far(text, english, (said,))
+        if why:
+            return Reading(text=text, reply=f"How far? {why}.")
+        return replace(_understood(text, said, 1.0, "rule"), relative=said.relative)
+    return None
+
+
+def _permitted(text: str, english: str, given: Permission) -> Reading:
+    """Return what is allowed, and the same act as a command, if it is spelt out."""
+    allows = given.act if given.sure else None
+    said = _sized(english) if given.sure else None
+    opens = said is not None and given.act.act == "open" and not said.command.deed
+    orders = said is not None and (opens or said.command.deed == given.act.act)
+    reading = (
+        _understood(text, said, 1.0, "grammar")
+        if said and orders
+        else Reading(
+            text=text, by="rule", confidence=1.0, reply=f"{given.act.in_words}: not forbidden."
+        )
+    )
+    return replace(reading, allows=allows, may_allow=None if given.sure else given.act)
+
+
 def _asks_calmly(english: str) -> bool:
     """Return whether the only warning in a question is what it asks: "did it go wrong?"."""
     return not warns(_ASKED_ABOUT.sub("", english.lower()))
@@ -281,14 +336,15 @@ def _is_placed(command: Command, sized: Sized, english: str) -> bool:
     return sized.measured or bool(aside and (aside["farther"] or sized.size_m))
 
 
-def _not_so_far(text: str, said: Sequence[Said]) -> str:
+def _not_so_far(text: str, english: str, said: Sequence[Said]) -> str:
     """Return why it is not clear how far an arm shall go, or it does not go so far; or ""."""
-    sizes_m = [one.size_m for one in said if one.command.correction]
+    sizes_m = [one.size_m for one in said if one.command.correction or one.relative]
     if not sizes_m:
         return ""
     if None in sizes_m and (number := without_unit(text)):
         return f"{number!r} is no length in mm, cm or inches"
-    return unclear_length(text) or next(filter(None, map(out_of_range, sizes_m)), "")
+    unclear = unclear_length(text) or unread_length(english)
+    return unclear or next(filter(None, map(out_of_range, sizes_m)), "")
 
 
 def _as_before(part: str, before: Said | None) -> Said | None:
@@ -333,8 +389,6 @@ def _trouble(text: str, english: str) -> str:
         return "nothing was said"
     if len(text) > MAX_CHARACTERS:
         return f"it is longer than {MAX_CHARACTERS} characters"
-    if not text.strip().isprintable():
-        return "it has characters that cannot be read"
     foreign = any(one.isalpha() and not one.isascii() for one in normalize("NFKC", english))
     if foreign and question_in(english) is None:
         return "it is in no language that is understood"

@@ -13,18 +13,35 @@ from planner.command import COMMANDS
 from planner.language.rules.questions import QUESTIONS
 
 OUT_OF_SCOPE, ASK_BACK = "-", "?"
+_ACT = r"((clip|cut)( (duct|artery|(left|right) tube))?|open( (left|right) gripper)?)"
 _BY_PROTOCOL = re.compile(
-    r"hold(: no (clip|cut)( (duct|artery|(left|right) tube))?|: no open( (left|right) gripper)?)?"
+    rf"hold(: no {_ACT})?|allow: {_ACT}"
     rf"|speed: (slower|faster|half|normal)|question: ({'|'.join(QUESTIONS)})|ask|refuse|none"
 )
 _SIZE = re.compile(r"small|large|\d+(\.\d+)? mm")
+_AFTER = re.compile(r"\[after: (?P<latest>[^\]]+)\] (?P<said>.+)")
 
 
 class Row(NamedTuple):
-    """A sentence and its expected meaning, as its set writes it."""
+    """A sentence and its expected meaning, as its set writes it.
+
+    A sentence that refers to the latest order begins with it: "[after: cut duct] once more".
+    """
 
     sentence: str
     expected: str
+
+    @property
+    def said(self) -> str:
+        """Return what the person says."""
+        found = _AFTER.fullmatch(self.sentence)
+        return found["said"] if found else self.sentence
+
+    @property
+    def latest(self) -> str:
+        """Return the order before, as the protocol writes it; "" if the sentence tells none."""
+        found = _AFTER.fullmatch(self.sentence)
+        return found["latest"] if found else ""
 
 
 def names_a_command(expected: str) -> bool:
@@ -59,7 +76,7 @@ def read_rows(path: Path, is_meaning: Callable[[str], bool] = names_a_command) -
         said = [(line["sentence"], line["expected"]) for line in lines if any(line.values())]
     rows = [Row(sentence, expected or "") for sentence, expected in said]
     for row in rows:
-        if not is_meaning(row.expected):
+        if not is_meaning(row.expected) or not is_meaning(row.latest or row.expected):
             raise ValueError(f"{path}: {row.sentence!r}: no command is {row.expected!r}")
     return rows
 

@@ -14,7 +14,7 @@ from tissue_sim.frames import Array
 
 def trained(rows: Sequence[Row]) -> Array:
     """Return the weights (385,) for the sentences of sets that keep the protocol."""
-    inputs = np.stack([features(row.sentence) for row in rows])
+    inputs = np.stack([features(row.said) for row in rows])
     return fit(inputs, np.array([holds(row.expected) for row in rows], float))
 
 

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
 import torch
-from rich.markup import escape
 
 from controller.action import ACTION_SIZE
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
-NOT_INSTALLED = escape(
+NOT_INSTALLED = (
     "LeRobot is not installed; to compare with it: .venv/bin/pip install -e '.[lerobot]'"
 )
 

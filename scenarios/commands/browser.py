@@ -6,8 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
+from scenarios.files.outside_text import Terminal
 from scenarios.loop.episode_config import EpisodeConfig
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ def page_of(
     from scenarios.viewer.serving.page_process import PageProcess
     from scenarios.viewer.serving.port import choose_port
 
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     if say_port is not None:
         choose_port(host, say_port, "--say-port")
     return serve(

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import PERCEIVING, SENSES
@@ -42,6 +41,7 @@ from scenarios.demonstration.mix import (
 )
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR
+from scenarios.files.outside_text import Terminal
 from scenarios.loop.progress import ProgressDisplay
 from scenarios.workers.pool import run_side_by_side
 
@@ -131,7 +131,7 @@ class Collect:
         waiting = [d for d in asked if not is_finished(d, self.out)]
         start_s = time.perf_counter()
         outcomes = self._collect(waiting)
-        console = Console()
+        console = Terminal()
         for line in _report(asked, outcomes, time.perf_counter() - start_s):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
         console.print(self._merge(), highlight=False, markup=False, soft_wrap=True)
@@ -151,7 +151,7 @@ class Collect:
 
     def _collect(self, waiting: Sequence[PlannedDemonstration]) -> list[DemonstrationOutcome]:
         outcomes: list[DemonstrationOutcome] = []
-        display = ProgressDisplay(len(waiting), Console(stderr=True))
+        display = ProgressDisplay(len(waiting), Terminal(stderr=True))
         with display, closing(self._outcomes(waiting)) as arriving:
             for outcome in arriving:
                 outcomes.append(written_or_refused(outcome))

@@ -8,11 +8,10 @@ import sys
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.commands.output import output
+from scenarios.files.outside_text import Terminal
 from scenarios.files.versions import versions
 
 # Runs in a separate process: both imports take seconds, and a broken driver may crash it.
@@ -40,11 +39,11 @@ class Doctor:
 
     def execute(self) -> int:
         """Probe and report; return 0."""
-        with Console(stderr=True).status("looking at this machine"):
+        with Terminal(stderr=True).status("looking at this machine"):
             findings = {**_machine(), **versions(), **_extras(), **_accelerators()}
         table = Table(show_header=False)
         for name, finding in findings.items():
-            table.add_row(name, escape(finding))
+            table.add_row(name, finding)
         output().print(table)
         return 0
 

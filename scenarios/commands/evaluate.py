@@ -33,10 +33,10 @@ from scenarios.commands.options.policy_option import (
 from scenarios.commands.options.renderer_option import require_cameras
 from scenarios.commands.output import output
 from scenarios.evaluation.arm import StudyArm, arm_from_text, require_distinct
-from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import RESULTS
+from scenarios.files.outside_text import Terminal
 from scenarios.files.strict_json import dumps, plain
 from scenarios.files.sums import SUMS, read_sums
 from scenarios.loop.episode_config import EpisodeConfig
@@ -140,7 +140,7 @@ class Evaluate:
     def _run(self, plan: Plan, results: dict[Case, EpisodeResult]) -> None:
         """Run in rounds, because a ladder's next rung waits for the one before."""
         while due := plan.due(results):
-            display = ProgressDisplay(len(due), PatientConsole(stderr=True))
+            display = ProgressDisplay(len(due), Terminal(stderr=True))
             with display, closing(self._ended(due, display)) as arriving:
                 for ended in arriving:
                     if ended.unwritable is not None:
@@ -225,7 +225,7 @@ class Evaluate:
             return 0
         rate, arm, suite = lowest
         line = f"{arm} passes {rate:.3f} of {suite}, less than --fail-under {self.fail_under:g}"
-        output().print(line, highlight=False, markup=False, soft_wrap=True)
+        Terminal().print(line, highlight=False, markup=False, soft_wrap=True)
         return FAILED
 
 

@@ -2,16 +2,14 @@
 
 import os
 
-from rich.console import Console
-
-from scenarios.files.closed_pipe import PatientConsole
+from scenarios.files.outside_text import Terminal
 
 WIDE = 200  # columns
 
 
-def output() -> Console:
+def output() -> Terminal:
     """Return standard output; if it is a file or a pipe, tables are 200 columns wide."""
-    console = PatientConsole()
+    console = Terminal()
     if console.is_terminal or "COLUMNS" in os.environ:
         return console
-    return PatientConsole(width=WIDE)
+    return Terminal(width=WIDE)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.console import Console
-
 from scenarios.commands.collected import broken_lines, written_or_refused
 from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.demonstration.alike import require_pictures_alike
@@ -14,6 +12,7 @@ from scenarios.demonstration.mix import TRAINING_SEEDS
 from scenarios.demonstration.pictures import frames_path, picture, pictured
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import ERROR
+from scenarios.files.outside_text import Terminal
 from scenarios.loop.progress import ProgressDisplay
 
 
@@ -36,7 +35,7 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
     require_pictures_alike(out, asked)
     outcomes: list[DemonstrationOutcome] = []
     waiting = [d for d in asked if not frames_path(d, out).exists()]
-    with ProgressDisplay(len(waiting), Console(stderr=True)) as display:
+    with ProgressDisplay(len(waiting), Terminal(stderr=True)) as display:
         for demonstration in waiting:
             outcomes.append(written_or_refused(picture(demonstration, out)))
             display.advance()
@@ -45,5 +44,5 @@ def collect_pictures(first_seed: int, episodes: int, out: Path, checkpoint: str 
     there, new = len(asked) - len(broken), len(waiting) - len(broken)
     line = f"pictures: {out}, {there} episodes, of them {new} new with {frames} frames"
     for told in (*broken, line):
-        Console().print(told, highlight=False, markup=False, soft_wrap=True)
+        Terminal().print(told, highlight=False, markup=False, soft_wrap=True)
     return ERROR if broken else 0

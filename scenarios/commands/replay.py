@@ -11,7 +11,6 @@ from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
 from rich.progress import track
 from tyro.conf import Positional, arg
 
@@ -22,6 +21,7 @@ from scenarios.commands.options.output_path import require_writable_file
 from scenarios.commands.output import output
 from scenarios.files.errors import BadInputError
 from scenarios.files.exit_codes import FAILED, INTERRUPTED
+from scenarios.files.outside_text import Terminal
 from scenarios.recording.verify import (
     EXIT_CODES,
     Verdict,
@@ -99,7 +99,7 @@ class Replay:
 
     def _verify(self) -> int:
         files = self._recordings()
-        console = Console(stderr=True)
+        console = Terminal(stderr=True)
         with closing(self._verdicts(files)) as arriving:
             shown = track(
                 arriving,
@@ -137,7 +137,7 @@ class Replay:
 
     def _check(self) -> int:
         recording = _frames_of(self.files[0], every=1_000_000)
-        with Console(stderr=True).status("replaying"):
+        with Terminal(stderr=True).status("replaying"):
             for _ in recording.run():
                 pass
         return _verdict(recording)
@@ -147,13 +147,13 @@ class Replay:
         from scenarios.viewer.export import EVERY, export
 
         recording = _frames_of(self.files[0], every=EVERY)
-        with Console(stderr=True).status("drawing") as status:
+        with Terminal(stderr=True).status("drawing") as status:
             html = export(recording, lambda time_s: status.update(f"drawing: {time_s:.0f} s"))
         try:
             write_atomic(page, html.encode())
         except OSError as error:
             raise BadInputError(f"--export: cannot write {page} ({error.strerror})") from None
-        Console().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
+        Terminal().print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", highlight=False)
         return _verdict(recording)
 
     def _show(self) -> int:
@@ -168,7 +168,7 @@ class Replay:
                 lambda port: ReplayPage(recordings, names, host=self.host, port=port),
                 self.host,
                 self.port,
-                Console(stderr=True),
+                Terminal(stderr=True),
             ),
             suppress(KeyboardInterrupt),
         ):
@@ -220,7 +220,7 @@ def _verdict(recording: RecordingFrames, head: str = "") -> int:
     elif not recording.is_replayed:
         done, code = f"{recording.replayed_s:.1f} s of {recording.end_s:.1f} s", INTERRUPTED
         line = f"interrupted at {done}, identical so far"
-    Console().print(head + line, highlight=False, markup=False, soft_wrap=True)
+    Terminal().print(head + line, highlight=False, markup=False, soft_wrap=True)
     return code
 
 

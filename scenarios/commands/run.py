@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.catalogue import PEOPLE
@@ -28,10 +27,10 @@ from scenarios.commands.options.renderer_option import require_renderer
 from scenarios.commands.output import output
 from scenarios.demonstration.alike import require_joinable
 from scenarios.demonstration.mix import TRAINING_SEEDS
-from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError, WorkerDiedError
 from scenarios.files.exit_codes import ERROR, FAILED, INTERRUPTED
 from scenarios.files.names import MANIFEST, RESULTS
+from scenarios.files.outside_text import Terminal
 from scenarios.files.strict_json import plain
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.observer import Observer
@@ -173,9 +172,7 @@ class Run(EpisodeOptions):
             session = self._session() if self.view else None
             if session is not None:
                 stack.enter_context(page_of(session, LOCAL, None))
-            display = stack.enter_context(
-                ProgressDisplay(self.episodes, PatientConsole(stderr=True))
-            )
+            display = stack.enter_context(ProgressDisplay(self.episodes, Terminal(stderr=True)))
             observers: list[Observer] = [display]
             if self.video is not None:
                 video = VideoWriter(path=self.video, overlay=self.overlay, captions=self.captions)
@@ -305,5 +302,5 @@ def unsaid_lines(episodes: Sequence[EpisodeResult], script: Sequence[Timed]) -> 
             )
 
 
-def _say(console: Console, line: str) -> None:
+def _say(console: Terminal, line: str) -> None:
     console.print(line, highlight=False, markup=False, soft_wrap=True)

@@ -10,8 +10,8 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
 from tyro.conf import Positional, arg
 
 from controller.dataset.choice import Choice
@@ -27,6 +27,7 @@ from scenarios.commands.options.arguments import (
 from scenarios.commands.options.output_path import claimed, require_writable_folder
 from scenarios.demonstration.mix import KINDS
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import Terminal, visible
 
 if TYPE_CHECKING:  # heavy to import
     from planner.learning.optimise import ScheduleT, TrainingStep
@@ -97,7 +98,7 @@ class Train:
             checkpoint = getattr(self, f"_{self.learner}")(out)
         except ValueError as error:
             raise BadInputError(str(error)) from None
-        Console().print(f"checkpoint: {checkpoint}", soft_wrap=True)
+        Terminal().print(f"checkpoint: {checkpoint}", soft_wrap=True)
         return 0
 
     def _controller(self, out: Path) -> Path:
@@ -153,7 +154,7 @@ class Train:
                 " takes some"
             )
         for view in training.VIEWS:
-            console = Console(stderr=True)
+            console = Terminal(stderr=True)
             console.print(f"view {view}")
             steps = training.train_view(files, view, config, out / view, self.device, base)
             _show(steps, config.steps)
@@ -169,7 +170,7 @@ class Train:
 
 
 def _reading(data: Sequence[Path]) -> AbstractContextManager:
-    return Console(stderr=True).status(f"reading {', '.join(map(str, data))}")
+    return Terminal(stderr=True).status(Text(visible(f"reading {', '.join(map(str, data))}")))
 
 
 def _show(steps: Iterable[TrainingStep], total: int) -> None:
@@ -181,7 +182,7 @@ def _show(steps: Iterable[TrainingStep], total: int) -> None:
         loss,
         TimeRemainingColumn(),
     )
-    console, coming = Console(stderr=True), iter(steps)
+    console, coming = Terminal(stderr=True), iter(steps)
     if (first := next(coming, None)) is None:
         console.print(f"trained before: {total} of {total} steps", highlight=False)
         return

@@ -17,7 +17,7 @@ from planner.learning.atomic_write import write_atomic
 from scenarios.catalogue import WITNESS
 from scenarios.demonstration.demonstrate import PARTS, failures_of
 from scenarios.demonstration.demonstration_recorder import DemonstrationRecorder, is_frame
-from scenarios.demonstration.mix import INTERVENTION
+from scenarios.demonstration.mix import INTERVENTION, TRAINING_SEEDS
 from scenarios.files.strict_json import plain
 from scenarios.files.versions import versions
 from scenarios.loop.episode_config import EpisodeConfig
@@ -76,10 +76,15 @@ class Interventions:
 
         Raises:
             OSError: the file cannot be written.
-            ValueError: the folder holds parts that do not fit.
+            ValueError: the folder holds parts that do not fit, or the seed is none of training.
         """
         if not self.intervened:
             return None
+        if self._anatomy.seed not in TRAINING_SEEDS:
+            allowed = f"0 to {TRAINING_SEEDS.stop - 1}"
+            raise ValueError(
+                f"seed {self._anatomy.seed} is no training patient; allowed: {allowed}"
+            )
         with _WRITING:
             return self._write(success, failures)
 

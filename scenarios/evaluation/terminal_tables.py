@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.evaluation.report import Climb, Report, SuiteReport
@@ -75,7 +74,7 @@ def _table(title: str, names: Row, figures: Row, rows: Iterator[Row]) -> Table:
     for name in figures:
         table.add_column(name, justify="right")
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*row)
     return table
 
 

@@ -1,1 +1,1 @@
-"""How do results get to disk? As strict JSON, with versions."""
+"""How do results get to disk and to people? As strict JSON with versions, and as plain text."""

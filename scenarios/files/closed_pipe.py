@@ -6,20 +6,9 @@ from collections.abc import Callable
 from functools import wraps
 from typing import IO, ParamSpec
 
-from rich.console import Console
-
 from scenarios.files.exit_codes import ERROR
 
 P = ParamSpec("P")
-
-
-class PatientConsole(Console):
-    """A console that falls silent when nobody reads it; rich's own would exit with code 1."""
-
-    def on_broken_pipe(self) -> None:
-        """Write no more."""
-        self.quiet = True
-        _silence(self.file)
 
 
 def outlives_its_readers(main: Callable[P, int]) -> Callable[P, int]:
@@ -43,7 +32,7 @@ def say(line: str, stream: IO[str]) -> None:
     try:
         print(line, file=stream, flush=True)
     except BrokenPipeError:
-        _silence(stream)
+        silence(stream)
 
 
 def _flush(stream: IO[str] | None) -> None:
@@ -52,10 +41,11 @@ def _flush(stream: IO[str] | None) -> None:
         if stream is not None:
             stream.flush()
     except BrokenPipeError:
-        _silence(stream)
+        silence(stream)
 
 
-def _silence(stream: IO[str] | None) -> None:
+def silence(stream: IO[str] | None) -> None:
+    """Let what is written from now on go nowhere."""
     if stream is not None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())

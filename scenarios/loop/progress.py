@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from planner.task import TASKS
+from scenarios.files.outside_text import visible
 from scenarios.loop.results import EpisodeResult
 
 
@@ -18,7 +19,7 @@ class ProgressDisplay:
             BarColumn(),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("{task.fields[detail]}"),
+            TextColumn("{task.fields[detail]}", markup=False),
             console=console,
             transient=True,
         )
@@ -47,7 +48,7 @@ class ProgressDisplay:
         self._progress.update(
             self._tasks,
             completed=step.instruction.task.index - 1,
-            detail=f"{said}, {step.time_s:.1f} s simulated",
+            detail=visible(f"{' '.join(said.split())}, {step.time_s:.1f} s simulated"),
         )
 
     def on_end(self, result: EpisodeResult) -> None:
@@ -59,4 +60,4 @@ class ProgressDisplay:
         self._progress.advance(self._episodes)
 
     def _say(self, line: str) -> None:
-        self._progress.console.print(line, highlight=False, markup=False, soft_wrap=True)
+        self._progress.console.print(visible(line), highlight=False, markup=False, soft_wrap=True)

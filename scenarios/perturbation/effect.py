@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from scenarios.perturbation.perturbation import AtTask, AtTime, Onset, Perturbat
 from tissue_sim.frames import Array
 from tissue_sim.patient.anatomy import Anatomy
 from tissue_sim.sensing.sensor_model import SensorModel
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)

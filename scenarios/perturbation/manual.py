@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from planner.task import Task
@@ -10,7 +12,9 @@ from scenarios.perturbation.once import Once
 from scenarios.perturbation.perturbation import AtTime, Perturbation
 from tissue_sim.frames import Array
 from tissue_sim.patient.axes import RIGHT
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 NUDGE_S = 1.5  # there and back, assumed
 

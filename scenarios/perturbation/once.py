@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.task import Task
 from scenarios.perturbation.effect import Effect
 from scenarios.perturbation.perturbation import AtTime, Onset
-from tissue_sim.world import World
+
+if TYPE_CHECKING:
+    from tissue_sim.world import World
 
 EARLIEST_S, LATEST_S = 5.0, 60.0  # assumed; a quick procedure is over before the latest
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from planner.instruction import Instruction
+from scenarios.files.outside_text import visible
 from scenarios.recording.event_log import EpisodeStatus, Kind, LogLine
 
 TEXT_PX, LINE_PX, MARGIN_PX = 14, 19, 10
@@ -46,7 +47,7 @@ def _lines(status: EpisodeStatus, now: Instruction) -> list[tuple[str, tuple[int
     if now.correction is not None:
         doing += f"   (task: {now.task.text})"
     said = [(f"{status.time_s:.1f} s   {doing}", WHITE)]
-    said += [(line, WHITE) for line in wrap(now.remark, WIDE)]
+    said += [(line, WHITE) for line in wrap(visible(now.remark), WIDE)]
     if (judged := now.assessment) is not None:
         alarm = "   ALARM" if judged.alarm else ""
         chance = f"chance of failure {judged.failure_chance:.0%}"
@@ -62,7 +63,7 @@ def _lines(status: EpisodeStatus, now: Instruction) -> list[tuple[str, tuple[int
 def _words(event: LogLine) -> str:
     """Return an event in words."""
     detail = f": {event.detail}" if event.detail else ""
-    return f"{event.time_s:.1f} s   {event.kind}: {event.text}{detail}"
+    return visible(f"{event.time_s:.1f} s   {event.kind}: {event.text}{detail}")
 
 
 @cache

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.loop.results import EpisodeResult, Summary
@@ -34,7 +33,7 @@ def injury_table(episode: EpisodeResult) -> Table:
         table.add_column(heading, justify="right")
     for injury in episode.injuries:
         table.add_row(
-            escape(injury.event),
+            injury.event,
             f"{injury.time_s:.1f}",
             f"{injury.value:.4g}",
             f"{injury.limit:.4g}",
@@ -49,7 +48,7 @@ def ledger_table(episode: EpisodeResult) -> Table:
     for heading in ("commands", "from (s)", "to (s)"):
         table.add_column(heading, justify="right")
     for e in episode.safety.ledger:
-        table.add_row(escape(e.words), str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
+        table.add_row(e.words, str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
     return table
 
 

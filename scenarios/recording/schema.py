@@ -24,7 +24,8 @@ from scenarios.perturbation.manual import MANUAL
 from tissue_sim.periods import CONTROL_HZ
 
 SCHEMA_VERSION = 8
-READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash
+READABLE = (7, SCHEMA_VERSION)  # 7 has no content hash,
+NEW_IN_8 = {"act_limit_s"}  # nor these entries of the configuration
 RIGHT_TOOLS = ("clip_applier", "scissors")
 
 STEP_ARRAYS: dict[str, tuple[int, ...]] = {
@@ -44,9 +45,6 @@ NOTES = ("events", "perturbations", "ledger", "heard", "told", "hands")
 
 PARTS = ("config", "versions", "world_version", "checkpoints", "anatomy", "result", "error")
 """What else a header tells, besides its schema and the table of instructions."""
-
-SETTINGS_ADDED = ("act_limit_s",)
-"""What configurations of before do not have; they are as by default."""
 
 WHOLE = ("instruction", "right_tool", "clip_loaded")
 
@@ -134,7 +132,8 @@ def require_header(header: Any) -> None:
         raise ValueError(f"it has schema {version!r:.40}; allowed: {SCHEMA_VERSION}")
     msgspec.convert(header, _Header)
     msgspec.convert(header["ledger"], list[_Noted])
-    known = {field.name for field in fields(EpisodeConfig)} - {*SETTINGS_ADDED}
+    known = {field.name for field in fields(EpisodeConfig)}
+    known -= set() if version == SCHEMA_VERSION else NEW_IN_8
     if missing := known - header["config"].keys():
         raise ValueError(f"its configuration lacks {', '.join(sorted(missing))}")
     for heard in header["heard"]:

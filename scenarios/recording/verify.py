@@ -11,7 +11,6 @@ from tempfile import gettempdir
 from typing import Literal
 from uuid import uuid4
 
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.files.errors import WorkerDiedError
@@ -98,7 +97,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     for heading in ("outcome", ""):
         table.add_column(heading)
     for verdict in verdicts:
-        table.add_row(escape(str(verdict.file)), verdict.outcome, escape(verdict.remark))
+        table.add_row(str(verdict.file), verdict.outcome, verdict.remark)
     return table
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
 from time import monotonic
 
 import viser
 
+from scenarios.files.outside_text import in_html
 from scenarios.viewer.panels.look import theme
 from scenarios.viewer.panels.style import add_style, pad
 from scenarios.viewer.recording_frames import RecordingFrames, TimelineMark
@@ -74,8 +74,8 @@ class ReplayPage(DrawnPage):
             self._go(self._timeline.value)
 
     async def _on_jump(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:
-            self._go(self._marks[self._jump.value].time_s)
+        if event.client is not None and (mark := self._marks.get(self._jump.value)) is not None:
+            self._go(mark.time_s)
 
     async def _on_before(self, _: object) -> None:
         earlier = [m.time_s for m in self._marks.values() if m.time_s < self._time_s - TICK_S]
@@ -86,13 +86,13 @@ class ReplayPage(DrawnPage):
         self._go(min(later, default=self._end_s))
 
     def _go(self, time_s: float) -> None:
-        self._time_s, self._playing = time_s, False
+        self._time_s, self._playing = min(max(time_s, 0.0), self._end_s), False
 
     def draw(self) -> None:
         """Show the recordings at the time to which they have been played."""
         now_s = monotonic()
         if self._playing:
-            ahead_s = SPEEDS[self._speed.value] * (now_s - self._drawn_s)
+            ahead_s = SPEEDS.get(self._speed.value, 1.0) * (now_s - self._drawn_s)
             self._time_s = min(self._time_s + ahead_s, self._end_s, self._filled_s())
         self._drawn_s = now_s
         if self.server.get_clients():
@@ -149,5 +149,5 @@ def _row(name: str, recording: RecordingFrames, time_s: float) -> str:
     same = "identical to the recording"
     if recording.differs_s is not None:
         same = f"differs from the recording from {recording.differs_s:.1f} s on"
-    said = escape(recording.instruction(time_s))
-    return f'<div><b>{escape(name)}</b> {said}<br><span class="dim">{same}</span></div>'
+    said = in_html(recording.instruction(time_s))
+    return f'<div><b>{in_html(name)}</b> {said}<br><span class="dim">{same}</span></div>'

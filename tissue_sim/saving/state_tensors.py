@@ -1,22 +1,30 @@
-"""Convert a world's whole state to tensors and back, exactly, for saved trajectories.
+"""Convert a whole state to tensors and back, exactly, for saved trajectories.
 
-Arrays become tensors of the same type with a batch axis of one in front. The rest (the record of
-clips, cuts and injuries, the anatomy) becomes the bytes of a JSON text.
+Arrays become tensors of the same type with a batch axis of one in front, in nested dicts. Of the
+mesh, only the arrays that move in each step do so. The others are stored as their differences from
+the patient's mesh as built: nearly all are zero, and compress to nothing. These and all that is no
+array (clips, cuts, injuries, the anatomy) become the bytes of one tensor.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import zlib
 from collections.abc import Iterator
 from dataclasses import is_dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from tissue_sim.mechanics.tissue import Tissue
 from tissue_sim.patient.anatomy import Anatomy, Artery
-from tissue_sim.structures.tubes import Crossing
+from tissue_sim.patient.organ import build_organ
+from tissue_sim.saving.state_check import require_names, require_type
+from tissue_sim.structures.tubes import Crossing, Tubes
 from tissue_sim.surgery.clips.clip import Clip
 from tissue_sim.surgery.clips.slip import Pull
 from tissue_sim.surgery.conditions import Conditions
@@ -39,32 +47,125 @@ SAVED_CLASSES = {
 
 REST = "rest"
 BLOCK_BYTES = 32768  # the rest is padded to a multiple of this, so that states can be stacked
+MOST_BYTES = 1 << 24  # of an unpacked rest, which has half a megabyte
+MOVING = ("position", "velocity", "stiffness_at")  # of the tissue; the other arrays seldom change
+
+Tensors = dict[str, Any]
 
 
-def state_to_tensors(state: dict[str, Any]) -> dict[str, torch.Tensor]:
-    """Convert nested dicts and tuples to one flat dict, keyed by path."""
-    tensors = {path: torch.from_numpy(a.copy())[None] for path, a in _arrays(state, "")}
-    data = json.dumps(_coded(_without_arrays(state))).encode()
-    data = data.ljust(-(-len(data) // BLOCK_BYTES) * BLOCK_BYTES)
-    tensors[REST] = torch.from_numpy(np.frombuffer(data, np.uint8).copy())[None]
-    return tensors
+def state_to_tensors(state: dict[str, Any]) -> Tensors:
+    """Convert a state, `{"anatomy": Anatomy, "world": World.state()}`, to nested dicts of tensors.
+
+    The dicts and the shapes of the tensors are the same for all states of a patient.
+    """
+    arrays, built = dict(_arrays(state, "")), mesh_as_built(state["anatomy"])
+    differences = b"".join(_xor(arrays.pop(path), own).tobytes() for path, own in built.items())
+    text = json.dumps({"mesh": _digest(built), "state": _coded(_without_arrays(state))})
+    data = zlib.compress(text.encode() + b"\0" + differences)
+    data = data.ljust(-(-len(data) // BLOCK_BYTES) * BLOCK_BYTES, b"\0")
+    arrays[REST] = np.frombuffer(data, np.uint8)
+    return nested({path: torch.from_numpy(a.copy())[None] for path, a in arrays.items()})
 
 
-def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
+def state_from_tensors(tensors: Tensors) -> dict[str, Any]:
     """Return the state that was given to `state_to_tensors`.
 
+    Args:
+        tensors: what it returned: torch or NumPy, nested or by path, with or without batch axis.
+
     Raises:
-        ValueError: a tensor is missing, unknown or not a batch of one, or the rest is not that
-            of a state.
+        ValueError: a tensor is missing, unknown or not a batch of one, the rest is not that of a
+            state, or the patient's mesh is another one here.
     """
     if not isinstance(tensors, dict):
         raise ValueError(f"state: it is a {type(tensors).__name__}; expected: dict")
-    arrays = {path: _array(tensor, path) for path, tensor in tensors.items()}
-    if REST not in arrays:
-        raise ValueError(f"state: {REST!r} is missing")
+    arrays = _plain_arrays(flat(tensors))
+    mesh, skeleton, differences = _unpacked(arrays.pop(REST))
+    require_type(skeleton, dict, "state")
+    require_names(set(skeleton), {"anatomy", "world"}, "state")
+    require_type(skeleton["anatomy"], Anatomy, "state/anatomy")
+    built = mesh_as_built(skeleton["anatomy"])
+    if mesh != _digest(built):
+        raise ValueError("state: other versions of the libraries built another mesh there")
+    left = arrays | _applied(differences, built)
+    state = _filled(skeleton, left, "")
+    unknown = left.keys() | arrays.keys() & built.keys()
+    if unknown:
+        raise ValueError(f"state: unknown: {', '.join(sorted(map(str, unknown)))}")
+    return state
+
+
+@lru_cache(maxsize=64)
+def mesh_as_built(anatomy: Anatomy) -> dict[str, NDArray[Any]]:
+    """Return the seldom changing arrays of a patient's mesh before the first step, by path.
+
+    Raises:
+        ValueError: the patient cannot be meshed.
+    """
+    organ = build_organ(anatomy)
+    tissue = Tissue([organ], stiffness_scale=[anatomy.stiffness_scale])
+    tubes = Tubes(tissue, organ)
+    still = {name: part for name, part in tissue.parts().items() if name not in MOVING}
+    parts = {"tissue": still, "above": tubes.above, "stations": tubes.stations_m}
+    return {path: a.copy() for path, a in _arrays({"world": parts}, "")}
+
+
+def flat(tensors: Tensors, path: str = "") -> Tensors:
+    """Return nested dicts as one dict by path, such as "world/tissue/position"."""
+    if not isinstance(tensors, dict):
+        return {path: tensors}
+    parts = (flat(v, f"{path}/{k}" if path else str(k)) for k, v in tensors.items())
+    return {k: v for part in parts for k, v in part.items()}
+
+
+def nested(by_path: Tensors) -> Tensors:
+    """Return what `flat` flattened."""
+    tree: Tensors = {}
+    for path, tensor in by_path.items():
+        *above, name = path.split("/")
+        node = tree
+        for part in above:
+            node = node.setdefault(part, {})
+        node[name] = tensor
+    return tree
+
+
+def _xor(array: NDArray[Any], own: NDArray[Any]) -> NDArray[np.uint8]:
+    return np.bitwise_xor(_bytes_of(array), _bytes_of(own))
+
+
+def _bytes_of(array: NDArray[Any]) -> NDArray[np.uint8]:
+    return np.frombuffer(array.tobytes(), np.uint8)
+
+
+def _digest(mesh: dict[str, NDArray[Any]]) -> str:
+    return hashlib.sha256(b"".join(a.tobytes() for a in mesh.values())).hexdigest()[:12]
+
+
+def _applied(differences: bytes, built: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return the mesh's arrays: as built, with the differences."""
+    ends = np.cumsum([own.nbytes for own in built.values()])
+    if len(differences) != ends[-1]:
+        raise ValueError(f"state: {REST!r} holds {len(differences)} bytes of {ends[-1]}")
+    pieces = np.split(np.frombuffer(differences, np.uint8), ends[:-1])
+    return {
+        path: np.bitwise_xor(piece, _bytes_of(own)).view(own.dtype).reshape(own.shape)
+        for (path, own), piece in zip(built.items(), pieces, strict=True)
+    }
+
+
+def _unpacked(rest: NDArray[Any]) -> tuple[str, Any, bytes]:
+    """Return a rest's mesh digest, its state with None for arrays, and the mesh's differences."""
     try:
-        skeleton = _decoded(json.loads(arrays.pop(REST).tobytes()))
+        inflate = zlib.decompressobj()
+        data = inflate.decompress(rest.tobytes(), MOST_BYTES)
+        if not inflate.eof:
+            raise ValueError("it is cut short")
+        text, _, differences = data.partition(b"\0")
+        packed = json.loads(text)
+        return packed["mesh"], _decoded(packed["state"]), differences
     except (
+        zlib.error,
         ValueError,
         TypeError,
         LookupError,
@@ -74,10 +175,6 @@ def state_from_tensors(tensors: dict[str, Any]) -> dict[str, Any]:
         RecursionError,
     ) as error:
         raise ValueError(f"state: {REST!r} is not a world's: {error!r:.80}") from error
-    state = _filled(skeleton, arrays, "")
-    if arrays:
-        raise ValueError(f"state: unknown: {', '.join(sorted(map(str, arrays)))}")
-    return state
 
 
 def _coded(node: Any) -> Any:
@@ -162,8 +259,18 @@ def _filled(node: Any, arrays: dict[str, NDArray[Any]], path: str) -> Any:
     return node
 
 
-def _array(tensor: Any, path: str) -> NDArray[Any]:
-    if not isinstance(tensor, torch.Tensor | np.ndarray) or tuple(tensor.shape[:1]) != (1,):
-        raise ValueError(f"state: {path!r} is no tensor with a batch of one in front")
+def _plain_arrays(tensors: Tensors) -> dict[str, NDArray[Any]]:
+    """Return the tensors as arrays without the batch axis, which all of them have, or none."""
+    if REST not in tensors:
+        raise ValueError(f"state: {REST!r} is missing")
+    batched = np.ndim(tensors[REST]) > 1
+    return {path: _array(tensor, path, batched) for path, tensor in tensors.items()}
+
+
+def _array(tensor: Any, path: str, batched: bool) -> NDArray[Any]:
+    if not isinstance(tensor, torch.Tensor | np.ndarray):
+        raise ValueError(f"state: {path!r} is no tensor but a {type(tensor).__name__}")
     array = tensor.detach().cpu().numpy() if isinstance(tensor, torch.Tensor) else tensor
-    return array[0].copy()
+    if batched and array.shape[:1] != (1,):
+        raise ValueError(f"state: {path!r} has no batch of one in front")
+    return (array[0] if batched else array).copy()

@@ -7,7 +7,7 @@ the other one. The inner faces lie in the plane y = 0, where the fingers meet.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,12 +60,14 @@ def link_parts(instrument: Instrument) -> dict[str, list[Part]]:
 
 def link_meshes(instrument: Instrument) -> dict[str, bytes]:
     """Return the content of a GLB file for each link."""
-    return {
-        link: trimesh.Scene([with_finish(part) for part in parts]).export(
-            file_type="glb", include_normals=True
-        )
-        for link, parts in link_parts(instrument).items()
-    }
+    return {link: _glb(parts) for link, parts in link_parts(instrument).items()}
+
+
+def _glb(parts: Iterable[Part]) -> bytes:
+    scene = trimesh.Scene([with_finish(part) for part in parts])
+    exported = scene.export(file_type="glb", include_normals=True)
+    assert isinstance(exported, bytes), "a GLB file is binary"
+    return exported
 
 
 def with_finish(part: Part) -> trimesh.Trimesh:

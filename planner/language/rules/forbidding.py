@@ -1,4 +1,4 @@
-"""From a sentence to what a person forbids, or allows again."""
+"""From a sentence to what a person forbids."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
     """
     whole = in_plain_letters(text)
     if excepts(text):
-        return tuple(Prohibition(act=act) for act in _acts(whole)[:1])
-    if (tube := _untouched(whole)) and not _acts(whole):
+        return tuple(Prohibition(act=act) for act in acts_in(whole)[:1])
+    if (tube := _untouched(whole)) and not acts_in(whole):
         return tuple(Prohibition(act=act, on=tube) for act in TOUCHING)
     clauses = [in_plain_letters(clause) for clause in _CLAUSE.split(text.lower())]
     found = list[Prohibition]()
     for k, words in enumerate(clauses):
         never = _find("never", words)
-        if never is None or not _acts(words) or (found and not _COMMANDS.match(words)):
+        if never is None or not acts_in(words) or (found and not _COMMANDS.match(words)):
             continue
         denied = words[never.end() :].strip()
-        if never[0].startswith("only") and _acts(before := words[: never.start()]):
+        if never[0].startswith("only") and acts_in(before := words[: never.start()]):
             denied = before
         asked = danger_in(text) and not danger_in(" ".join((denied, *clauses[k + 1 :])))
         if not asked or _says_not_to_act(words[never.start() :]):
-            found += _denied_in(denied if _acts(denied) else words, words, whole)
+            found += _denied_in(denied if acts_in(denied) else words, words, whole)
     return tuple(dict.fromkeys(found))
 
 
@@ -49,25 +49,13 @@ def excepts(text: str) -> bool:
     """Return whether a sentence about acts makes an exception: "anything but the duct"."""
     words = in_plain_letters(text)
     found = _find("except", words)
-    return found is not None and any(_on(act, words[found.end() :]) for act in _acts(words))
-
-
-def allowed_in(text: str) -> Prohibition | None:
-    """Return what an English sentence allows again, now; None if it names no act, or an exception.
-
-    Who asks, or says when it will be allowed, allows nothing.
-    """
-    words = in_plain_letters(text)
-    asks = text.rstrip().endswith("?") or _find("asks", words) is not None
-    now = _find("may", words) and not asks and not _find("later", words)
-    acts = _acts(words) if now and not excepts(text) else ()
-    return Prohibition(act=acts[0], on=_on(acts[0], words)) if acts else None
+    return found is not None and any(on_what(act, words[found.end() :]) for act in acts_in(words))
 
 
 def _says_not_to_act(words: str) -> bool:
     """Return whether words begin like "don't cut"; "no clips on it" says how things are."""
     begun = re.match(rf"{_IMPERATIVE} (\w+)", words)
-    return begun is not None and bool(_acts(begun[1]))
+    return begun is not None and bool(acts_in(begun[1]))
 
 
 def _denied_in(denied: str, words: str, whole: str) -> Iterator[Prohibition]:
@@ -77,16 +65,18 @@ def _denied_in(denied: str, words: str, whole: str) -> Iterator[Prohibition]:
     """
     parts = list[str]()
     for part in _OR.split(denied):
-        if parts and not _acts(part):  # "cut the duct or the artery"
+        if parts and not acts_in(part):  # "cut the duct or the artery"
             parts[-1] += f" or {part}"
         else:
             parts.append(part)
     for part in parts:
-        for act in _acts(part):
-            yield Prohibition(act=act, on=_on(act, part) or _on(act, words) or _on(act, whole))
+        for act in acts_in(part):
+            yield Prohibition(
+                act=act, on=on_what(act, part) or on_what(act, words) or on_what(act, whole)
+            )
 
 
-def _acts(words: str) -> tuple[Act, ...]:
+def acts_in(words: str) -> tuple[Act, ...]:
     """Return the act that is named first, and one that is joined to it: "clip and cut"."""
     listed = {act: whole_words(ps) for act, ps in phrase_lists("forbidding")["acts"].items()}
     found = [(*m.span(), k) for k, act in enumerate(ACTS) for m in listed[act].finditer(words)]
@@ -102,14 +92,14 @@ def _acts(words: str) -> tuple[Act, ...]:
 def _untouched(words: str) -> str:
     """Return the tube that is to be left alone, not touched or not approached; "" if none is."""
     said = _find("never", words) and _find("touch", words) and not _find("elsewhere", words)
-    return _on("cut", words) if said else ""
+    return on_what("cut", words) if said else ""
 
 
 def _find(kind: str, words: str) -> re.Match[str] | None:
     return whole_words(phrase_lists("forbidding")["who"][kind]).search(words)
 
 
-def _on(act: Act, words: str) -> str:
+def on_what(act: Act, words: str) -> str:
     """Return which gripper or tube is named; "" for none, and for two of them."""
     kind = "gripper" if act == "open" else "tube"
     names = phrase_lists("forbidding")[f"{kind}s"]

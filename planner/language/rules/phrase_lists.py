@@ -26,5 +26,13 @@ def whole_words(phrases: tuple[str, ...]) -> re.Pattern[str]:
     return re.compile(rf"(?<![\w'])(?:{'|'.join(phrases)})(?![\w'])")
 
 
+def longest_first(phrases: tuple[str, ...]) -> str:
+    """Return a pattern of any of the phrases, the longest first, which never tries a second one.
+
+    So a text of many of them is matched in a time that grows with its length alone.
+    """
+    return rf"(?>{'|'.join(sorted(phrases, key=len, reverse=True))})"
+
+
 def _phrases(text: str) -> tuple[str, ...]:
     return tuple(" ".join(one.split()) for one in text.split(";") if one.strip())

@@ -20,11 +20,12 @@ QUESTIONS: tuple[Question, ...] = get_args(Question)
 _BEFORE = re.compile(
     r"^((please|ok|okay|so|and|now|um|uh|hey|robot|calot|sorry|just|say|well|quick question) )*"
 )
+_STATES = re.compile(r"(?:you|u|we)(?: are|'re| may| must| can| will)? (?:not|never)\b")
 _REQUESTS = re.compile(
     r"\b((?<!what )(?<!how )(?<!where )(?<!which )(?<!when )(can|could|would|will|won't|may)"
     r" (you|we|i)"
     r"(?!( please)?( (give|tell|explain|confirm|say|ask|let (me|us) know|remind|show me (what|how)"
-    r"|be so kind as to tell|bet|swear|safely)|$))"
+    r"|be so kind as to tell|point|say|be|see|safely|without|bet|swear|safely)|$))"
     r"|how about|why (don't|not))\b"
 )
 
@@ -35,7 +36,11 @@ def question_in(text: str) -> Question | None:
     lists = phrase_lists("questions")
     begins = _BEFORE.sub("", words)
     asks = whole_words(lists["asks"]["beginnings"]).match(begins) or text.rstrip().endswith("?")
-    if not asks or _REQUESTS.search(words):
+    if (
+        not asks
+        or (_STATES.match(words) and not text.rstrip().endswith("?"))
+        or _REQUESTS.search(words)
+    ):
         return None
     kinds = lists["questions"]
     return next((kind for kind in QUESTIONS if whole_words(kinds[kind]).search(words)), None)

@@ -19,7 +19,9 @@ _NUMBERS = {
     "seventeen": 17.0, "eighteen": 18.0, "nineteen": 19.0, "twenty": 20.0, "thirty": 30.0,
     "forty": 40.0, "fifty": 50.0, "zero": 0.0, "nought": 0.0, "couple of": 2.0,
     "couple": 2.0, "few": 3.0, "half": 0.5, "half a": 0.5, "half an": 0.5, "quarter": 0.25,
-    "quarter of a": 0.25, "quarter of an": 0.25, "eighth of an": 0.125,
+    "quarter of a": 0.25, "quarter of an": 0.25, "dozen": 12.0, "a dozen": 12.0,
+    "half a dozen": 6.0,
+    "eighth of an": 0.125,
     "sixteenth of an": 0.0625, "third of a": 1 / 3, "tenth of a": 0.1, "tenth of an": 0.1,
     "three quarters of a": 0.75, "three quarters of an": 0.75, "to": 2.0, "too": 2.0,
 }  # fmt: skip
@@ -55,11 +57,16 @@ _NO_UNIT = re.compile(
     rf"(?<![\w.])((?:\d[\w.,/]*|{_COUNTED}) ?(?:m|met(?:er|re)s?|feet|foot)?)"
     r"(?:[.!]*$| (?=(?:up|down|higher|lower|deeper|left|right|to the|towards|away|please|now)\b))"
 )
+_UNREAD = re.compile(  # "nan mm", "1e3 mm": a unit whose number is none
+    r"(?:\S+ ?)?(?<![a-z])(?:mms?|millis?|mil+im(?:et(?:er|re)s?)"
+    r"|cms?|cent(?:i|e)m(?:et(?:er|re)s?)|inch(?:es)?)(?!\w)"
+)
 _PARTS = (("½", ".5"), ("¼", ".25"), ("¾", ".75"))  # "1½ mm"
 _THOUSANDS = re.compile(r"(?<![\d.,])([1-9]\d{0,2}),(\d{3})(?!\d)")
 _LENGTH = {
     re.compile(
-        rf"{_ABOUT}(?<![\w.])({_NUMBER}){_AND_HALF} ?{_MORE}(?:of an? )?{_MORE}{unit}(?!\w)"
+        rf"{_ABOUT}(?<![\w.])(?<![\d.,],)({_NUMBER}){_AND_HALF} ?{_MORE}"
+        rf"(?:of an? )?{_MORE}{unit}(?!\w)"
         rf"{_AND_HALF}"
     ): unit_m
     for unit, unit_m in _UNITS_M.items()
@@ -101,13 +108,23 @@ def unclear_length(text: str) -> str:
     return "a length has no minus, say the other direction" if _MINUS.search(text.lower()) else ""
 
 
+def unread_length(english: str) -> str:
+    """Return why a length has no number that can be read; "" if each has: "nan mm", "1e3 mm"."""
+    unread = _UNREAD.search(_without_lengths(english))
+    return f"{unread[0].strip()!r} has no number that can be read" if unread else ""
+
+
 def without_unit(text: str) -> str:
     """Return a number, at the end or before a direction, that no unit follows; or ""."""
+    found = _NO_UNIT.search(_without_lengths(text))
+    return found[1] if found else ""
+
+
+def _without_lengths(text: str) -> str:
     plain = _plain(text)
     for pattern in _LENGTH:
         plain = pattern.sub(" ", plain)
-    found = _NO_UNIT.search(plain)
-    return found[1] if found else ""
+    return plain
 
 
 def out_of_range(size_m: float | None) -> str:

@@ -21,6 +21,19 @@ def warns(text: str) -> bool:
     return bool(_alarms().search(_harmless().sub(" ", words)))
 
 
+def warns_anywhere(text: str) -> bool:
+    """Return whether a single word of a text of any length warns; phrases are not looked for."""
+    words = in_plain_letters(text)
+    signs = phrase_lists("warnings")["alarms"]["chinese"]
+    return not _single_words().isdisjoint(words.split()) or any(sign in words for sign in signs)
+
+
+@cache
+def _single_words() -> frozenset[str]:
+    lists = phrase_lists("warnings")["alarms"]
+    return frozenset(one for ones in lists.values() for one in ones if one.isalpha())
+
+
 def without_warning(text: str) -> str:
     """Return what is left of a sentence without its warning words."""
     return " ".join(_alarms().sub(" ", _harmless().sub(" ", in_plain_letters(text))).split())

@@ -8,7 +8,6 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.markup import escape
 from rich.table import Table
 
 from scenarios.bench.trials.newton_retraction import (
@@ -41,9 +40,7 @@ def bench_newton(*, seed: int) -> Table | str:
     try:
         newton_version = version("newton")
     except PackageNotFoundError:
-        return escape(
-            "Newton is not installed; to compare with it: .venv/bin/pip install -e '.[newton]'"
-        )
+        return "Newton is not installed; to compare with it: .venv/bin/pip install -e '.[newton]'"
     body = body_of(anatomy_from_seed(seed))
     solvers = [
         in_calot(body, TissueConfig()),

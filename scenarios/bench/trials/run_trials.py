@@ -5,9 +5,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from rich.console import Console
 from rich.progress import track
 
+from scenarios.files.outside_text import Terminal
 from scenarios.workers.pool import run_side_by_side
 
 Result = TypeVar("Result")
@@ -46,7 +46,7 @@ def run_all(
 ) -> list[Result]:
     """Return the results in the order in which they finish."""
     with closing(_results(seeds, workers, attempt)) as results:
-        console = Console(stderr=True)
+        console = Terminal(stderr=True)
         return list(track(results, what, total=len(seeds), console=console, transient=True))
 
 

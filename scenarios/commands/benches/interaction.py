@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from rich.console import Console
-
 from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
 from scenarios.commands.benches.show import show
 from scenarios.commands.options.arguments import MOST_SEED, at_least
+from scenarios.files.outside_text import Terminal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +23,7 @@ class BenchLatency(ControllerOnTrial):
         from scenarios.bench.latency import latency_table
 
         config = self.config()
-        with Console(stderr=True).status("measuring: latency"):
+        with Terminal(stderr=True).status("measuring: latency"):
             table = latency_table(config, self.texts)
         show([table])
         return 0
@@ -69,7 +68,7 @@ class Viewer:
         """Measure and report; return 0."""
         from scenarios.bench.viewer import bench_viewer
 
-        with Console(stderr=True).status("measuring: viewer"):
+        with Terminal(stderr=True).status("measuring: viewer"):
             tables = bench_viewer(seed=self.seed, repeats=self.repeats, clicks=self.clicks)
         show(tables)
         return 0
@@ -86,7 +85,7 @@ class Language:
         """Measure and report; return 0."""
         from scenarios.bench.language import bench_language
 
-        with Console(stderr=True).status("measuring: language"):
+        with Terminal(stderr=True).status("measuring: language"):
             table = bench_language(self.repeats)
         show([table])
         return 0

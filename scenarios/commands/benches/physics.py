@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.benches.show import show
 from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least
 from scenarios.commands.options.output_path import require_writable_file
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import Terminal
 
 MIN_RESETS = 50  # fewer say nothing about a slope
 
@@ -28,7 +28,7 @@ class BenchWorld:
         """Measure and report; return 0."""
         from scenarios.bench.physics.world import bench_world
 
-        with Console(stderr=True).status("measuring: world"):
+        with Terminal(stderr=True).status("measuring: world"):
             report = bench_world(seed=self.seed, steps=self.steps)
         show(report)
         return 0
@@ -47,7 +47,7 @@ class Accuracy:
         """Measure and report; return 0."""
         from scenarios.bench.physics.accuracy import bench_accuracy
 
-        with Console(stderr=True).status("measuring: accuracy"):
+        with Terminal(stderr=True).status("measuring: accuracy"):
             try:
                 report = bench_accuracy(seed=self.seed, steps=self.steps)
             except ArithmeticError as error:  # there is no static solution to compare with
@@ -107,7 +107,7 @@ class Parallel:
         from tissue_sim.rendering.renderer_probe import renderer_available
 
         numbers = [2**k for k in range(self.most.bit_length())]
-        with Console(stderr=True).status("measuring: parallel"):
+        with Terminal(stderr=True).status("measuring: parallel"):
             report = [
                 thread_table(seed=self.seed, steps=self.steps, worlds=self.worlds, threads=numbers)
             ]
@@ -136,7 +136,7 @@ class Population:
             raise BadInputError(f"--plot {self.plot}: give a .png file in an existing folder")
         if self.plot:
             require_writable_file(self.plot, "--plot")
-        with Console(stderr=True).status("drawing: patients"):
+        with Terminal(stderr=True).status("drawing: patients"):
             patients = drawn(self.seed, self.patients)
         if self.plot:
             try:

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from rich.console import Console
 from tyro.conf import arg
 
 from scenarios.commands.benches.controller_on_trial import ControllerOnTrial
 from scenarios.commands.benches.show import show
 from scenarios.commands.options.arguments import MOST_SEED, MOST_WORKERS, at_least, one_of
+from scenarios.files.outside_text import Terminal
 
 ASTRAY = ("grasp-missed-above", "grasp-missed-below", "wrong-tube", "both-tubes", "overshoot")
 MIN_STEPS = 30  # some chunks join in them
@@ -32,7 +32,7 @@ class BenchController:
         """Measure and report; return 0."""
         from scenarios.bench.controller import bench_controller
 
-        with Console(stderr=True).status("measuring: controller"):
+        with Terminal(stderr=True).status("measuring: controller"):
             report = bench_controller(
                 checkpoint=self.checkpoint, seed=self.seed, repeats=self.repeats, steps=self.steps
             )
@@ -53,7 +53,7 @@ class BenchPlanner:
         """Measure and report; return 0."""
         from scenarios.bench.planner import bench_planner
 
-        with Console(stderr=True).status("measuring: planner"):
+        with Terminal(stderr=True).status("measuring: planner"):
             table = bench_planner(self.planner_checkpoint, self.data)
         show([table])
         return 0
@@ -123,7 +123,7 @@ class Safety:
         """Measure and report; return 1 if an attack passed the filter."""
         from scenarios.bench.safety import broken_lines, depth_tables, run_trials, time_table
 
-        with Console(stderr=True).status("measuring: safety filter"):
+        with Terminal(stderr=True).status("measuring: safety filter"):
             times = time_table(self.seed)
         trials = run_trials(self.seed, self.episodes, self.workers, self.in_world)
         broken = broken_lines(trials)

@@ -16,8 +16,8 @@ from scenarios.commands.options.checkpoint_option import (
 )
 from scenarios.commands.options.endpoint_option import require_endpoint
 from scenarios.commands.options.renderer_option import require_renderer
-from scenarios.files.closed_pipe import PatientConsole
 from scenarios.files.errors import BadInputError
+from scenarios.files.outside_text import Terminal
 
 
 def require_policies(
@@ -70,7 +70,7 @@ def say_who_acts(
     line = "" if arm is None else f"arm {arm}: "
     line += f"planner: {_described(planner)}; controller: {_described(controller)}"
     line += "" if person is None else f"; person: {person} (scripted: it sees the truth)"
-    PatientConsole(stderr=True).print(
+    Terminal(stderr=True).print(
         f"{line}\nsense: {sense}: {SENSES[sense]}",
         highlight=False,
         markup=False,

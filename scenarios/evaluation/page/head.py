@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from scenarios.evaluation.arm import StudyArm
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import ArmReport, Report
 from scenarios.evaluation.words import counts, interval, rate
+from scenarios.files.outside_text import in_html
 from scenarios.suites import Suite
 
 
@@ -21,7 +20,7 @@ def head(report: Report) -> str:
     cards = "".join(_card(k, found, headline) for k, found in enumerate(report.arms.values()))
     return (
         f"<h1>How often does it succeed?</h1><p class='lead'>Every arm met the same {patients}, in"
-        f" {escape(suites)}. The gallbladder is grabbed, either tube gets two or three clips and a"
+        f" {in_html(suites)}. The gallbladder is grabbed, either tube gets two or three clips and a"
         " cut. A procedure passes when all is done, every clip holds a test pull, nothing leaks"
         f" and nothing is injured.</p><div class='cards'>{cards}</div>"
     )
@@ -30,8 +29,8 @@ def head(report: Report) -> str:
 def _card(k: int, found: ArmReport, headline: Suite | None) -> str:
     passed = "" if headline is None else _passed(headline.name, found)
     return (
-        f"<div class='card arm{k % N_COLOURS}'><h3>{escape(found.arm.name)}</h3>"
-        f"<span class='soft'>{escape(_stack(found.arm))}</span>{passed}</div>"
+        f"<div class='card arm{k % N_COLOURS}'><h3>{in_html(found.arm.name)}</h3>"
+        f"<span class='soft'>{in_html(_stack(found.arm))}</span>{passed}</div>"
     )
 
 
@@ -39,7 +38,7 @@ def _passed(suite: str, found: ArmReport) -> str:
     summary = found.suites[suite].summary
     return (
         f"<b>{rate(summary.pass_rate)}</b><span class='soft'>{counts(summary)} in"
-        f" {escape(suite)}, 95 % interval {interval(summary.wilson_95, 0, 100.0)} %</span>"
+        f" {in_html(suite)}, 95 % interval {interval(summary.wilson_95, 0, 100.0)} %</span>"
     )
 
 

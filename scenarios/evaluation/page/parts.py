@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
 
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report
+from scenarios.files.outside_text import in_html
 
 
 def section(title: str, text: str, body: str) -> str:
@@ -41,4 +41,4 @@ def legend(report: Report) -> str:
 
 def arm_name(k: int, name: str) -> str:
     dot = f"<span class='dot arm{k % N_COLOURS}'></span>"
-    return f"<span class='arm-name'>{dot}{escape(name)}</span>"
+    return f"<span class='arm-name'>{dot}{in_html(name)}</span>"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import groupby
 from statistics import median
 
 from scenarios.evaluation.words import rate as in_percent
+from scenarios.files.outside_text import in_html
 
 ROW, LABEL, PLOT, NOTE = 26, 210, 470, 150  # px of a forest
 
@@ -44,9 +44,9 @@ def _row(mark: PlotMark, y: float) -> str:
             f'<circle class="arm{mark.colour} solid" cx="{_at(mark.value):.1f}" cy="{y}" r="5.5"/>'
         )
     return (
-        f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{escape(mark.label)}</text>'
+        f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{in_html(mark.label)}</text>'
         f'<line class="arm{mark.colour} span" x1="{low:.1f}" x2="{high:.1f}" y1="{y}" y2="{y}"/>'
-        f'{dot}<text class="note" x="{LABEL + PLOT + 16}" y="{y + 4}">{escape(mark.note)}</text>'
+        f'{dot}<text class="note" x="{LABEL + PLOT + 16}" y="{y + 4}">{in_html(mark.note)}</text>'
     )
 
 
@@ -165,7 +165,7 @@ def strips(groups: Sequence[tuple[str, int, Sequence[float]]], unit: str) -> str
         _strip(label, colour, [x(value) for value in sorted(values)], 4 + 34 * (k + 0.5))
         for k, (label, colour, values) in enumerate(groups)
     )
-    named = f'<text class="note" x="{LABEL + PLOT + 16}" y="{height - 8}">{escape(unit)}</text>'
+    named = f'<text class="note" x="{LABEL + PLOT + 16}" y="{height - 8}">{in_html(unit)}</text>'
     return _svg(LABEL + PLOT + NOTE, height, unit, ticks + rows + named)
 
 
@@ -181,7 +181,7 @@ def _strip(label: str, colour: int, at: Sequence[float], y: float) -> str:
             f'<line class="arm{colour} span" x1="{middle:.1f}" x2="{middle:.1f}"'
             f' y1="{y - 12}" y2="{y + 12}"/>'
         )
-    name = f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{escape(label)}</text>'
+    name = f'<text class="name" x="{LABEL - 14}" y="{y + 4}">{in_html(label)}</text>'
     return name + dots + bar
 
 
@@ -214,5 +214,5 @@ def roc(curves: Sequence[tuple[int, Sequence[tuple[float, float]]]]) -> str:
 def _svg(width: float, height: float, said: str, inside: str) -> str:
     return (
         f'<svg viewBox="0 0 {width} {height}" width="{width}" role="img"'
-        f' aria-label="{escape(said)}">{inside}</svg>'
+        f' aria-label="{in_html(said)}">{inside}</svg>'
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 from scenarios.evaluation.page.head import head
@@ -22,6 +21,7 @@ from scenarios.evaluation.page.sections.times import times
 from scenarios.evaluation.page.sections.which_patients import which_patients
 from scenarios.evaluation.page.sheet import sheet
 from scenarios.evaluation.report import Report
+from scenarios.files.outside_text import in_html
 from scenarios.files.strict_json import dumps
 
 
@@ -56,5 +56,5 @@ def _made(made_with: Mapping[str, Any]) -> str:
         "The same command on the same versions gives the same episodes, bit for bit, on one"
         " machine. All numbers of this page stand in results.json beside it.",
         f"<details><summary>Configuration and versions</summary><pre><code>"
-        f"{escape(dumps(made_with, indent=2))}</code></pre></details>",
+        f"{in_html(dumps(made_with, indent=2))}</code></pre></details>",
     )

@@ -10,7 +10,7 @@ from functools import cache
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
-from planner.command import Command
+from planner.command import COMMANDS, Command
 from planner.instruction import Instruction
 from planner.language.interpreter import Interpreter
 from planner.language.reading import Reading
@@ -20,7 +20,7 @@ from scenarios.perturbation.perturbation import Perturbation
 
 T = TypeVar("T")
 
-LONGEST = 1000  # characters of a text that are kept; far beyond what is read as a command
+LONGEST = 1000  # characters of a text that is read; far beyond what is read as a command
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,20 @@ def interpreter() -> Interpreter:
 
 
 def read(text: str) -> Reading:
-    """Return how a text is understood; of a very long one, only the beginning counts."""
-    return interpreter().read(text[:LONGEST])
+    """Return how any text is understood; one that is too long to be read holds the arms."""
+    whole = text.encode("utf-8", "replace").decode()  # half a letter can be shown nowhere
+    return too_long(whole) if len(whole) > LONGEST else interpreter().read(whole)
+
+
+def too_long(text: str) -> Reading:
+    """Return the reading of a text of which only the beginning is kept: the rest may say stop."""
+    return Reading(
+        text=text[:LONGEST],
+        command=COMMANDS["stop"],
+        confidence=1.0,
+        by="warning",
+        reply=f"Longer than {LONGEST} characters: too long to read.",
+    )
 
 
 class Inbox:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import viser
 
+from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import Kind, LogLine
 from scenarios.viewer.session_state import Asks, State
 
@@ -46,9 +45,9 @@ class LogPanel:
 
 def _row(line: LogLine) -> str:
     word, colour = _TAGS[line.kind]
-    detail = f' <span class="dim">{escape(line.detail)}</span>' if line.detail else ""
+    detail = f' <span class="dim">{in_html(line.detail)}</span>' if line.detail else ""
     return (
         f'<tr><td class="number">{line.time_s:.1f}</td>'
         f'<td><span class="tag" style="background: {colour}">{word}</span></td>'
-        f"<td>{escape(line.text)}{detail}</td></tr>"
+        f"<td>{in_html(line.text)}{detail}</td></tr>"
     )

@@ -5,7 +5,10 @@ from __future__ import annotations
 import viser
 
 from scenarios.catalogue import SCENARIOS, SENSE_OF
+from scenarios.files.outside_text import visible
 from scenarios.viewer.session_state import Asks, SessionState, State
+
+LARGEST_SEED = 2**53 - 1  # a browser's numbers are exact up to it
 
 
 class NewPatientPanel:
@@ -14,7 +17,7 @@ class NewPatientPanel:
     def __init__(self, gui: viser.GuiApi, ask: Asks) -> None:
         self._ask, state = ask, ask(SessionState.state)
         with gui.add_folder("New patient", expand_by_default=False, visible=state.restarts):
-            self._seed = gui.add_number("seed", state.config.seed, min=0, step=1)
+            self._seed = gui.add_number("seed", float(state.config.seed), step=1)
             self._scenario = gui.add_dropdown(
                 "scenario",
                 _scenarios_with(state.config.sense),
@@ -24,12 +27,23 @@ class NewPatientPanel:
             reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="blue")
         reset.on_click(self._on_reset)
 
-    async def _on_reset(self, _: object) -> None:
-        self.reset()
+    async def _on_reset(self, event: viser.GuiEvent) -> None:
+        try:
+            self.reset()
+        except ValueError as error:
+            if event.client is not None:
+                event.client.add_notification("Not started", visible(str(error)), color="red")
 
     def reset(self) -> None:
-        """Begin an episode with the chosen seed and scenario."""
-        self._ask(SessionState.restart, max(0, int(self._seed.value)), self._scenario.value)
+        """Begin an episode with the chosen seed and scenario.
+
+        Raises:
+            ValueError: there is no such seed or scenario.
+        """
+        seed = self._seed.value
+        if not 0 <= seed <= LARGEST_SEED or seed != int(seed):
+            raise ValueError(f"seed {seed:g}; allowed: whole numbers from 0 to {LARGEST_SEED}")
+        self._ask(SessionState.restart, int(seed), self._scenario.value)
 
     def update(self, state: State) -> None:
         """Do nothing: the panel never changes."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import viser
 
 from planner.instruction import TASKS, Instruction, Task
+from scenarios.files.outside_text import in_html
 from scenarios.recording.event_log import EpisodeStatus, progress_of
 from scenarios.recording.reasons import in_detail
 from scenarios.viewer.session_state import Asks, State
@@ -37,13 +36,13 @@ def _now(status: EpisodeStatus, paused: bool) -> str:
     clock = f'<span class="dim">{status.time_s:.1f} s</span>'
     if status.result is not None:
         ended = in_detail(status.result)
-        return f'<div class="now">{escape(ended[:1].upper() + ended[1:])}</div>{clock}'
+        return f'<div class="now">{in_html(ended[:1].upper() + ended[1:])}</div>{clock}'
     if status.instruction is None:
         return '<div class="now">Ready: press Start</div>the patient lies on the table'
     instruction = status.instruction
     state = " · paused" if paused else " · the nurse has the right arm" if status.exchange else ""
     guided = "" if status.guided_arm is None else _guided(status.guided_arm)
-    now = f'<div class="now">{escape(instruction.text)}</div>{_source(instruction)}'
+    now = f'<div class="now">{in_html(instruction.text)}</div>{_source(instruction)}'
     return f"{now} {clock}{state}{guided}{_limits(instruction)}"
 
 
@@ -60,7 +59,7 @@ def _limits(instruction: Instruction) -> str:
     told += [instruction.remark] if instruction.hold and instruction.remark else []
     told += [f"speed {instruction.speed:.0%}"] if instruction.speed != 1.0 else []
     return "".join(
-        f'<br><span class="tag" style="background: {_FORBIDDEN}">{escape(one)}</span>'
+        f'<br><span class="tag" style="background: {_FORBIDDEN}">{in_html(one)}</span>'
         for one in told
     )
 
@@ -80,6 +79,6 @@ def _row(task: Task, status: EpisodeStatus) -> str:
         f" · corrected {progress.corrections} ×" if progress and progress.corrections else ""
     )
     return (
-        f'<tr class="{state}"><td>{mark}</td><td>{escape(task.text)}{corrected}</td>'
+        f'<tr class="{state}"><td>{mark}</td><td>{in_html(task.text)}{corrected}</td>'
         f'<td class="number">{time}</td></tr>'
     )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import viser
 
+from scenarios.files.outside_text import in_html
 from scenarios.viewer.session_state import Asks, State
 from tissue_sim.periods import CONTROL_PERIOD_S
 
@@ -29,4 +28,4 @@ class TimingPanel:
 
 
 def _row(name: str, spent_s: float) -> str:
-    return f'<tr><td>{escape(name)}</td><td class="number">{1e3 * spent_s:.2f} ms</td></tr>'
+    return f'<tr><td>{in_html(name)}</td><td class="number">{1e3 * spent_s:.2f} ms</td></tr>'

@@ -47,7 +47,8 @@ class TransportPanel:
         self._ask(SessionState.step)
 
     async def _on_speed(self, _: object) -> None:
-        self._ask(SessionState.set_speed, SPEEDS[self._speed.value])
+        if (speed := SPEEDS.get(self._speed.value)) is not None:
+            self._ask(SessionState.set_speed, speed)
 
     def update(self, state: State) -> None:
         """Show Start while paused, and Pause while running."""

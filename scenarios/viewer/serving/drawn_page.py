@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from io import StringIO
 from threading import Event, Thread
-from typing import Self
+from typing import Any, Self
 
 import viser
 
 from scenarios.viewer.serving.gate import Gate, guarded
+from scenarios.viewer.serving.tab_messages import is_allowed
 
 FRAME_S = 1.0 / 20.0  # from one update of a page's scene to the next, assumed
 
@@ -25,8 +27,10 @@ class DrawnPage(ABC):
 
     def __init__(self, gate: Gate, *, host: str, port: int) -> None:
         """Serve at once; nothing is drawn before `__enter__`."""
-        with guarded(gate), redirect_stdout(StringIO()):  # hides viser's banner
+        self._widgets: Mapping[str, Any] = {}
+        with guarded(gate, self._accepts), redirect_stdout(StringIO()):  # hides viser's banner
             self.server = viser.ViserServer(host=host, port=port, label="Calot", verbose=False)
+        self._widgets = self.server.gui._gui_input_handle_from_uuid  # viser has no other way
         self.gate = gate
         self._stop = Event()
         self._drawing = Thread(target=self._draw_on, name="calot-page", daemon=True)
@@ -49,6 +53,9 @@ class DrawnPage(ABC):
     @abstractmethod
     def draw(self) -> None:
         """Bring scene and panels up to date."""
+
+    def _accepts(self, sent: str | bytes) -> bool:
+        return is_allowed(sent, self._widgets)
 
     def _draw_on(self) -> None:
         while not self._stop.wait(FRAME_S):

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from email.message import Message
+from functools import partial
 from http import HTTPStatus
 from http.cookies import SimpleCookie
 from time import monotonic
@@ -21,10 +22,13 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import ServerConnection
+from websockets.frames import CloseCode
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 COOKIE = "calot"
 MOST_PER_S, BURST = 200, 600  # messages from a tab; viser's page sends 20 to 60 a second; assumed
+MOST_BYTES = 2**20  # of a message; a person's text is far shorter
+Accepts = Callable[[str | bytes], bool]
 Headers = Mapping[str, str] | Message  # servers' own, which know a name in any case
 
 
@@ -77,13 +81,22 @@ def gate_for(host: str) -> Gate:
 class Paced(ServerConnection):
     """A connection of which at most `MOST_PER_S` messages are read, after a burst of `BURST`.
 
-    What is not read fills the sender's own buffers.
+    What is not read fills the sender's own buffers. A message that is not accepted ends it.
     """
 
     _free_at_s = 0.0
 
+    def __init__(self, *args: Any, accepts: Accepts, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self._accepts = accepts
+
     async def recv(self, decode: bool | None = None) -> Any:
-        """Return the next message, in its time."""
+        """Return the next message that is accepted, in its time."""
+        while not self._accepts(message := await self._in_time(decode)):
+            await self.close(CloseCode.POLICY_VIOLATION, "the page sends no such message")
+        return message
+
+    async def _in_time(self, decode: bool | None) -> Any:
         message = await super().recv(decode)
         earliest_s = monotonic() - BURST / MOST_PER_S
         self._free_at_s = max(self._free_at_s, earliest_s) + 1.0 / MOST_PER_S
@@ -93,10 +106,10 @@ class Paced(ServerConnection):
 
 
 @contextmanager
-def guarded(gate: Gate) -> Iterator[None]:
+def guarded(gate: Gate, accepts: Accepts = lambda _: True) -> Iterator[None]:
     """Put the gate before every `websockets` server that is started while the block lasts.
 
-    Its connections are `Paced`.
+    Its connections are `Paced`, and end with a message that is not accepted, or is too large.
 
     viser has no setting for it.
     """
@@ -105,7 +118,11 @@ def guarded(gate: Gate) -> Iterator[None]:
     serve = server.serve
 
     def serve_guarded(*args: Any, process_request: Any = None, **settings: Any) -> Any:
-        settings |= {"process_request": gate.before(process_request), "create_connection": Paced}
+        settings |= {
+            "process_request": gate.before(process_request),
+            "create_connection": partial(Paced, accepts=accepts),
+            "max_size": MOST_BYTES,
+        }
         return serve(*args, **settings)
 
     server.serve = serve_guarded  # pyright: ignore[reportAttributeAccessIssue]

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-from rich.console import Console
-
+from scenarios.files.outside_text import Terminal
 from scenarios.viewer.serving.gate import Gate
 from scenarios.viewer.serving.port import FIRST_PORT, choose_port, in_address
 
@@ -28,7 +27,7 @@ def serve(
     make: Callable[[int], Served],
     host: str,
     port: int | None,
-    console: Console,
+    console: Terminal,
     say_port: int | None = None,
 ) -> Iterator[None]:
     """Serve a page while the block lasts; the microphone's, if any, is on `say_port`.

@@ -6,9 +6,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from planner.command import COMMANDS, Command
+from planner.correction import opposite
 from planner.language.reading import Reading, Said
 from planner.language.rules.sizes import LARGE_M, SMALL_M
 from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row
+from planner.person.interpretation import relative_to
+from planner.person.orders import Order
+from planner.seen.next_task import NotNowError
 
 _VAGUE = {"small": f"{1e3 * SMALL_M:g} mm", "large": f"{1e3 * LARGE_M:g} mm"}
 _USUAL = {"duct": "left", "artery": "right"}
@@ -60,6 +64,42 @@ def _meant(row: Row) -> Command | None:
 def _seen(command: Command | None) -> Command | None:
     """Return the command with its tube; the duct is the left one, as in most patients."""
     return command and command.seen(duct="left")
+
+
+def read_as(row: Row, read: Callable[[str], Reading]) -> str:
+    """Return how a row is read, by the order that it tells to be the latest.
+
+    Words that allow an act may also order it, where nothing is forbidden.
+    """
+    reading = read(row.said)
+    if reading.allows and (row.expected.startswith("allow: ") or reading.command is None):
+        return f"allow: {reading.allows.in_words}"
+    said = reading.said[:1]
+    refers = said and (said[0].relative or said[0].command.word in ("repeat", "undo"))
+    if refers and (row.latest or said[0].relative):
+        return _after(row.latest, said[0])
+    return as_written(reading)
+
+
+def _after(latest: str, said: Said) -> str:
+    """Return what a word means that refers to the latest order."""
+    text, _, size = latest.partition(" @ ")
+    correction = COMMANDS[text].correction if latest else None
+    if said.relative is None:
+        if said.command.word == "repeat" or correction is None:
+            return latest if said.command.word == "repeat" else said.command.text
+        return _sized(Said(command=COMMANDS[opposite(correction).text], size_m=_metres(size)))
+    order = correction and Order(correction=correction, distance_m=_metres(size))
+    try:
+        meant = relative_to(order, said.relative, said.size_m)
+    except NotNowError:
+        return "ask"
+    assert meant.correction is not None
+    return _sized(Said(command=COMMANDS[meant.correction.text], size_m=meant.distance_m))
+
+
+def _metres(size: str) -> float:
+    return 1e-3 * float(_VAGUE.get(size, size or "4 mm").removesuffix(" mm"))
 
 
 def as_written(reading: Reading) -> str:
@@ -116,7 +156,7 @@ def _plain(written: str) -> str:
         half_mm = f"{round(2.0 * float(size.removesuffix(' mm'))) / 2:g}" if size else ""
         parts.append(f"{known}{at}{half_mm}")
     joined = " ; ".join(parts)
-    for tube, structure in _OF_TUBES.items():
-        joined = joined.replace(f"no clip {tube}", f"no clip {structure}")
-        joined = joined.replace(f"no cut {tube}", f"no cut {structure}")
+    if joined.startswith(("hold", "allow")):
+        for tube, structure in _OF_TUBES.items():
+            joined = joined.replace(tube, structure)
     return joined

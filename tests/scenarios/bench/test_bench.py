@@ -7,7 +7,6 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from scenarios.bench.physics.newton_solver import CONVERGED, STEPS, bench_newton, race
 from scenarios.bench.physics.world import watch_step
@@ -22,6 +21,7 @@ from scenarios.bench.trials.newton_retraction import (
 )
 from scenarios.catalogue import WITNESS
 from scenarios.cli import main
+from scenarios.files.outside_text import Terminal
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tissue_sim.mechanics.tissue import TissueConfig
@@ -116,7 +116,8 @@ def test_an_unknown_bench_is_one_line_with_the_allowed_names(capfd):
     assert err == (
         "calot: Unrecognized options: wrld;"
         " Available subcommands: world, accuracy, robustness, parallel, safety, controller,"
-        " obedience, planner, corrections, distances, latency, viewer, language, population\n"
+        " obedience, planner, corrections, distances, latency, viewer, language, population,"
+        " faults\n"
     )
 
 
@@ -142,7 +143,7 @@ def test_without_newton_one_line_says_how_to_install_it(monkeypatch):
         raise PackageNotFoundError(name)
 
     monkeypatch.setattr("scenarios.bench.physics.newton_solver.version", not_installed)
-    console = Console(width=200)
+    console = Terminal(width=200)
     with console.capture() as capture:
         console.print(bench_newton(seed=10_004))
     assert capture.get().splitlines() == [

@@ -24,7 +24,7 @@ from scenarios.run_episode import begin
 from tests.controller.dataset.episodes import random_episode, write_parts
 from tests.scenarios.calling import UNSURE
 
-SEED = 10_004
+SEED = 9_004
 HIGHER = "move right arm higher"
 SAID = f"1\t{HIGHER}\n2.5\tresume\n4\tstop\n4.5\tresume\n20\tnext step\n21\tyes\n30\twhat a day\n"
 

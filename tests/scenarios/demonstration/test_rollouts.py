@@ -17,12 +17,14 @@ from scenarios.demonstration.demonstrate import begun
 from scenarios.demonstration.failures import PAST_M, FailureTracker
 from scenarios.demonstration.mix import PlannedDemonstration
 from scenarios.demonstration.rollout_recorder import RolloutRecorder
+from scenarios.loop.person.guided_arm import GuidedArm
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held, grasper_hooked
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED, SLIPPING, ROOMY, DEEPER = 10_001, 10_003, 10_030, 10_000
 GRAB, FIRST_CLIP = TASKS[:2]
 OPENED_BY, OUT_BY = 60, 240  # steps
+WIDE_RAD = 1.17  # the expert's opening
 
 
 def rolled_out(frames, planner=None):
@@ -147,7 +149,8 @@ def test_a_grasper_that_hooks_is_always_flagged():
     world, steps = episode.world, episode.steps()
     next(step for step in steps if gallbladder_held(world))
     next(step for step in steps if not gallbladder_held(world))
-    episode.inbox.press(COMMANDS["open left gripper"])
+    here = world.arms.T_world_tool()[LEFT_ARM]
+    episode.inbox.guided = GuidedArm(arm=LEFT_ARM, T_world_goal=here, jaw_rad=WIDE_RAD)
     opened = islice(steps, OPENED_BY)
     flags = [(FailureTracker().after(step, world), grasper_hooked(world)) for step in opened]
     assert set(flags) == {(False, False), (True, True)}

@@ -44,7 +44,7 @@ def test_what_broke_off_before_its_first_step_is_not_replayed_as_identical(tmp_p
     file = str(tmp_path / "episodes" / f"{SEED}.npz")
     _ = capfd.readouterr()
     assert "it broke off before its first step: TypeError" in complaint(capfd, "replay", file)
-    assert main(["replay", "--verify", file]) == 0
+    assert main(["replay", "--verify", "--planner", SAYS_TEXT, file]) == 0
     assert "identical, 0 steps; it broke off: TypeError" in capfd.readouterr().out
 
 

@@ -14,7 +14,7 @@ from tests.scenarios.procedures import SEED_BY_COMMAND
 from tissue_sim.patient.textbook import textbook_from_seed
 
 CONTRACT: dict[str, set[str]] = {  # what results.json promises its readers
-    "document": {"episodes", "summary", "config", "versions"},
+    "document": {"episodes", "summary", "recordings", "config", "versions"},
     "episode": {
         *("scenario", "seed", "planner", "controller", "sense", "privileged", "sensing"),
         *("success", "call", "error", "tasks"),

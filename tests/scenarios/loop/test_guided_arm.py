@@ -7,7 +7,7 @@ import pytest
 
 from controller.action import ToolAction
 from scenarios.loop.episode_config import EpisodeConfig
-from scenarios.loop.person.guided_arm import GuidedArm
+from scenarios.loop.person.guided_arm import REACH_M, GuidedArm
 from scenarios.loop.person.inbox import Inbox
 from scenarios.run_episode import begin
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -75,3 +75,28 @@ def test_a_goal_in_the_liver_is_not_reached_but_the_gallbladder_on_the_way_is_pi
     assert any("liver" in limit for step in steps for e in step.altered for limit in e.limits)
     hurt = {injury.event for injury in episode.world.record.injuries}
     assert hurt == {"perforation of gallbladder", "leak"}
+
+
+HERE = np.eye(4)
+MIRRORED = np.diag([1.0, 1.0, -1.0, 1.0])
+FAR = HERE.copy()
+FAR[0, 3] = 1.1 * REACH_M
+
+
+@pytest.mark.parametrize(
+    ("arm", "T", "jaw_rad"),
+    [
+        (2, HERE, 0.0),
+        (LEFT_ARM, np.full((4, 4), np.nan), 0.0),
+        (LEFT_ARM, np.zeros((4, 4)), 0.0),
+        (LEFT_ARM, 2.0 * HERE, 0.0),
+        (LEFT_ARM, MIRRORED, 0.0),
+        (LEFT_ARM, HERE[:3], 0.0),
+        (LEFT_ARM, FAR, 0.0),
+        (LEFT_ARM, HERE, np.nan),
+        (LEFT_ARM, HERE, 1e9),
+    ],
+)
+def test_what_is_no_goal_is_refused(arm, T, jaw_rad):
+    with pytest.raises(ValueError, match=r"no pose|out of reach"):
+        GuidedArm(arm=arm, T_world_goal=T, jaw_rad=jaw_rad)

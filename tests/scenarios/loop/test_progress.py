@@ -26,6 +26,6 @@ def test_a_reply_and_later_what_came_of_the_order_are_shown_with_their_times():
         for step in steps:
             display.on_step(step)
     (heard,) = [heard for step in steps for heard in step.heard]
-    ((told_s, told),) = [(step.time_s, told) for step in steps for told in step.told]
+    told_s, told = next((step.time_s, told) for step in steps for told in step.told)
     said = [line for line in shown.getvalue().splitlines() if line]
     assert said[:2] == [f"0.5 s, {HIGHER!r}: {heard.reply}", f"{told_s:.1f} s: {told}"]

@@ -74,7 +74,7 @@ def test_the_file_has_the_agreed_names(tmp_path):
     path = tmp_path / "results.json"
     write_results(path, [FAILED], config={"seed": 20_001})
     document = json.loads(path.read_text())
-    assert list(document) == ["episodes", "summary", "config", "versions"]
+    assert list(document) == ["episodes", "summary", "recordings", "config", "versions"]
     assert list(document["episodes"][0]) == [
         "scenario",
         "seed",

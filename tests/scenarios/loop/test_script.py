@@ -32,7 +32,10 @@ def test_a_line_is_a_time_and_words(tmp_path, content):
         ("inf\tstop", "inf is no time in s"),
         ("3\t ", "there is no text"),
         ('{"time_s": 3}', "it has time_s"),
-        ('{"time_s": 3, "text": "stop"', "it is not JSON"),
+        (
+            '{"time_s": 3, "text": "stop"',
+            "it is not JSON: Expecting ',' delimiter: line 1 column 29 (char 28)",
+        ),
         ('{"time_s": "3", "text": "stop"}', "'3' is no time in s"),
         ('{"time_s": true, "text": "stop"}', "True is no time in s"),
         ('{"time_s": 3, "text": 4}', "there is no text"),

@@ -1,5 +1,6 @@
 """Tests of the panel for another patient: each scenario that it offers can be started."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -36,3 +37,14 @@ def can_begin(config, scenario):
     except ValueError:
         return False
     return True
+
+
+@pytest.mark.parametrize("typed", [1e30, 2.0**53, -1.0, 1.5, math.nan, math.inf])
+def test_another_seed_than_the_one_that_was_typed_is_never_run(gui, tmp_path, typed):
+    config = EpisodeConfig(**WITNESS)
+    session = new_session(config, tmp_path, paused=False, restarts=True, camera=False)
+    panel = NewPatientPanel(gui, at(session))
+    panel._seed.value = typed
+    with pytest.raises(ValueError, match="allowed: whole numbers from 0"):
+        panel.reset()
+    session.pace.wait(0.0, lambda: None)  # raises Restart if an episode was asked for

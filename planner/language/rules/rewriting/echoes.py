@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 _FAR = r"(?:much|far)"
 _TIMES = {
-    rf"half (?:of )?(?:that|as {_FAR})(?: again)?|half the (?:distance|amount|way)": 0.5,
-    rf"a (?:quarter|fourth) (?:of that|as {_FAR})|(?:by )?a quarter as {_FAR}": 0.25,
+    rf"half (?:of )?(?:that|as {_FAR})(?: again)?|(?<=by )half(?! an?\b)(?! \w*met)"
+    r"|half (?:of )?it|half the (?:distance|amount|way)": 0.5,
+    rf"a (?:quarter|fourth) (?:of (?:that|it)|as {_FAR})|(?:by )?a quarter as {_FAR}": 0.25,
     rf"a third (?:of that|as {_FAR})": 1 / 3,
     rf"(?:twice|two times) (?:that|as {_FAR}|the (?:distance|amount))|double(?: that)?": 2.0,
     rf"(?:three times|thrice) (?:that|as {_FAR})|triple(?: that)?": 3.0,

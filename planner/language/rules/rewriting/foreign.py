@@ -51,7 +51,8 @@ def _translated(text: str, language: str, *, apart: str) -> str:
 def _tables() -> Mapping[str, Mapping[str, str]]:
     """Return, by language, the English of every phrase."""
     return {
-        language: {
+        language: _numbers(language)
+        | {
             _elided_apart(one.strip()): english
             for english, ones in table.items()
             for one in ones.split(",")
@@ -59,6 +60,13 @@ def _tables() -> Mapping[str, Mapping[str, str]]:
         for language, table in _read().items()
         if language != SHARED
     }
+
+
+def _numbers(language: str) -> dict[str, str]:
+    """Return the digits of every number up to fifty, by its word."""
+    named = tomllib.loads((WORDS / "numbers.toml").read_text("utf-8"))["numbers"][language]
+    words = (" ".join(word.split()) for word in named.split(","))
+    return {word: str(k + 1) for k, word in enumerate(words)}
 
 
 @cache

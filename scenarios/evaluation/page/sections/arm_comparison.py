@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.comparison import ArmComparison
 from scenarios.evaluation.words import NOTHING, interval, signed
+from scenarios.files.outside_text import in_html
 
 MEASURED = {
     "time_s": ("time (s)", 1.0, 1),
@@ -25,7 +25,7 @@ def paired(report: Report) -> str:
     rows = [
         (
             arm_name(colours[c.arm], c.arm),
-            escape(c.suite),
+            in_html(c.suite),
             str(c.pairs),
             str(c.only_arm),
             str(c.only_reference),
@@ -36,19 +36,19 @@ def paired(report: Report) -> str:
         for c in report.comparisons
     ]
     apart = [
-        (arm_name(colours[c.arm], c.arm), escape(c.suite), *_apart(c))
+        (arm_name(colours[c.arm], c.arm), in_html(c.suite), *_apart(c))
         for c in report.comparisons
         if c.where_both_pass
     ]
     reference = next(iter(report.arms))
     head = ("arm", "suite", "pairs", "only it passes", f"only {reference}", "difference",
             "95 % interval", "McNemar p")  # fmt: skip
-    tables = table(tuple(map(escape, head)), 2, rows)
+    tables = table(tuple(map(in_html, head)), 2, rows)
     if apart:
         tables += "<h3 style='margin-top:22px'>Where both pass</h3>"
         tables += table(("arm", "suite", *(name for name, *_ in MEASURED.values())), 2, apart)
     return section(
-        f"Against {escape(reference)}, patient by patient",
+        f"Against {in_html(reference)}, patient by patient",
         "Each arm minus the first on the same anatomies. The p-value is McNemar's, exact; the"
         " interval of a difference of rates is Tango's (1998), that of other means Student's."
         " P-values are not corrected for how many comparisons there are, and conditions of a suite"

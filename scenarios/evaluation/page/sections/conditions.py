@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.words import counts
+from scenarios.files.outside_text import in_html
 from scenarios.loop.results import Summary
 
 
 def conditions(report: Report) -> str:
     rows = [
         (
-            escape(suite.name),
-            escape(condition.name),
+            in_html(suite.name),
+            in_html(condition.name),
             *(
                 _bar(k, found.suites[suite.name].conditions[condition.name])
                 for k, found in enumerate(report.arms.values())
@@ -25,7 +24,7 @@ def conditions(report: Report) -> str:
         for condition in suite.conditions
         if len(suite.conditions) > 1
     ]
-    head = ("suite", "condition", *map(escape, report.arms))
+    head = ("suite", "condition", *map(in_html, report.arms))
     return section(
         "Condition by condition",
         "Passed, of the episodes that count; in how many a person was rightly called.",

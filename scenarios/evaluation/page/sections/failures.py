@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, folded, section, table
 from scenarios.evaluation.report import ArmReport, Report, ReportedEpisode
+from scenarios.files.outside_text import in_html
 
 EPISODE = ("arm", "recording", "outcome")
 
@@ -15,8 +15,8 @@ def failures(report: Report) -> str:
     reasons = [
         (
             arm_name(k, arm),
-            escape(name),
-            escape(reason),
+            in_html(name),
+            in_html(reason),
             str(count),
         )
         for k, (arm, found) in enumerate(report.arms.items())
@@ -41,7 +41,7 @@ def _episodes(
     report: Report, which: Callable[[ArmReport], Sequence[ReportedEpisode]]
 ) -> list[Sequence[str]]:
     return [
-        (arm_name(k, arm), _place(episode), escape(episode.outcome))
+        (arm_name(k, arm), _place(episode), in_html(episode.outcome))
         for k, (arm, found) in enumerate(report.arms.items())
         for episode in which(found)
     ]
@@ -49,6 +49,6 @@ def _episodes(
 
 def _place(episode: ReportedEpisode) -> str:
     return (
-        f"<a href='{escape(episode.recording, quote=True)}'>{escape(episode.condition)},"
+        f"<a href='{in_html(episode.recording)}'>{in_html(episode.condition)},"
         f" seed {episode.seed}</a>"
     )

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 from scenarios.evaluation.page.parts import legend, section
 from scenarios.evaluation.page.plots import PlotLine, ladder
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Climb, Report
 from scenarios.evaluation.words import end_of
+from scenarios.files.outside_text import in_html
 
 
 def ladders(report: Report) -> str:
@@ -48,6 +48,6 @@ def _ladder(name: str, climbs: Sequence[Climb], most: float) -> str:
         for k, climb in enumerate(climbs)
     )
     return (
-        f"<figure><h3>{escape(name)}</h3>{ladder(lines, most)}"
-        f"<figcaption>{escape(climbs[0].unit)}<br>{breaks}</figcaption></figure>"
+        f"<figure><h3>{in_html(name)}</h3>{ladder(lines, most)}"
+        f"<figcaption>{in_html(climbs[0].unit)}<br>{breaks}</figcaption></figure>"
     )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from scenarios.evaluation.audit import AuditLine
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.words import NOTHING
+from scenarios.files.outside_text import in_html
 
 
 def language(report: Report) -> str:
@@ -28,10 +27,10 @@ def language(report: Report) -> str:
             for arm in rights
             for cell in (_cells(arm[key]) if key in arm else (NOTHING, NOTHING))
         ]
-        meant = escape(line.saying.means or "nothing")
-        said = f"“{escape(line.saying.text)}”<br><span class='soft'>{escape(line.reply)}</span>"
-        rows.append((escape(line.condition), said, meant, *cells))
-    arms = [cell for arm in report.arms for cell in (escape(arm), "orders settled")]
+        meant = in_html(line.saying.means or "nothing")
+        said = f"“{in_html(line.saying.text)}”<br><span class='soft'>{in_html(line.reply)}</span>"
+        rows.append((in_html(line.condition), said, meant, *cells))
+    arms = [cell for arm in report.arms for cell in (in_html(arm), "orders settled")]
     head = ("kind", "said, and replied", "should move", *arms)
     return section(
         "What people say",

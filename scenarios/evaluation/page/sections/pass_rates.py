@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.page.plots import PlotMark, forest
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report, SuiteReport
 from scenarios.evaluation.words import number, passed
+from scenarios.files.outside_text import in_html
 
 
 def pass_rates(report: Report) -> str:
@@ -55,7 +55,7 @@ def _figures(report: Report) -> Iterator[Sequence[str]]:
             f, summary = found.suites[suite.name].figures, found.suites[suite.name].summary
             yield (
                 arm_name(k, arm),
-                escape(suite.name),
+                in_html(suite.name),
                 str(summary.rightly_called),
                 str(summary.needless),
                 number(f.time_s, 1),

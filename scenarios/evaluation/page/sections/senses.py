@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.page.plots import course
@@ -11,6 +10,7 @@ from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.sensed import SensedFigures
 from scenarios.evaluation.words import SENSED, sensed
+from scenarios.files.outside_text import in_html
 from scenarios.loop.metrics.sensing_metrics import SPAN_S
 
 
@@ -18,7 +18,7 @@ def senses(report: Report) -> str:
     """Return the section, empty if nothing was measured."""
     found = list(_found(report))
     rows = [
-        (arm_name(k, arm), escape(suite), *map(escape, sensed(f))) for k, arm, suite, f in found
+        (arm_name(k, arm), in_html(suite), *map(in_html, sensed(f))) for k, arm, suite, f in found
     ]
     return section(
         "What was sensed",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from html import escape
 
 from scenarios.evaluation import published
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.figures import TaskFigures
 from scenarios.evaluation.words import NOTHING, number, passed
+from scenarios.files.outside_text import in_html
 
 
 def beside_srt_h(report: Report) -> str:
@@ -21,7 +21,7 @@ def beside_srt_h(report: Report) -> str:
         return ""
     name = first.name
     arms = [found.suites[name] for found in report.arms.values()]
-    head = ("", *(escape(arm) for arm in report.arms), "SRT-H", "its surgeon")
+    head = ("", *(in_html(arm) for arm in report.arms), "SRT-H", "its surgeon")
     seconds, corrections = published.DURATIONS_S, published.CORRECTIONS
     rows: list[Sequence[str]] = [
         ("procedures passed", *(passed(a.summary) for a in arms),
@@ -36,7 +36,7 @@ def beside_srt_h(report: Report) -> str:
         rows += _task_rows(task, mine)
     return section(
         "Beside SRT-H and its surgeon",
-        f"Means in {escape(name)}: times, paths and jerks over the episodes that passed,"
+        f"Means in {in_html(name)}: times, paths and jerks over the episodes that passed,"
         " corrections over all that passed or failed. SRT-H worked on eight pig gallbladders, in"
         f" time on the clock ({published.SOURCE}); Calot's time is simulated: a scale to read by,"
         " not a race. SRT-H prints its jerk in mm/s³; by its size it is taken to be the third"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from html import escape
 
 from scenarios.evaluation.page.parts import arm_name, section, table
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.sensitivity import FACTORS, ThresholdSensitivity
 from scenarios.evaluation.words import number
+from scenarios.files.outside_text import in_html
 
 
 def thresholds(report: Report) -> str:
@@ -32,13 +32,13 @@ def _rows(report: Report) -> Iterator[Sequence[str]]:
             continue
         for k, (arm, found) in enumerate(report.arms.items()):
             for row in found.suites[suite.name].sensitivity:
-                yield (arm_name(k, arm), escape(suite.name), *_row(row))
+                yield (arm_name(k, arm), in_html(suite.name), *_row(row))
 
 
 def _row(row: ThresholdSensitivity) -> Sequence[str]:
     side = "&ge; " if row.at_least else "&le; "
     return (
-        escape(row.threshold),
+        in_html(row.threshold),
         side + (f"{row.limit:.3g}" if row.limit is not None else "by patient"),
         number(row.closest, 0, 100.0),
         *(f"{passed} of {row.episodes}" for passed in row.passed),

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from html import escape
 
 from scenarios.evaluation.page.parts import section, table
 from scenarios.evaluation.page.sheet import N_COLOURS
 from scenarios.evaluation.report import Report
 from scenarios.evaluation.statistics.strata import NAMES
 from scenarios.evaluation.words import counts, interval
+from scenarios.files.outside_text import in_html
 from scenarios.loop.results import Summary
 
 
 def which_patients(report: Report) -> str:
-    head = ("suite", "by", "stratum", *map(escape, report.arms))
+    head = ("suite", "by", "stratum", *map(in_html, report.arms))
     return section(
         "Which patients pass",
         "Passed, of the episodes that count, by the patient's anatomy, with 95 % Wilson intervals;"
@@ -30,7 +30,7 @@ def _rows(report: Report) -> Iterator[Sequence[str]]:
             for name in names:
                 found = [arm.suites[suite.name].strata[prop][name] for arm in report.arms.values()]
                 if any(summary.episodes for summary in found):
-                    yield escape(suite.name), prop, name, *map(_cell, range(len(found)), found)
+                    yield in_html(suite.name), prop, name, *map(_cell, range(len(found)), found)
 
 
 def _cell(k: int, summary: Summary) -> str:

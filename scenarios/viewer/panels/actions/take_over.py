@@ -32,7 +32,7 @@ class TakeOverPanel:
             pad(gui, "two")
             left = gui.add_button("Take the left", color=LEFT_RGB)
             right = gui.add_button("Take the right", color=RIGHT_RGB)
-            self._jaw = gui.add_slider("jaws open", 0, 100, 1, 50, visible=False)
+            self._jaw = gui.add_slider("jaws open", 0.0, 100.0, 1.0, 50.0, visible=False)
             self._back = gui.add_button("Give it back", visible=False, color="green")
 
         @left.on_click
@@ -72,7 +72,7 @@ class TakeOverPanel:
         shut, wide = _SHUT_RAD, INSTRUMENTS[frame.tools[arm]].jaw_range_rad[1]
         self._jaw_range_rad = shut, wide
         share = float(np.clip((frame.jaw_rad[arm] - shut) / (wide - shut), 0.0, 1.0))
-        self._jaw.value = round(100 * share)
+        self._jaw.value = float(round(100 * share))
         self._gizmo = self._scene.add_transform_controls(
             "/take_over",
             scale=GIZMO_M,
@@ -93,11 +93,14 @@ class TakeOverPanel:
         if self._gizmo is None:
             return
         shut, wide = self._jaw_range_rad
-        arm = GuidedArm(
-            arm=self._arm,
-            T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
-            jaw_rad=shut + (wide - shut) * self._jaw.value / 100.0,
-        )
+        try:
+            arm = GuidedArm(
+                arm=self._arm,
+                T_world_goal=pose(_rotation(self._gizmo.wxyz), np.array(self._gizmo.position)),
+                jaw_rad=shut + (wide - shut) * min(max(self._jaw.value / 100.0, 0.0), 1.0),
+            )
+        except ValueError:
+            return  # no pose: the arm keeps the goal that it has
         self._ask(SessionState.guide, arm)
 
     def _give_back(self) -> None:
@@ -109,5 +112,12 @@ class TakeOverPanel:
 
 
 def _rotation(wxyz: np.ndarray) -> np.ndarray:
-    """Return the (3, 3) rotation matrix of a quaternion."""
-    return SO3(np.asarray(wxyz, float)).as_matrix()
+    """Return the (3, 3) rotation matrix of a quaternion of any length.
+
+    Raises:
+        ValueError: it is zero or not finite.
+    """
+    length = float(np.linalg.norm(wxyz))
+    if not 0.0 < length < np.inf:
+        raise ValueError(f"{wxyz!r} is no rotation")
+    return SO3(np.asarray(wxyz, float) / length).as_matrix()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from html import escape
 
 import viser
 
 from planner.language.reading import Reading
+from scenarios.files.outside_text import in_html
 from scenarios.loop.person.inbox import read
 from scenarios.recording.event_log import Kind, LogLine
 from scenarios.viewer.panels.style import pad
@@ -69,7 +69,7 @@ class TalkPanel:
         if self._guesses.value != _NONE:
             self._ask(SessionState.hear, read(self._guesses.value))
             self._guesses.visible = False
-            self._reply.content = _html(f"<b>{escape(self._guesses.value)}</b>")
+            self._reply.content = _html(f"<b>{in_html(self._guesses.value)}</b>")
 
     def update(self, state: State) -> None:
         """Show the robot's newest reply, which says what the arms do now."""
@@ -80,17 +80,17 @@ class TalkPanel:
 
 
 def _reply(line: LogLine) -> str:
-    quoted = f'<span class="dim">{escape(line.text)}</span><br>' if line.detail else ""
-    return f"{quoted}→ <b>{escape(line.detail or line.text)}</b>"
+    quoted = f'<span class="dim">{in_html(line.text)}</span><br>' if line.detail else ""
+    return f"{quoted}→ <b>{in_html(line.detail or line.text)}</b>"
 
 
 def _answer(reading: Reading) -> str:
     said = reading.text if len(reading.text) <= SHOWN else f"{reading.text[:SHOWN]}…"
-    quoted = f'<span class="dim">“{escape(said)}”</span><br>'
+    quoted = f'<span class="dim">“{in_html(said)}”</span><br>'
     if reading.command is None:
-        return f"{quoted}<b>{escape(reading.reply)}</b>"
-    sure = f'<span class="dim">{reading.confidence:.0%}, {escape(reading.by)}</span>'
-    return f"{quoted}→ <b>{escape(reading.command.text)}</b> {sure}"
+        return f"{quoted}<b>{in_html(reading.reply)}</b>"
+    sure = f'<span class="dim">{reading.confidence:.0%}, {in_html(reading.by)}</span>'
+    return f"{quoted}→ <b>{in_html(reading.command.text)}</b> {sure}"
 
 
 def _html(content: str) -> str:

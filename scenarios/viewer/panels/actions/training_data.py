@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import viser
 
+from scenarios.files.outside_text import visible
 from scenarios.viewer.session_state import Asks, SessionState, State
 
 
@@ -27,7 +28,9 @@ class TrainingDataPanel:
         except (OSError, ValueError) as error:
             title, body, colour = "Not saved", str(error), "red"
         if event.client is not None:
-            event.client.add_notification(title, body, color=colour, auto_close_seconds=8.0)
+            event.client.add_notification(
+                title, visible(body), color=colour, auto_close_seconds=8.0
+            )
 
     def update(self, state: State) -> None:
         """Enable the button once there is an intervention."""

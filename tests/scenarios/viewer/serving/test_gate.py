@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import socket
 import urllib.error
 import urllib.request
 from contextlib import closing
@@ -18,6 +19,7 @@ from scenarios.loop.person.inbox import LONGEST
 from scenarios.viewer.serving.gate import BURST, MOST_PER_S, Gate, gate_for, guarded
 from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
+from scenarios.viewer.serving.say_server import LIMIT_S, MOST_BYTES
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
 
 HOST = "127.0.0.1"
@@ -168,9 +170,9 @@ def test_of_what_is_not_finished_only_a_warning_counts(served):
     [
         (b"stop", "text/plain", {"Origin": "https://evil.example"}, 403),
         (b"stop", "text/plain", {"Host": "evil.example"}, 403),
-        (b"x" * (5 * LONGEST), "text/plain", {}, 400),
         (b"\xff\xfe", "text/plain", {}, 400),
         (b"[1]", "application/json", {}, 400),
+        (b"[" * 4099, "application/json", {}, 400),
         (b"{", "application/json", {}, 400),
         (b'{"text": 3}', "application/json", {}, 400),
     ],
@@ -214,3 +216,59 @@ def test_the_page_with_the_microphone_is_for_this_machine(served, path, host, st
     except urllib.error.HTTPError as error:
         found = error.code
     assert found == status
+
+
+def answered(port, request, within_s=15.0):
+    """Send raw bytes; return the answer's status, or None if it ends without one, in time."""
+    with socket.create_connection((HOST, port), timeout=within_s) as client:
+        client.sendall(request)
+        words = client.makefile("rb").readline().split()
+    return int(words[1]) if words and words[0].startswith(b"HTTP/") else None
+
+
+@pytest.mark.parametrize(
+    "length",
+    ["", "Content-Length: \r\n", "Content-Length: -1\r\n", "Content-Length: \xb2\r\n"]
+    + [f"Content-Length: {n}\r\n" for n in ("x", "1.0", "9" * 5000, "0x4")],
+)
+def test_a_length_that_is_no_number_is_refused(served, length):
+    request = f"POST /say HTTP/1.1\r\nHost: {HOST}\r\n{length}\r\nstop"
+    assert answered(served[2], request.encode("latin-1")) == 400
+
+
+@pytest.mark.parametrize("request_so_far", ["", "POST /say HTT", "{}Content-Length: 4\r\n\r\nst"])
+def test_nobody_waits_for_a_client_that_stops_sending(served, request_so_far):
+    head = f"POST /say HTTP/1.1\r\nHost: {HOST}\r\n"
+    began_s = monotonic()
+    assert answered(served[2], request_so_far.format(head).encode()) in (400, None)
+    assert monotonic() - began_s < LIMIT_S + 2.0
+
+
+@pytest.mark.parametrize("kind", ["text/plain", "application/json"])
+@pytest.mark.parametrize("n", [LONGEST + 1, 2 * MOST_BYTES])
+def test_what_is_too_long_to_be_read_holds_the_arms(served, kind, n):
+    session, _, port = served
+    session.pace.go_on()
+    text = "a" * n + " stop"
+    body = json.dumps({"text": text}) if "json" in kind else text
+    status, answer = said(port, body.encode(), kind)
+    assert (status, answer["command"]) == (200, "stop")
+    now_s = session.watcher.status().time_s
+    run_to(session, now_s + 0.2)
+    assert session.watcher.status().instruction.hold
+
+
+def test_silence_is_not_said_to_the_episode(served):
+    session, _, port = served
+    before = len(session.watcher.status().lines)
+    assert said(port, b'{"text": " \\n"}', "application/json") == (
+        200,
+        {"command": None, "reply": ""},
+    )
+    run_to(session, session.watcher.status().time_s + 0.2)
+    assert len(session.watcher.status().lines) == before
+
+
+def test_half_a_letter_is_heard_and_shown(served):
+    status, answer = said(served[2], b'{"text": "stop \\ud800"}', "application/json")
+    assert (status, answer["command"]) == (200, "stop")

@@ -1,0 +1,37 @@
+"""A text in the letters that are meant: nothing hidden in it, look-alikes as Latin, not spaced."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from planner.language.rules.warning import warns
+
+_LOOK_ALIKES = str.maketrans(
+    "аеорсухіјѕԁһкмтвнзгԛԝАЕОРСУХІЈЅВНКМТЗαεορικντυχηΑΒΕΖΗΙΚΜΝΟΡΤΥΧϲ",
+    "aeopcyxijsdhkmtbh3rqwAEOPCYXIJSBHKMT3aeopikvtuxnABEZHIKMNOPTYXc",
+)
+_HIDDEN = re.compile(
+    r"[\x00-\x08\x0e-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u202a-\u202e\u2060-\u206f\ufeff]"
+)
+_NO_FRACTION = re.compile("[^½¼¾]+")
+_OTHER_LETTERS = re.compile(r"[\u0370-\u1dff\u2c00-\uabff\uac00-\ud7ff]")
+_SPACED = re.compile(r"(?<![\w'])(?:[^\W\d_][ .\-_*]{1,2}){2,}[^\W\d_](?![\w'])")
+
+
+def in_latin(text: str) -> str:
+    """Return a text as it is seen: without hidden characters, in Latin letters, words unspaced.
+
+    Letters of another script count as what they look like only where all of the text does.
+    """
+    if not text.isascii():
+        text = _NO_FRACTION.sub(lambda part: unicodedata.normalize("NFKC", part[0]), text)
+        plain = text.translate(_LOOK_ALIKES)
+        text = text if _OTHER_LETTERS.search(plain) else plain
+    return _SPACED.sub(lambda spaced: _joined(spaced[0]), _HIDDEN.sub("", text))
+
+
+def _joined(spaced: str) -> str:
+    """Return a warning that is spelt, "s-t-o-p", as a word; other letters as they are."""
+    word = re.sub(r"[ .\-_*]", "", spaced)
+    return word if warns(word) else spaced

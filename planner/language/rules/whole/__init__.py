@@ -1,0 +1,1 @@
+"""What does a whole sentence say that orders nothing of arms and tubes?"""

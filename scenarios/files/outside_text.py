@@ -1,0 +1,50 @@
+"""Text from outside, a model's answer, a name or a person's words, shown as text and nothing else.
+
+A terminal obeys escape sequences, rich obeys `[markup]`, a browser obeys tags, and both turn text
+round at right-to-left marks. Every console of Calot is a `Terminal`, every page uses `in_html`.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+from unicodedata import category
+
+from rich.console import Console
+from rich.text import Text
+
+from scenarios.files.closed_pipe import silence
+
+
+def visible(text: str) -> str:
+    r"""Return the text with control and invisible characters written out, as `\x1b`."""
+    return "".join(map(_shown, text))
+
+
+def in_html(text: str) -> str:
+    """Return the text as HTML that shows it."""
+    return escape(visible(text))
+
+
+class Terminal(Console):
+    """A console that shows any string as it is; only what Calot draws is coloured.
+
+    If nobody reads it any more, it falls silent; rich's own would exit with code 1.
+    """
+
+    def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
+        super().__init__(stderr=stderr, width=width, markup=False, emoji=False, highlight=False)
+
+    def render_str(self, text: str, **style: Any) -> Text:
+        """Return a string, of a line or of a table, as what is drawn."""
+        return super().render_str(visible(text), **style)
+
+    def on_broken_pipe(self) -> None:
+        """Write no more."""
+        self.quiet = True
+        silence(self.file)
+
+
+def _shown(letter: str) -> str:
+    is_text = letter.isprintable() or letter in "\n\t" or category(letter) == "Zs"
+    return letter if is_text else letter.encode("unicode_escape").decode()
