@@ -82,7 +82,7 @@ def play(episode: Episode, observers: Sequence[Observer], start_s: float) -> Epi
     )
     for observer in observers:
         observer.on_end(result)
-    return replace(result, act=episode.acts.worst)
+    return result
 
 
 def begin(
@@ -150,6 +150,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         procedure_time_s=procedure_s,
         exchange_time_s=episode.exchange_s,
         wall_s=time.perf_counter() - start_s,
+        act=episode.acts.worst,
         corrections=sum(task.corrections for task in tasks),
         dropped_clips=judged.dropped_clips,
         injuries=judged.injuries,

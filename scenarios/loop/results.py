@@ -187,7 +187,8 @@ class EpisodeResult:
         sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
         sensing: How well it was sensed; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
-        act: How slow the controller was at its slowest; in no recording, as it is by the clock.
+        act: How slow the controller was at its slowest, by the clock like `wall_s`; None if an
+            older version wrote the result, or the episode broke off.
     """
 
     scenario: str

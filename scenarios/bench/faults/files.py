@@ -38,6 +38,7 @@ from scenarios.files.sums import SUMS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.script import read_script
 from scenarios.recording.attempt import attempt_episode
+from scenarios.recording.first_difference import BY_THE_CLOCK
 from scenarios.recording.recorder import HASH, HEADER, Recording, load, recording_bytes
 from scenarios.recording.verify import verify
 from scenarios.suites import suite_of
@@ -79,7 +80,7 @@ def recording(folder: Path) -> Target:
 
 def _result(result: dict[str, Any] | None) -> dict[str, Any]:
     """Return a result without what depends on the speed of the machine."""
-    return {name: value for name, value in (result or {}).items() if name != "wall_s"}
+    return {name: value for name, value in (result or {}).items() if name not in BY_THE_CLOCK}
 
 
 def _write_recording(file: Path, good: bytes, chance: np.random.Generator) -> None:

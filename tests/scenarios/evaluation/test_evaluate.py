@@ -12,6 +12,7 @@ import pytest
 from scenarios.catalogue import CONTROLLERS
 from scenarios.cli import main
 from scenarios.evaluation.arm import arm_from_text
+from scenarios.recording.first_difference import BY_THE_CLOCK
 from scenarios.recording.recorder import load
 from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.evaluation.made_up import episode, plan, record
@@ -34,7 +35,7 @@ def told(out):
     return json.loads(
         (out / "results.json").read_text(),
         object_hook=lambda entry: {
-            k: v for k, v in entry.items() if k not in ("wall_s", "act", "recordings")
+            k: v for k, v in entry.items() if k not in (*BY_THE_CLOCK, "recordings")
         },
     )
 
