@@ -7,8 +7,10 @@ import sys
 
 import pytest
 
-CALLS = "tests.scenarios.calling:PlannerCalls"
-RUN = ["run", "--scenario", "textbook", "--seed", "10004", "--planner", CALLS]
+from scenarios.files.exit_codes import ERROR
+
+BREAKS_OFF = "tests.scenarios.from_the_shell.test_broken_off:SaysText"
+RUN = ["run", "--scenario", "textbook", "--seed", "10004", "--planner", BREAKS_OFF]
 RUN += ["--controller", "idle"]
 
 
@@ -28,7 +30,8 @@ def unread(words, *streams):
 def test_a_run_that_nobody_reads_ends_with_its_own_code_and_its_results(streams, tmp_path):
     code, rest = unread([*RUN, "--out", str(tmp_path)], *streams)
     (episode,) = json.loads((tmp_path / "results.json").read_text())["episodes"]
-    assert (code, episode["error"]) == (1, None)  # called without need
+    assert code == ERROR  # and not 1, which rich's consoles end with
+    assert episode["error"].startswith("TypeError: planner: plan returned a str")
     assert "Traceback" not in rest
     assert "BrokenPipe" not in rest
 
