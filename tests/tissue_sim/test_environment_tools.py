@@ -18,6 +18,7 @@ from mani_skill.trajectory.utils import dict_to_list_of_dicts
 from mani_skill.utils.wrappers.record import RecordEpisode
 from mani_skill.vector.wrappers.gymnasium import ManiSkillVectorEnv
 
+from tests.slow import slow
 from tests.tissue_sim.treatment import assert_same
 from tissue_sim import environment
 from tissue_sim.control_modes import JOINT_TARGETS_AND_TOOL, REQUESTS
@@ -220,7 +221,7 @@ def test_a_state_is_taken_in_every_form(env: gym.Env, given: str, kind: str, bat
 
 @needs_renderer
 @pytest.mark.render
-@pytest.mark.parametrize("how", ["--use-env-states", "--no-use-env-states"])
+@pytest.mark.parametrize("how", [slow("--use-env-states"), "--no-use-env-states"])
 def test_maniskills_replay_finds_the_environment_and_repeats_it(trajectory: Path, how: str) -> None:
     module = "mani_skill.trajectory.replay_trajectory"
     options = ["--traj-path", str(trajectory), "--save-traj", "--allow-failure", how]

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.slow import slow
+
 PRELUDE = """
 from scenarios.cli import main
 from scenarios.workers.pool import run_side_by_side
@@ -33,7 +35,7 @@ def run(folder, script):
 
 @pytest.mark.parametrize(
     "call",
-    ["print(start())", "print(run_side_by_side(double, [1], 2, None).send(None))"],
+    [slow("print(start())"), "print(run_side_by_side(double, [1], 2, None).send(None))"],
     ids=["in a function", "at the top"],
 )
 def test_a_script_without_a_guard_is_refused_before_a_process_starts(tmp_path, call):
@@ -49,7 +51,10 @@ def test_a_script_without_a_guard_is_refused_before_a_process_starts(tmp_path, c
 
 @pytest.mark.parametrize(
     "words",
-    ["run --planner scripted --controller idle --episodes 2 --workers 2", "view --controller idle"],
+    [
+        "run --planner scripted --controller idle --episodes 2 --workers 2",
+        slow("view --controller idle"),
+    ],
 )
 def test_the_command_line_says_it_in_one_line(tmp_path, words):
     ended = run(tmp_path, f"import sys\nsys.exit(main({[*words.split(), '--out', 'out']!r}))")
@@ -59,6 +64,7 @@ def test_the_command_line_says_it_in_one_line(tmp_path, words):
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.slow
 def test_vector_environments_of_processes_are_refused_as_well(tmp_path):
     ended = run(tmp_path, "make_vec(2, obs_mode='rgb')")
     assert REFUSED in ended.stderr.splitlines()[-1]

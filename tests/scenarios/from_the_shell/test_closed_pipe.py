@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from scenarios.files.exit_codes import ERROR
+from tests.slow import slow
 
 BREAKS_OFF = "tests.scenarios.from_the_shell.test_broken_off:SaysText"
 RUN = ["run", "--scenario", "textbook", "--seed", "10004", "--planner", BREAKS_OFF]
@@ -26,7 +27,7 @@ def unread(words, *streams):
     return done.returncode, (done.stdout or "") + (done.stderr or "")
 
 
-@pytest.mark.parametrize("streams", [("stdout",), ("stdout", "stderr")])
+@pytest.mark.parametrize("streams", [("stdout",), slow(("stdout", "stderr"))])
 def test_a_run_that_nobody_reads_ends_with_its_own_code_and_its_results(streams, tmp_path):
     code, rest = unread([*RUN, "--out", str(tmp_path)], *streams)
     (episode,) = json.loads((tmp_path / "results.json").read_text())["episodes"]

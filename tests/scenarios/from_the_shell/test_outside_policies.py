@@ -15,6 +15,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from tests.scenarios.calling import PlannerCalls
 from tests.scenarios.from_the_shell.complaint import complaint
+from tests.slow import slow
 
 SEED = 10_004
 GRABS, CALLS = "tests.scenarios.calling:PlannerGrabs", "tests.scenarios.calling:PlannerCalls"
@@ -88,7 +89,7 @@ def test_an_exit_that_is_asked_for_is_an_error_with_its_traceback(leaves, why, t
     assert "in act" in (tmp_path / "errors" / f"{SEED}.txt").read_text()
 
 
-@pytest.mark.parametrize("leaves", ["Exits", "ExitsWithOne", "Aborts", "Leaves"])
+@pytest.mark.parametrize("leaves", ["Exits", *map(slow, ["ExitsWithOne", "Aborts", "Leaves"])])
 def test_a_policy_that_ends_its_process_leaves_an_error(leaves, tmp_path, capfd):
     code = main([*RUN, "--controller", f"{__name__}:{leaves}", "--out", str(tmp_path)])
     assert code == ERROR
@@ -97,7 +98,7 @@ def test_a_policy_that_ends_its_process_leaves_an_error(leaves, tmp_path, capfd)
     assert f"seed {SEED} ended in error: {episode['error']}" in capfd.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["run", "evaluate"])
+@pytest.mark.parametrize("command", ["run", slow("evaluate")])
 def test_and_the_other_episodes_go_on(command, tmp_path):
     words = {
         "run": ["--scenario", "textbook", "--planner", f"{__name__}:ExitsOnce"],

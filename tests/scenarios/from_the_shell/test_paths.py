@@ -13,6 +13,7 @@ import pytest
 from scenarios.commands.options.output_path import LOCK, claimed
 from scenarios.files.errors import BadInputError
 from tests.scenarios.from_the_shell.complaint import complaint
+from tests.slow import slow
 
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
 LONG = "x" * 300
@@ -132,8 +133,10 @@ def test_a_claim_of_a_new_folder_leaves_none_behind_and_one_that_is_used_stays(t
     assert [path.name for path in (root / "new").iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", "WARP_CACHE_PATH"])
-@pytest.mark.parametrize("command", ["run", "evaluate", "collect --out x", "view", "bench world"])
+@pytest.mark.parametrize("variable", ["XDG_CACHE_HOME", slow("WARP_CACHE_PATH")])
+@pytest.mark.parametrize(
+    "command", ["run", *map(slow, ["evaluate", "collect --out x", "view", "bench world"])]
+)
 def test_a_cache_that_cannot_be_written_to_is_found_before_the_first_episode(
     tmp_path_factory, tmp_path, variable, command
 ):

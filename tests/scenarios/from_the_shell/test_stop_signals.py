@@ -10,6 +10,7 @@ import pytest
 
 from scenarios.bench.trials.calot_process import CalotProcess, wait_until
 from scenarios.recording.recorder import load
+from tests.slow import slow
 
 IDLE = ["--planner", "scripted", "--controller", "idle", "--scenario", "textbook"]
 RUN = ["run", *IDLE, "--seed", "10004", "--episodes", "3", "--out", "out"]
@@ -45,7 +46,7 @@ def stopped(process, number):
     return out
 
 
-@pytest.mark.parametrize(("workers", "number"), [(1, signal.SIGHUP), (2, signal.SIGTERM)])
+@pytest.mark.parametrize(("workers", "number"), [slow(1, signal.SIGHUP), (2, signal.SIGTERM)])
 def test_a_stopped_run_keeps_what_broke_off(tmp_path, workers, number):
     with CalotProcess(words=[*RUN, "--workers", str(workers)], folder=tmp_path) as process:
         wait_until_episodes_run(process, workers)
@@ -94,7 +95,7 @@ class StartsAProcess:
         self._process.wait()
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=str)
+@pytest.mark.parametrize("number", [slow(signal.SIGTERM), signal.SIGKILL], ids=str)
 def test_processes_that_a_policy_starts_end_with_it(tmp_path, number):
     words = [*RUN, "--workers", "2", "--controller", f"{__name__}:StartsAProcess"]
     with CalotProcess(words=words, folder=tmp_path) as process:
@@ -151,6 +152,7 @@ def test_a_run_whose_folder_vanishes_loses_no_result(tmp_path):
     assert len(json.loads(results.read_text())["episodes"]) == 3
 
 
+@pytest.mark.slow
 def test_an_evaluation_whose_folder_vanishes_reports_all_and_can_go_on(tmp_path):
     words = ["evaluate", "--arms", "a=scripted+idle", "--suite", "two-arteries", *CALLED[6:]]
     with CalotProcess(words=words, folder=tmp_path) as process:
