@@ -13,10 +13,10 @@ from scenarios.files.outside_text import Terminal
 class Faults:
     """Tamper with what Calot reads, by chance, and count how it ends."""
 
-    kind: Literal["files"] = "files"
+    kind: Literal["files", "texts", "clients", "processes"] = "files"
     """Which faults."""
-    inputs: Annotated[int, at_least(1)] = 5000
-    """Number of tampered inputs."""
+    inputs: Annotated[int | None, at_least(1)] = None
+    """Number of faults; by default 5000 files or texts, 500 clients of a page, 60 commands."""
     seed: Annotated[int, at_least(0)] = 0
     """Seed of the edits; an input of a seed is always the same."""
 
@@ -26,6 +26,7 @@ class Faults:
         from scenarios.bench.faults.trial import summary_lines, tally_table
 
         with Terminal(stderr=True).status("tampering"):
-            tallies = KINDS[self.kind](self.inputs, self.seed)
+            kind = KINDS[self.kind]
+            tallies = kind.tally(self.inputs or kind.inputs, self.seed)
         show([tally_table(tallies), *summary_lines(tallies)])
         return 0 if all(tally.is_good for tally in tallies.values()) else FAILED
