@@ -8,12 +8,13 @@ one that reports, guesses or sets a time is not sure.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner.language.rules.forbidding import acts_in, excepts, on_what
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
 from planner.language.rules.plain_letters import in_plain_letters
 from planner.language.rules.warning import warns
+from planner.language.rules.whole.permission_frames import permitted_by
 from planner.person.prohibition import Prohibition
 
 _CLAUSE = re.compile(r"[,;.!?:,。;]")
@@ -34,13 +35,19 @@ def permission_in(text: str, english: str) -> Permission | None:
         text: as it was said.
         english: the words of commands in it.
     """
+    if (act := permitted_by(text)) and not text.rstrip().endswith("?"):
+        return Permission(act=act, sure=True)
     named = in_plain_letters(english)
     told = acts_in(named)
     if _denies(in_plain_letters(text), named):
         return None
     text, english = _as_it_stands(text), _as_it_stands(english)
     said, words = in_plain_letters(text), in_plain_letters(english)
-    if not told or excepts(english) or _asks(text, said):
+    if excepts(english) or _asks(text, said):
+        return None
+    if clause := _built_like_one(text, words):
+        return clause
+    if not told:
         return None
     ended, rest = _without_ends(text)
     if warns(rest) or not (ended or _may(said) or _may(words)):
@@ -52,6 +59,18 @@ def permission_in(text: str, english: str) -> Permission | None:
         on=on_what(acts[0], clause) or on_what(acts[0], words) or on_what(acts[0], named),
     )
     return Permission(act=act, sure=not _is_unsure(said, words))
+
+
+def _built_like_one(text: str, words: str) -> Permission | None:
+    """Return what the one clause of a text permits that is built like a permission."""
+    clauses = list(filter(None, map(in_plain_letters, _CLAUSE.split(text))))
+    acts = {clause: act for clause in clauses if (act := permitted_by(clause))}
+    rest = ", ".join(clause for clause in clauses if clause not in acts)
+    if len(acts) != 1 or warns(rest):
+        return None
+    [act] = acts.values()
+    act = act if act.on else replace(act, on=on_what(act.act, words))
+    return Permission(act=act, sure=not _is_unsure(rest, rest))
 
 
 def _as_it_stands(text: str) -> str:
