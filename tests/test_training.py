@@ -22,6 +22,7 @@ from planner.learning.optimise import STATE_FILE
 from tests.controller.diffusion.demonstrated import demonstration
 from tests.controller.pixels.filmed import film
 from tests.planner.learned.rolled_out import rollout
+from tests.slow import slow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +143,9 @@ def test_a_training_on_another_device_does_not_go_on_from_there(learner, trained
         next(learner.training.train(learner.given, learner.smoke, tmp_path))
 
 
-@pytest.mark.parametrize("damage", ["empty", "cut off", "text", "of other weights", "of nothing"])
+@pytest.mark.parametrize(
+    "damage", ["empty", *map(slow, ["cut off", "text"]), "of other weights", slow("of nothing")]
+)
 def test_what_is_no_state_of_the_training_is_refused_in_one_line(
     learner, trained, tmp_path, damage
 ):

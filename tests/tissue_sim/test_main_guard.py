@@ -71,6 +71,7 @@ def test_vector_environments_of_processes_are_refused_as_well(tmp_path):
     assert ended.stderr.count("Traceback") == 1
 
 
+@pytest.mark.slow
 def test_a_script_with_a_guard_runs(tmp_path):
     ended = run(tmp_path, "if __name__ == '__main__':\n    print(start())")
     assert (ended.stdout, ended.returncode) == ("[2, 4]\n", 0), ended.stderr

@@ -31,6 +31,7 @@ def test_a_fright_that_no_list_names_holds_both_arms(sentence):
     assert (reading.command.word, reading.by) == ("stop", "warning")
 
 
+@pytest.mark.slow
 def test_the_shipped_head_is_what_the_sets_make():
     rows = [row for path in SETS for row in read_rows(path, keeps_the_protocol)]
     np.testing.assert_allclose(trained(rows), _weights(), atol=1e-3)

@@ -19,6 +19,7 @@ from planner.language.sentence_sets import (
 from planner.language.slot_heads import SHIPPED, load, save
 from tests.planner.language.sayings import DEVELOPMENT, HELD_OUT
 from tests.planner.language.scoring import is_understood, score
+from tests.slow import slow
 
 SETS = [path for path in (DEVELOPMENT, HELD_OUT) if path.exists()]
 MAX_BYTES = 200_000
@@ -75,12 +76,12 @@ def test_blank_lines_are_no_sentences(tmp_path):
     assert read_rows(path, keeps_the_protocol) == [Row("whoa", "hold: no cut")]
 
 
-@pytest.mark.parametrize("script", ["train_heads", "train_alarm"])
+@pytest.mark.parametrize("script", [slow("train_heads"), "train_alarm"])
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ([], "usage: python -m planner.language.{} SET.tsv ..."),
-        (["none.tsv"], "No such file"),
+        slow([], "usage: python -m planner.language.{} SET.tsv ..."),
+        slow(["none.tsv"], "No such file"),
         (["empty.tsv"], "empty.tsv: its first line must be 'sentence and expected'"),
     ],
 )

@@ -98,7 +98,8 @@ def test_a_policy_that_ends_its_process_leaves_an_error(leaves, tmp_path, capfd)
     assert f"seed {SEED} ended in error: {episode['error']}" in capfd.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["run", slow("evaluate")])
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["run", "evaluate"])
 def test_and_the_other_episodes_go_on(command, tmp_path):
     words = {
         "run": ["--scenario", "textbook", "--planner", f"{__name__}:ExitsOnce"],
@@ -120,6 +121,7 @@ def test_a_module_that_exits_as_it_is_imported_is_refused(tmp_path, capfd, monke
     assert "--controller leaving:make: SystemExit: 0 (leaving.py:2)" in said
 
 
+@pytest.mark.slow
 def test_a_slow_controller_is_told(tmp_path, capfd):
     words = ["run", "--scenario", "textbook", "--seed", str(SEED), "--planner", LATER]
     assert main([*words, "--controller", f"{__name__}:Slow", "--out", str(tmp_path)]) != ERROR

@@ -60,6 +60,7 @@ def test_a_stopped_run_keeps_what_broke_off(tmp_path, workers, number):
         assert len(recording.arrays["time_s"]) > 0
 
 
+@pytest.mark.slow
 def test_further_signals_wait_for_what_is_being_saved(tmp_path):
     with CalotProcess(words=[*RUN, "--workers", "2"], folder=tmp_path) as process:
         wait_until_episodes_run(process, 2)
@@ -95,7 +96,8 @@ class StartsAProcess:
         self._process.wait()
 
 
-@pytest.mark.parametrize("number", [slow(signal.SIGTERM), signal.SIGKILL], ids=str)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=str)
+@pytest.mark.slow
 def test_processes_that_a_policy_starts_end_with_it(tmp_path, number):
     words = [*RUN, "--workers", "2", "--controller", f"{__name__}:StartsAProcess"]
     with CalotProcess(words=words, folder=tmp_path) as process:

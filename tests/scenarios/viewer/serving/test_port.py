@@ -47,6 +47,7 @@ def test_the_microphones_port_is_refused_if_it_was_requested_and_else_skipped():
         choose_port(HOST, free, say_port=free)
 
 
+@pytest.mark.slow
 def test_an_address_of_ipv6_is_served_and_printed_in_brackets(tmp_path, capfd):
     """Check the page, what it prints, and `POST /say`."""
     say_port = choose_port("::1")
