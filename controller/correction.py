@@ -41,6 +41,15 @@ def carried_out(action: ToolAction, instruction: Instruction, jaw_rad: Array) ->
     )
 
 
+def moved_by_person(instruction: Instruction, led: int | None) -> NDArray[np.bool_]:
+    """Return (2,) which arms a person corrects, or leads by the hand (`led`; None for none)."""
+    moved = np.arange(2) == (-1 if led is None else led)
+    correction = instruction.correction
+    if correction is None or instruction.source != "human":
+        return moved
+    return moved | arms_of(correction)
+
+
 def arms_of(correction: Correction) -> NDArray[np.bool_]:
     """Return (2,) which arms a correction names."""
     return np.isin(np.arange(2), correction.rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.action import ToolAction, hold
-from controller.correction import arms_of, carried_out
+from controller.correction import carried_out, moved_by_person
 from planner.instruction import Instruction
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
@@ -26,12 +26,20 @@ class Holding:
         """Take in that the arms do not hold."""
         self._jaw_rad = None
 
-    def action(self, instruction: Instruction, seen: Observation, commanded: Array) -> ToolAction:
-        """Return the action of a step in a hold; `commanded` (2,) is the jaws' last command."""
+    def action(
+        self, instruction: Instruction, seen: Observation, commanded: Array, led: int | None = None
+    ) -> ToolAction:
+        """Return the action of a step in a hold.
+
+        Args:
+            instruction: in force.
+            seen: now.
+            commanded: (2,) the jaws' last command.
+            led: the arm that a person leads by the hand; None for none.
+        """
         grips = np.array([seen.pinch_n >= HELD_PINCH_N, False])
         now_rad = np.where(grips, commanded, np.maximum(commanded, seen.joints[:, 6]))
         if self._jaw_rad is None:
             self._jaw_rad = now_rad
-        if instruction.correction is not None:
-            self._jaw_rad = np.where(arms_of(instruction.correction), now_rad, self._jaw_rad)
+        self._jaw_rad = np.where(moved_by_person(instruction, led), now_rad, self._jaw_rad)
         return carried_out(hold(self._jaw_rad), instruction, commanded)

@@ -146,7 +146,8 @@ class Episode:
         if self._tool_place.follow(self.observation, self._instruction):
             self._told.append(self._tool_place.in_words)
             self.controller.reset()
-        if self._kept_place.follow(self._instruction, self._time_s, holds=self._person_holds):
+        holds, led = self._person_holds, self._led_arm
+        if self._kept_place.follow(self._instruction, self._time_s, holds=holds, led=led):
             self._told += self._kept_place.in_words
             self.controller.reset()
 
@@ -186,7 +187,7 @@ class Episode:
         said, jaw_rad = self._instruction, self.guarded_driver.joints[:, 6]
         if said.hold or self._person_holds:
             self.controller.reset()
-            stay = self._holding.action(said, self.observation, jaw_rad)
+            stay = self._holding.action(said, self.observation, jaw_rad, self._led_arm)
             return stay, self._guided_by_person(stay)
         self._holding.end()
         if (led := self.effects.lead(self.world, said.task)) is not None:
@@ -248,6 +249,7 @@ class Episode:
     ) -> Step:
         task, n_before = self._instruction.task, len(self.world.record.injuries)
         altered, before = self.guarded_driver.news(), self.observation
+        self._override.withheld = "; ".join(entry.words for entry in altered)
         heard, self._heard = tuple(self._heard), []
         told, self._told = tuple(self._told), []
         held = self._person_holds
@@ -295,6 +297,10 @@ class Episode:
         ends = task.goes_back and bool(seen.severed.all()) and is_back(seen)
         self._back_since_s = min(self._back_since_s, step.time_s) if ends else math.inf
         return step.time_s - self._back_since_s >= STAYS_BACK_S - 1e-9
+
+    @property
+    def _led_arm(self) -> int | None:
+        return None if self._guided is None else self._guided.arm
 
     @property
     def _person_holds(self) -> bool:

@@ -22,6 +22,7 @@ def jaws_told(
     start_rad: Array,
     seen: Observation,
     forbidden: Collection[str],
+    withheld: str = "",
 ) -> str:
     """Return in words what became of jaws that a person wanted opened or closed.
 
@@ -31,12 +32,13 @@ def jaws_told(
         start_rad: (2,) angles of the jaws as it began.
         seen: now.
         forbidden: what a person forbade, in words.
+        withheld: why the safety filter altered the last command, in words; "" if it did not.
     """
     left = [arm for arm in said.rows if not _has_done(said, arm, asked_rad, start_rad, seen)]
     if not left:
         return f"Done: {said.text}."
     angles = " and ".join(_angle(arm, start_rad, seen) for arm in left)
-    return f"Not done: {said.text}; {angles}. {_why(said, left, seen, forbidden)}"
+    return f"Not done: {said.text}; {angles}. {_why(said, left, seen, forbidden, withheld)}"
 
 
 def _has_done(
@@ -55,13 +57,19 @@ def _angle(arm: int, start_rad: Array, seen: Observation) -> str:
 
 
 def _why(
-    said: Correction, arms: Collection[int], seen: Observation, forbidden: Collection[str]
+    said: Correction,
+    arms: Collection[int],
+    seen: Observation,
+    forbidden: Collection[str],
+    withheld: str,
 ) -> str:
     """Return what keeps jaws, as far as it is known."""
     act = "cut" if seen.tools[RIGHT_ARM] == SCISSORS else "clip"
     bans = [ban for ban in forbidden if ban.split()[0] == act]
     if said.jaw == "close" and RIGHT_ARM in arms and bans:
         return f"You forbade: {', '.join(bans)}."
+    if withheld:
+        return f"The safety filter: {withheld}."
     if said.jaw == "close":
         return "An interlock of the safety filter keeps them, or what is between them."
     return "They are at their limit, or something is in the way."

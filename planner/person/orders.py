@@ -84,8 +84,17 @@ class OrderProgress:
         exchanging: bool,
         speed: float,
         forbidden: Collection[str] = (),
+        withheld: str = "",
     ) -> str | None:
-        """Take in a moment; return in words how the order ended, None if it is not over."""
+        """Take in a moment; return in words how the order ended, None if it is not over.
+
+        Args:
+            seen: now.
+            exchanging: the nurse exchanges a tool.
+            speed: share of the usual speed that a person wants.
+            forbidden: what a person forbade, in words.
+            withheld: why the safety filter altered the last command, in words; "" if it did not.
+        """
         passed_s = 0.0 if exchanging else speed * max(seen.time_s - self._seen_s, 0.0)
         if exchanging:
             self._start_m, self._start_rad = _tips_m(seen), seen.joints[:, -1].copy()
@@ -95,7 +104,7 @@ class OrderProgress:
         if self.order.hold:
             return None
         if self.order.correction is not None:
-            return self._corrected(seen, forbidden)
+            return self._corrected(seen, forbidden, withheld)
         return self._carried_out(seen, passed_s)
 
     @property
@@ -138,19 +147,22 @@ class OrderProgress:
             return f"{self._lasted_s:.1f} of {self.order.jaws_s:.2g} s"
         return f"{1e3 * gone_m:.1f} of {1e3 * self.order.distance_m:.3g} mm"
 
-    def _corrected(self, seen: Observation, forbidden: Collection[str]) -> str | None:
+    def _corrected(
+        self, seen: Observation, forbidden: Collection[str], withheld: str
+    ) -> str | None:
         words, gone_m = self.order.correction, self.gone_m(seen)
         assert words is not None, "it is a correction"
         if gone_m is None:
             if self._lasted_s < self.order.jaws_s - 1e-9:
                 return None
             asked_rad = JAW_RAD_S * self.order.jaws_s
-            return jaws_told(words, asked_rad, self._start_rad, seen, forbidden)
+            return jaws_told(words, asked_rad, self._start_rad, seen, forbidden, withheld)
         if gone_m >= self.order.distance_m - REACHED_M:
             return f"Done: {words.text} by {round(1e3 * gone_m, 1):g} mm."
         if self._lasted_s < LEAST_S + self.order.distance_m / SLOWEST_M_S:
             return None
-        return f"Given up: {words.text}, {self._gone(seen)}; something is in the way."
+        why = f"the safety filter: {withheld}" if withheld else "something is in the way"
+        return f"Given up: {words.text}, {self._gone(seen)}; {why}."
 
     def _carried_out(self, seen: Observation, passed_s: float) -> str | None:
         task, stage = self.order.task, self._stage

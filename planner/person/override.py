@@ -55,6 +55,7 @@ class PlannerOverridden:
 
     Attributes:
         exchanging: the nurse has the right arm, and what is ordered waits.
+        withheld: why the safety filter altered the last command, in words; "" if it did not.
     """
 
     def __init__(self, planner: Planner[Observation]) -> None:
@@ -103,6 +104,7 @@ class PlannerOverridden:
             exchanging=self.exchanging,
             speed=self.standing.speed,
             forbidden=self.in_force(observation).forbidden,
+            withheld=self.withheld,
         )
         if ended:
             again = self._hold_after
@@ -255,7 +257,7 @@ class PlannerOverridden:
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
         self._untold: list[str] = []  # what is still to be told of orders
         self._hold_after = False  # a correction in a hold ends in it
-        self.exchanging = False
+        self.exchanging, self.withheld = False, ""
         self._ask_s = math.inf  # when to ask whether to go on
         self._latest, self._corrected = Order(), None
         self._gone_m: float | None = None  # the way of the latest correction

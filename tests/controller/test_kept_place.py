@@ -89,3 +89,13 @@ def test_an_exchange_leaves_nothing_to_keep():
     place = after((CORRECTED, 1.0), (TASK, 2.0))
     place.forget()
     assert place.kept(CLOSES, JAW_RAD) is CLOSES
+
+
+def test_an_arm_that_a_person_led_stays_as_one_that_was_corrected():
+    place = KeptPlace()
+    place.follow(TASK, 1.0, holds=False, led=RIGHT_ARM)
+    assert place.moves
+    assert place.follow(TASK, 1.1, holds=False)
+    kept = place.kept(CLOSES, JAW_RAD)
+    assert_rows_equal(kept, hold(JAW_RAD), RIGHT_ARM)
+    assert_rows_equal(kept, CLOSES, LEFT_ARM)

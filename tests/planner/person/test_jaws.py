@@ -70,3 +70,12 @@ def test_right_jaws_that_a_ban_keeps_open_are_told_with_the_ban(ban, tool, why):
     told = told_of("close right gripper", later, later, planner)
     assert told.startswith("Not done: close right gripper; the right jaws are 29 degrees open")
     assert why in told
+
+
+@pytest.mark.parametrize("words", ["open left gripper", "close right gripper"])
+def test_jaws_that_the_safety_filter_kept_are_told_with_its_reason(words):
+    planner = fixed(TASKS[1])
+    planner.withheld = "grasper slowed beside a tube"
+    told = told_of(words, jaws(WIDE_RAD), jaws(WIDE_RAD), planner)
+    assert told.startswith(f"Not done: {words}")
+    assert "The safety filter: grasper slowed beside a tube." in told

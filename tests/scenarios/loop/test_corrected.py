@@ -12,12 +12,14 @@ from planner.correction import DIRECTION_ENDOSCOPE, correction_from_text
 from planner.instruction import TASKS, Instruction
 from scenarios.catalogue import WITNESS
 from scenarios.loop.episode_config import EpisodeConfig
+from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.run_episode import begin
 from tests.scenarios.loop.saying import Saying
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
 SEED = 10_004
+JAW_RAD = 0.5  # to which a person opens jaws
 UP = correction_from_text("move right arm higher")
 LEFT_UP = correction_from_text("move left arm higher")
 EXCHANGE = Instruction(task=TASKS[7])  # the right arm needs scissors
@@ -171,3 +173,32 @@ def test_an_episode_that_nobody_goes_on_with_ends(monkeypatch):
     episode = episode_of()
     episode.inbox.say("stop")
     assert len(list(episode.steps())) == pytest.approx(seconds(2.0), abs=2)
+
+
+@pytest.mark.parametrize("hold_first", [False, True])
+def test_an_arm_that_was_led_by_hand_stays_where_it_was_let_go(hold_first):
+    episode = episode_of()
+    running = episode.steps()
+    list(islice(running, 20))
+    if hold_first:
+        episode.inbox.say("pause")
+        list(islice(running, seconds(1.1)))
+    goal = episode.world.arms.T_world_tool()[RIGHT_ARM].copy()
+    goal[:3, 3] += episode.world.T_world_endoscope[:3, :3] @ [0.0, 0.0, -0.004]
+    episode.inbox.guided = GuidedArm(arm=RIGHT_ARM, T_world_goal=goal, jaw_rad=JAW_RAD)
+    list(islice(running, seconds(1.5)))
+    episode.inbox.guided = None
+    stays = list(islice(running, seconds(STAYS_S) - 1))
+    jaw_rad = commands(stays)[5:, RIGHT_ARM, 6]
+    np.testing.assert_allclose(jaw_rad, jaw_rad[0], rtol=0, atol=1e-9)
+    assert jaw_rad[0] == pytest.approx(JAW_RAD, abs=0.02)
+    moved_m = np.ptp(tips_m(stays[5:])[:, RIGHT_ARM], axis=0)
+    assert moved_m.max() < 5e-4
+    assert told(stays) == (
+        []
+        if hold_first
+        else [f"The right arm stays there for {STAYS_S:g} s, or until you say something else."]
+    )
+    episode.inbox.say("resume")
+    jaws = commands(list(islice(running, 15)))[:, RIGHT_ARM, 6]
+    assert np.diff(jaws).min() > -1e-9  # they wait until the arm rests
