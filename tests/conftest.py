@@ -22,6 +22,17 @@ def _made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
     return partial(made_once, root.parent if "PYTEST_XDIST_WORKER" in os.environ else root)
 
 
+SLOW_NOTEBOOKS = ("04_train.ipynb", "05_results.ipynb")
+
+
+@pytest.hookimpl(tryfirst=True)  # before those that are slow are left out
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark notebooks that take half a minute as slow."""
+    for item in items:
+        if item.path.name in SLOW_NOTEBOOKS:
+            item.add_marker(pytest.mark.slow)
+
+
 def pytest_collection_finish() -> None:
     """Exempt what the imports made from garbage collection, which would search it for each test."""
     gc.collect()

@@ -249,6 +249,7 @@ def test_it_is_made_again_from_its_specification(env: gym.Env) -> None:
         again.close()
 
 
+@pytest.mark.slow
 def test_the_identifier_of_its_specification_imports_it() -> None:
     assert make().spec.id == f"{environment.__name__}:{ENVIRONMENT_ID}"  # pyright: ignore
     program = f"import gymnasium as gym; gym.make({make().spec.id!r}, obs_mode='state').reset()"  # pyright: ignore

@@ -56,6 +56,7 @@ def test_a_script_without_a_guard_is_refused_before_a_process_starts(tmp_path, c
         slow("view --controller idle"),
     ],
 )
+@pytest.mark.slow
 def test_the_command_line_says_it_in_one_line(tmp_path, words):
     ended = run(tmp_path, f"import sys\nsys.exit(main({[*words.split(), '--out', 'out']!r}))")
     assert ended.returncode == 2

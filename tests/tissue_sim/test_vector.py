@@ -81,6 +81,7 @@ def test_an_environment_that_ended_is_reset_by_the_next_step() -> None:
 
 @pytest.mark.render
 @pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
+@pytest.mark.slow
 def test_with_pictures_each_environment_is_a_process() -> None:
     together = vector.make_vec(2, obs_mode="rgb")
     seen, _ = together.reset(seed=SEED)

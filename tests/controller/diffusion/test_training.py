@@ -50,6 +50,7 @@ def test_a_checkpoint_cut_short_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_training_in_bfloat16_learns_the_same(tmp_path):
     losses = []
     for bfloat16 in (False, True):

@@ -1,5 +1,6 @@
 """Tests of the sets of sentences that outsiders wrote by a protocol (sets/protocol.md)."""
 
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
@@ -18,11 +19,18 @@ FROZEN_SHA256 = "436e4104aab09f153407595075dbcdcdb2bf4bff25d36c41b7d9cd3e7c36c04
 DOCS = " ".join((Path(__file__).parents[3] / "docs" / "language.md").read_text().split())
 
 
+INTERPRETER = Interpreter()
+
+
 def read_as(*paths):
     """Return (expected, as it is read) of every row."""
-    interpreter = Interpreter()
-    rows = [row for path in paths for row in read_rows(path, keeps_the_protocol)]
-    return [(row.expected, row_read_as(row, interpreter.read)) for row in rows]
+    return [row for path in paths for row in _read(path)]
+
+
+@cache
+def _read(path):
+    rows = read_rows(path, keeps_the_protocol)
+    return [(row.expected, row_read_as(row, INTERPRETER.read)) for row in rows]
 
 
 def test_the_frozen_set_is_the_one_that_was_frozen():

@@ -65,6 +65,7 @@ def test_the_expert_obeys(expert):
     ("moments", "said"),
     [(1, CORRECTIONS[:3]), pytest.param(4, CORRECTIONS, marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_the_idle_controller_does_not_obey(moments, said, monkeypatch):
     monkeypatch.setattr(obedience_trial, "MOMENTS", moments)
     monkeypatch.setattr(obedience_trial, "CORRECTIONS", said)

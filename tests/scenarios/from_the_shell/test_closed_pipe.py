@@ -41,8 +41,8 @@ def test_a_run_that_nobody_reads_ends_with_its_own_code_and_its_results(streams,
     ("words", "streams", "code"),
     [
         (["--version"], ("stdout",), 0),
-        (["--help"], ("stdout",), 0),
-        (["run", "--seed", "x"], ("stderr",), 2),
+        slow(["--help"], ("stdout",), 0),
+        slow(["run", "--seed", "x"], ("stderr",), 2),
         (["replay", "nowhere.npz"], ("stderr",), 2),
     ],
 )

@@ -9,6 +9,7 @@ from scenarios.commands import run
 from scenarios.recording.attempt import Attempt
 from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.example_results import PASSED, read_results
+from tests.slow import slow
 
 IDLE = ["run", "--controller", "idle", "--planner", "scripted"]
 
@@ -33,7 +34,7 @@ def test_results_that_find_no_room_are_one_line(tmp_path, monkeypatch, capsys, r
     assert f"cannot write {tmp_path / 'results.json'}: File too large" in err.splitlines()[-1]
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", [slow("1"), "2"])
 def test_a_recording_that_finds_no_room_is_one_line(tmp_path, monkeypatch, capfd, request, workers):
     monkeypatch.setattr(run, "write_results", lambda *_, **__: None)  # as if it had room
     request.getfixturevalue("full_disk")

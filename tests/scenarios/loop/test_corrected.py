@@ -15,6 +15,7 @@ from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.person.guided_arm import GuidedArm
 from scenarios.run_episode import begin
 from tests.scenarios.loop.saying import Saying
+from tests.slow import slow
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
 
@@ -105,7 +106,7 @@ def test_no_exchange_begins_in_a_hold_or_while_a_person_moves_an_arm_or_it_stays
     assert any(step.exchange for step in islice(running, seconds(2.0)))
 
 
-@pytest.mark.parametrize("why", ["pause", "wait", "don't clip anything"])
+@pytest.mark.parametrize("why", ["pause", *map(slow, ["wait", "don't clip anything"])])
 @pytest.mark.parametrize("text", ["right arm up 3 mm", "left arm up 3 mm", "open left gripper"])
 def test_what_is_not_named_rests_during_a_correction_in_a_hold(why, text):
     episode = episode_of()

@@ -14,6 +14,7 @@ from scenarios.loop.person.inbox import Inbox
 from scenarios.loop.person.script import Timed
 from scenarios.run_episode import begin
 from tests.scenarios.loop.saying import Saying
+from tests.slow import slow
 from tissue_sim.outcome.nurse import EXCHANGE_S
 from tissue_sim.outcome.predicates import gallbladder_grasped, gallbladder_held
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM
@@ -86,8 +87,9 @@ def test_a_text_not_understood_or_not_due_moves_nothing_and_is_answered(unspoken
 
 @pytest.mark.parametrize(
     "word",
-    ["stop", "pause", "don't cut", "no no no", "wait don't clip that", "that's the wrong tube",
-     "whoa", "be careful, you are too close to the bile duct", "nicht schneiden", "arrête"],
+    ["stop", "don't cut", "that's the wrong tube", "arrête",
+     *map(slow, ["pause", "no no no", "wait don't clip that", "whoa", "nicht schneiden",
+                 "be careful, you are too close to the bile duct"])],
 )  # fmt: skip
 def test_a_stop_or_a_warning_changes_no_joint_command_from_then_on(word):
     steps, _ = steps_of((1.5, word), n=120)

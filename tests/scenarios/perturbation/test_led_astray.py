@@ -12,6 +12,7 @@ from planner.task import TASKS
 from scenarios.perturbation.led_astray import NEAR_M, commanded_pose
 from scenarios.perturbation.perturbation import AtTask
 from tests.scenarios.perturbation.episodes import SEED, disturbed, perturbation
+from tests.slow import slow
 from tissue_sim.frames import axis_angle, inverse_pose, pose, transform
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.surgery.clips.clip import CLIP_LENGTH_M
@@ -110,7 +111,7 @@ def test_the_applier_is_as_far_past_the_tube_as_said(monkeypatch):
     np.testing.assert_allclose(past_m, [0.0, 0.0, led.magnitude], atol=1e-12)
 
 
-@pytest.mark.parametrize(("name", "task"), [("grasp-missed-below", GRAB), ("both-tubes", CLIP)])
+@pytest.mark.parametrize(("name", "task"), [slow("grasp-missed-below", GRAB), ("both-tubes", CLIP)])
 def test_the_expert_notices_and_does_the_task(monkeypatch, name, task):
     episode = disturbed(monkeypatch, perturbation(name, at=AtTask(index=task)))
     steps = episode.steps()

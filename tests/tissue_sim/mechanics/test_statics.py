@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.slow import slow
 from tests.tissue_sim.bodies import forces
 from tissue_sim.frames import Array
 from tissue_sim.mechanics.tissue import Tissue, TissueConfig
@@ -66,7 +67,7 @@ def test_gradient_and_hessian_are_slopes_of_the_energy(
     assert np.abs(error).max() < DIFFERENCE_ERROR * np.abs(change).max()
 
 
-@pytest.mark.parametrize("kind", [Elements, Links])
+@pytest.mark.parametrize("kind", [slow(Elements), Links])
 def test_projection_removes_negative_curvature(kind: type, tissue: Tissue) -> None:
     """Compress tissue and strands: both buckle, so the exact curvature is negative."""
     potential = next(p for p in statics_of(tissue).potentials if isinstance(p, kind))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.slow import slow
 from tissue_sim.frames import Array, unit
 from tissue_sim.mechanics.organ_check import require_sound_organ
 from tissue_sim.mechanics.topology import boundary_faces, components
@@ -257,7 +258,7 @@ def test_strands_join_duct_to_artery(organs: dict[int, Organ]) -> None:
         assert np.isin(organ.remnants[:, 1], organ.rings["artery"]).all()
 
 
-@pytest.mark.parametrize("refinement", [2, 3])
+@pytest.mark.parametrize("refinement", [2, slow(3)])
 def test_a_refined_mesh_has_its_strands_at_the_same_rings(refinement: int) -> None:
     """Compare the outer rings that strands end on; which of a ring's corners it is may be a tie."""
     for seed in SEEDS[:4]:

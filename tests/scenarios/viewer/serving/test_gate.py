@@ -21,7 +21,6 @@ from scenarios.viewer.serving.page_process import PageProcess
 from scenarios.viewer.serving.port import choose_port
 from scenarios.viewer.serving.say_server import LIMIT_S, MOST_BYTES
 from tests.scenarios.viewer.sessions import run_to, running_session, wait_until
-from tests.slow import slow
 
 HOST = "127.0.0.1"
 TOKEN = Gate(token="s3cret")
@@ -237,9 +236,8 @@ def test_a_length_that_is_no_number_is_refused(served, length):
     assert answered(served[2], request.encode("latin-1")) == 400
 
 
-@pytest.mark.parametrize(
-    "request_so_far", [slow(""), slow("POST /say HTT"), "{}Content-Length: 4\r\n\r\nst"]
-)
+@pytest.mark.parametrize("request_so_far", ["", "POST /say HTT", "{}Content-Length: 4\r\n\r\nst"])
+@pytest.mark.slow
 def test_nobody_waits_for_a_client_that_stops_sending(served, request_so_far):
     head = f"POST /say HTTP/1.1\r\nHost: {HOST}\r\n"
     began_s = monotonic()
