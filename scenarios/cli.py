@@ -54,7 +54,7 @@ COMMANDS: dict[str, Callable[..., Subcommand]] = {
 @outlives_its_readers
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code; bad input gives 2 and a message in one line."""
-    with stoppable():
+    with stoppable(ends_program=argv is None):
         code = _executed(sys.argv[1:] if argv is None else list(argv))
     return stop_code() if code == INTERRUPTED else code
 

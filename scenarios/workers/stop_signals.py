@@ -53,10 +53,14 @@ _stop = _Stop()
 
 
 @contextmanager
-def stoppable() -> Iterator[None]:
+def stoppable(*, ends_program: bool = False) -> Iterator[None]:
     """Let each signal raise KeyboardInterrupt in this process while the block lasts.
 
     A signal that the process was started to ignore, as by `nohup`, is ignored still.
+
+    Args:
+        ends_program: signals are ignored after the block: the work is done, and its exit code
+            must not be lost while Python takes its time to end.
     """
     if current_thread() is not main_thread():  # Python handles signals in the main thread only
         yield
@@ -70,8 +74,9 @@ def stoppable() -> Iterator[None]:
         yield
     finally:
         _stop.saving = True
-        for number, before in handlers.items():  # a program that ends is not stopped again
-            signal.signal(number, signal.SIG_IGN if _stop.number else before)
+        ends = ends_program or _stop.number  # a program that ends is not stopped again
+        for number, before in handlers.items():
+            signal.signal(number, signal.SIG_IGN if ends else before)
 
 
 @contextmanager

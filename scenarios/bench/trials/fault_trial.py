@@ -40,7 +40,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "verify": ("replay", "--verify", "out", "--workers", "2"),
 }
 CONDITIONS = {"run": "--scenario", "evaluate": "--suite"}
-USUAL = (0, 1)  # all passed or rightly called; some failed, as the arms hold still
+USUAL = (0, 1)  # every episode has a result; also where a signal comes after the last one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +90,7 @@ def _tried(seed: int, folder: Path, recorded: Path) -> ProcessFault:
             *_wrong_exit(code, fault if hurt else "none", err),
             *_left(process, GRACE_S if fault == "kill" else 0.5),
             *_lost(folder, counted=command == "run" and fault != "kill"),
+            *(_unanswered(folder) if code in USUAL and EXIT_CODES[fault][0] > 128 else ()),
         )
     if command == "evaluate" and fault == "kill":
         wrong += tuple(_not_continued(words, folder))
@@ -159,10 +160,10 @@ EXIT_CODES: dict[str, tuple[int, ...]] = {
     "none": USUAL,
     "kill": (-signal.SIGKILL,),
     "kill a worker": USUAL,
-    "SIGTERM": (128 + signal.SIGTERM,),
-    "SIGINT": (128 + signal.SIGINT,),
-    "SIGHUP": (128 + signal.SIGHUP,),
-    "three signals": (128 + signal.SIGTERM,),
+    "SIGTERM": (128 + signal.SIGTERM, *USUAL),
+    "SIGINT": (128 + signal.SIGINT, *USUAL),
+    "SIGHUP": (128 + signal.SIGHUP, *USUAL),
+    "three signals": (128 + signal.SIGTERM, *USUAL),
     "full disk": (BAD_INPUT, *USUAL),
     "file in place of the folder": (BAD_INPUT, *USUAL),
     "folder vanishes": (BAD_INPUT, *USUAL),
@@ -207,6 +208,14 @@ def _lost(folder: Path, *, counted: bool) -> Iterator[str]:
         finished -= seeds
     if counted and finished:
         yield f"finished, but in no {RESULTS}: {sorted(finished)}"
+
+
+def _unanswered(folder: Path) -> Iterator[str]:
+    """Yield what is wrong where a command ends as usual, but not every episode has a result."""
+    for file in sorted(folder.rglob(RESULTS)):
+        n = len(json.loads(file.read_text()).get("episodes", ()))
+        if n == 0 or n % EPISODES:
+            yield f"ended as usual with {n} results"
 
 
 def _not_continued(words: Sequence[str], folder: Path) -> Iterator[str]:

@@ -124,3 +124,11 @@ def test_an_error_while_saving_is_raised_and_the_signal_with_the_next_save():
             save(OSError("no room"))
         with pytest.raises(KeyboardInterrupt), saving():
             pass
+
+
+@pytest.mark.parametrize("number", STOP_SIGNALS)
+def test_a_signal_after_the_work_does_not_take_the_exit_code_away(number):
+    with stoppable(ends_program=True):
+        done = "whole"
+    stop(number)
+    assert done == "whole"
