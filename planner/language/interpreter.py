@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 from unicodedata import normalize
 
 from planner.command import COMMANDS, Command
@@ -17,10 +18,10 @@ from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.claims import claims_in, without_claims
 from planner.language.rules.dangers import danger_in, tells
-from planner.language.rules.forbidding import excepts, forbidden_in
+from planner.language.rules.forbidding import act_in, excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
-from planner.language.rules.questions import Question, question_in, thing_in
+from planner.language.rules.questions import QUESTIONS, Question, question_in, thing_in
 from planner.language.rules.rewriting.as_letters import in_latin
 from planner.language.rules.rewriting.compound import arm_named, in_order, names_an_act, parts_of
 from planner.language.rules.rewriting.corrected import as_corrected
@@ -39,7 +40,12 @@ from planner.language.rules.sizes import (
 )
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
-from planner.language.rules.warning import warns, warns_anywhere, without_warning
+from planner.language.rules.warning import (
+    warns,
+    warns_anywhere,
+    warns_mildly,
+    without_warning,
+)
 from planner.language.rules.whole.by_latest import by_latest
 from planner.language.rules.whole.foreign_questions import foreign_question_in
 from planner.language.rules.whole.nothing_said import says_nothing
@@ -49,6 +55,9 @@ from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
 from planner.person.prohibition import Prohibition
 from planner.task import TASKS, Tube
+
+if TYPE_CHECKING:
+    from planner.language.kind_head import Kind
 
 MAX_CHARACTERS = 200  # longer texts are not understood,
 LONGEST = 1000  # but warnings are heard in them
@@ -100,8 +109,10 @@ class Interpreter:
 
     def _read(self, text: str, english: str) -> Reading:
         danger = danger_in(english)
-        if whole := _whole(text, english, danger):
-            return whole
+        whole = _whole(text, english, danger)
+        return whole or self._by_kind(self._by_rules(text, english, danger), english, danger)
+
+    def _by_rules(self, text: str, english: str, danger: str) -> Reading:
         if warns(text) or warns(english):
             return self._warned(text, english, danger)
         if trouble := _trouble(text, english):
@@ -109,19 +120,27 @@ class Interpreter:
         if _YES.fullmatch(in_plain_letters(text)):
             return Reading(text=text, agrees=True, by="rule", reply="There is nothing to agree to.")
         if danger:
-            return self._refused(text, english, danger)
+            return Reading(text=text, by="rule", reply=f"Refused: {danger}.")
         if speed := speed_in(english):
             return self._at_speed(text, english, speed)
-        reading = self._besides_claims(text, english) or self._commanded(text, english)
-        return self._warned(text, english, danger) if self._alarms(reading, english) else reading
+        return self._besides_claims(text, english) or self._commanded(text, english)
 
-    def _alarms(self, reading: Reading, english: str) -> bool:
-        """Return whether a sentence that is not understood is taken for a warning."""
-        if reading.command or reading.question or is_small_talk(english):
-            return False
-        from planner.language.alarm_head import alarms  # PyTorch: seconds, once
-
-        return alarms(english, guessed=bool(reading.guesses))
+    def _by_kind(self, ruled: Reading, english: str, danger: str) -> Reading:
+        """Let the kind head read what rules do not, and overrule them where it is sure."""
+        kind = _kind_besides(ruled, english, danger)
+        if kind is None or kind == ruled.question:
+            return ruled
+        text = ruled.text
+        if kind == "hold":
+            return self._warned(text, english, danger)
+        if kind in QUESTIONS:
+            return _asked(text, kind)
+        if kind == "resume":
+            return _asked_back(text, (Said(command=COMMANDS["resume"]),), 0.5)
+        if kind == "allow":
+            return replace(ruled, may_allow=act_in(english))
+        overruled = kind == "none" and ruled.by != "nobody"
+        return _not_understood(text, "it is no business of mine") if overruled else ruled
 
     def warm_up(self) -> None:
         """Load the sentence encoder, so that the first unknown word does not wait for seconds."""
@@ -151,12 +170,6 @@ class Interpreter:
             guesses=() if meant is None or reading.by != "warning" else (meant,),
             reply=_banned(forbids, english) or _what_is_held(reading, danger, meant),
         )
-
-    def _refused(self, text: str, english: str, danger: str) -> Reading:
-        """Refuse a dangerous request, and hold where one rather tells of it: "that's liver"."""
-        reading = Reading(text=text, by="rule", reply=f"Refused: {danger}.")
-        frightens = tells(english) and self._alarms(reading, english)
-        return self._warned(text, english, danger) if frightens else reading
 
     def _at_speed(self, text: str, english: str, speed: str) -> Reading:
         """Return the reading of words about speed, and of what else the sentence asks for."""
@@ -257,6 +270,29 @@ class Interpreter:
         likely = (c for chance, c in ranked[:MAX_GUESSES] if chance >= MIN_CHANCE)
         guesses = tuple(_said(command, sized.size_m, side) for command in likely)
         return _asked_back(text, guesses, confidence)
+
+
+def _kind_besides(ruled: Reading, english: str, danger: str) -> Kind | None:
+    """Return what a text may be besides what rules read; None where they are not in doubt.
+
+    No warning is overruled by words that let an arm move, no order but to clip or cut at all.
+    """
+    from planner.language.kind_head import kind_in, kind_instead  # PyTorch: seconds, once
+
+    text = ruled.text
+    if ruled.by == "warning":
+        mild = not (ruled.forbids or danger) and warns_mildly(text) and warns_mildly(english)
+        kind = kind_instead(text) if mild else None
+        return kind if kind in (*QUESTIONS, "none") else None
+    if ruled.question:
+        return kind_instead(text)
+    if ruled.command and ruled.command.deed:
+        return "hold" if kind_instead(text) == "hold" else None
+    if ruled.command or ruled.agrees or ruled.speed or is_small_talk(english):
+        return None
+    if danger:  # one that is told rather than asked for, "that's liver", frightens
+        return "hold" if tells(english) and kind_in(text) == "hold" else None
+    return None if _trouble(text, english) else kind_in(text, guessed=bool(ruled.guesses))
 
 
 def _whole(text: str, english: str, danger: str) -> Reading | None:

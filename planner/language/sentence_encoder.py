@@ -6,6 +6,7 @@ six layers whose token vectors are averaged; a package holds its weights.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -23,9 +24,8 @@ MAX_TOKENS = 256
 @lru_cache(maxsize=4096)  # bounded, as people may say anything
 def embed(text: str) -> Tensor:
     """Return the embedding (384,) of a text, of unit length."""
-    ids = torch.tensor(_tokenizer().encode(text).ids)
     with torch.inference_mode(), one_thread():
-        return F.normalize(_token_vectors(ids, _weights()).mean(dim=0), dim=0).clone()
+        return F.normalize(hidden_states(text, LAYERS).mean(dim=0), dim=0).clone()
 
 
 def embed_all(texts: tuple[str, ...]) -> Tensor:
@@ -33,39 +33,61 @@ def embed_all(texts: tuple[str, ...]) -> Tensor:
     return torch.stack([embed(text) for text in texts])
 
 
-def _token_vectors(ids: Tensor, w: dict[str, Tensor]) -> Tensor:
-    """Return hidden states (n, 384) of the last layer for tokens (n,)."""
-    table = "embeddings.{}_embeddings.weight"
-    hidden = w[table.format("word")][ids] + w[table.format("position")][: len(ids)]
-    hidden = _norm(hidden + w[table.format("token_type")][0], w, "embeddings.LayerNorm")
-    for k in range(LAYERS):
-        layer = f"encoder.layer.{k}"
-        attended = _linear(_attention(hidden, w, layer), w, f"{layer}.attention.output.dense")
-        hidden = _norm(hidden + attended, w, f"{layer}.attention.output.LayerNorm")
-        inner = F.gelu(_linear(hidden, w, f"{layer}.intermediate.dense"))
-        outer = _linear(inner, w, f"{layer}.output.dense")
-        hidden = _norm(hidden + outer, w, f"{layer}.output.LayerNorm")
-    return hidden
+def hidden_states(text: str, layers: int) -> Tensor:
+    """Return the hidden states (tokens, 384) of a text after the first `layers` layers."""
+    w, table = _weights(), "embeddings.{}_embeddings.weight"
+    with torch.inference_mode(), one_thread():
+        ids = torch.tensor(_tokenizer().encode(text).ids)
+        hidden = w[table.format("word")][ids] + w[table.format("position")][: len(ids)]
+        hidden = _norm(hidden + w[table.format("token_type")][0], w, "embeddings.LayerNorm")
+        for k in range(layers):
+            hidden = layer(hidden, w, k)
+    return hidden.clone()  # an ordinary tensor, which training may use
 
 
-def _attention(hidden: Tensor, w: dict[str, Tensor], layer: str) -> Tensor:
+def layer_weights(layers: Iterable[int]) -> dict[str, Tensor]:
+    """Return copies of the weights of layers, by name."""
+    begins = tuple(f"encoder.layer.{k}." for k in layers)
+    return {name: w.clone() for name, w in _weights().items() if name.startswith(begins)}
+
+
+def layer(hidden: Tensor, w: Mapping[str, Tensor], k: int, mask: Tensor | None = None) -> Tensor:
+    """Return hidden states (..., tokens, 384) after layer `k`.
+
+    Args:
+        hidden: (..., tokens, 384), before it.
+        w: weights, by name.
+        k: the layer, 0 to 5.
+        mask: (..., tokens), true for tokens, false for padding; None if all are tokens.
+    """
+    name = f"encoder.layer.{k}"
+    attended = _linear(_attention(hidden, w, name, mask), w, f"{name}.attention.output.dense")
+    hidden = _norm(hidden + attended, w, f"{name}.attention.output.LayerNorm")
+    inner = F.gelu(_linear(hidden, w, f"{name}.intermediate.dense"))
+    outer = _linear(inner, w, f"{name}.output.dense")
+    return _norm(hidden + outer, w, f"{name}.output.LayerNorm")
+
+
+def _attention(hidden: Tensor, w: Mapping[str, Tensor], name: str, mask: Tensor | None) -> Tensor:
     query, key, value = (
-        _heads(_linear(hidden, w, f"{layer}.attention.self.{name}"))
-        for name in ("query", "key", "value")
+        _heads(_linear(hidden, w, f"{name}.attention.self.{part}"))
+        for part in ("query", "key", "value")
     )
-    return F.scaled_dot_product_attention(query, key, value).transpose(0, 1).flatten(1)
+    seen = None if mask is None else mask[..., None, None, :]
+    attended = F.scaled_dot_product_attention(query, key, value, attn_mask=seen)
+    return attended.transpose(-3, -2).flatten(-2)
 
 
 def _heads(x: Tensor) -> Tensor:
-    """Reshape (n, heads * width) to (heads, n, width)."""
-    return x.unflatten(1, (HEADS, -1)).transpose(0, 1)
+    """Reshape (..., n, heads * width) to (..., heads, n, width)."""
+    return x.unflatten(-1, (HEADS, -1)).transpose(-3, -2)
 
 
-def _linear(x: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
+def _linear(x: Tensor, w: Mapping[str, Tensor], name: str) -> Tensor:
     return F.linear(x, w[f"{name}.weight"], w[f"{name}.bias"])
 
 
-def _norm(x: Tensor, w: dict[str, Tensor], name: str) -> Tensor:
+def _norm(x: Tensor, w: Mapping[str, Tensor], name: str) -> Tensor:
     return F.layer_norm(x, x.shape[-1:], w[f"{name}.weight"], w[f"{name}.bias"], LAYER_NORM_EPS)
 
 

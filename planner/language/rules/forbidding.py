@@ -89,6 +89,13 @@ def acts_in(words: str) -> tuple[Act, ...]:
     return tuple(dict.fromkeys(acts))
 
 
+def act_in(text: str) -> Prohibition | None:
+    """Return the act that an English sentence names first, as what is forbidden or allowed."""
+    words = in_plain_letters(text)
+    acts = acts_in(words)
+    return Prohibition(act=acts[0], on=on_what(acts[0], words)) if acts else None
+
+
 def _untouched(words: str) -> str:
     """Return the tube that is to be left alone, not touched or not approached; "" if none is."""
     said = _find("never", words) and _find("touch", words) and not _find("elsewhere", words)

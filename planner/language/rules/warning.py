@@ -21,6 +21,12 @@ def warns(text: str) -> bool:
     return bool(_alarms().search(_harmless().sub(" ", words)))
 
 
+def warns_mildly(text: str) -> bool:
+    """Return whether words that stand in calm talk, too, are all that warns: "no sugar for me"."""
+    mild = whole_words(phrase_lists("warnings")["mild"]["words"])
+    return not warns(mild.sub(" ", in_plain_letters(text)))
+
+
 def warns_anywhere(text: str) -> bool:
     """Return whether a single word of a text of any length warns; phrases are not looked for."""
     words = in_plain_letters(text)

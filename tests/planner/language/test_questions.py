@@ -170,7 +170,7 @@ def test_what_a_sentence_is_about_is_the_first_thing_of_the_list(text, thing):
         ("the clip is on, next", "next step", Claim(claimed="clip on")),
         ("three clips are on, cut the duct", "cut duct", Claim(claimed="clip on", n=3)),
         ("you hold the gallbladder, so clip the duct", "clip duct", Claim(claimed="held")),
-        ("you have already clipped the artery", "stop", Claim(claimed="clipped", on="artery")),
+        ("no, you have already clipped the artery", "stop", Claim(claimed="clipped", on="artery")),
         ("wait, you already cut the duct", "stop", CUT_DUCT),
     ],
 )

@@ -76,7 +76,7 @@ def test_blank_lines_are_no_sentences(tmp_path):
     assert read_rows(path, keeps_the_protocol) == [Row("whoa", "hold: no cut")]
 
 
-@pytest.mark.parametrize("script", [slow("train_heads"), "train_alarm"])
+@pytest.mark.parametrize("script", [slow("train_heads"), "train_kinds"])
 @pytest.mark.parametrize(
     ("given", "told"),
     [
