@@ -292,7 +292,8 @@ def _kind_besides(ruled: Reading, english: str, danger: str) -> Kind | None:
         return None
     if danger:  # one that is told rather than asked for, "that's liver", frightens
         return "hold" if tells(english) and kind_in(text) == "hold" else None
-    return None if _trouble(text, english) else kind_in(text, guessed=bool(ruled.guesses))
+    told = bool(ruled.guesses or claims_in(english))  # a claim is compared with what is seen
+    return None if _trouble(text, english) else kind_in(text, guessed=told)
 
 
 def _whole(text: str, english: str, danger: str) -> Reading | None:

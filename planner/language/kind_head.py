@@ -32,7 +32,7 @@ KINDS: tuple[Kind, ...] = (*QUESTIONS, "hold", "allow", "resume", "refuse", "ord
 FROZEN = 3  # first layers of the encoder, which are not trained
 SHIPPED = Path(__file__).with_name("kind_head.safetensors")
 
-# Probability from which the arms hold, and that where a command is guessed; that from which another
+# Probability from which the arms hold, and that where something else is guessed; that from which another
 # kind is taken for sure. Chosen on sets that the head was not trained on: a warning that is missed
 # may injure, one that is heard in vain costs a second.
 ALARMED, GUESSED, SURE = 0.25, 0.5, 0.5
@@ -52,7 +52,8 @@ def kind_in(text: str, *, guessed: bool = False) -> Kind | None:
 
     Args:
         text: as it was said.
-        guessed: it may mean a command, "cut that one", and is asked back otherwise.
+        guessed: it may mean a command, "cut that one", or tells how things are; it is asked back
+            otherwise, or compared with what is seen.
     """
     found = chances(text)
     if found["hold"] > (GUESSED if guessed else ALARMED):

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from planner.language.rules.dangers import danger_in
 from planner.language.rules.phrase_lists import phrase_lists, whole_words
 from planner.language.rules.plain_letters import in_plain_letters
+from planner.language.rules.warning import warns
 from planner.person.prohibition import ACTS, Act, Prohibition
 
 _CLAUSE = re.compile(r"[,;.!?:]|\bbut\b|\binstead\b")
@@ -26,7 +27,7 @@ def forbidden_in(text: str) -> tuple[Prohibition, ...]:
     misread could not be undone, and a person soon allows one thing.
     """
     whole = in_plain_letters(text)
-    if excepts(text):
+    if excepts(text) and warns(text):
         return tuple(Prohibition(act=act) for act in acts_in(whole)[:1])
     if (tube := _untouched(whole)) and not acts_in(whole):
         return tuple(Prohibition(act=act, on=tube) for act in TOUCHING)
