@@ -32,9 +32,9 @@ KINDS: tuple[Kind, ...] = (*QUESTIONS, "hold", "allow", "resume", "refuse", "ord
 FROZEN = 3  # first layers of the encoder, which are not trained
 SHIPPED = Path(__file__).with_name("kind_head.safetensors")
 
-# Probability from which the arms hold, and that where something else is guessed; that from which another
-# kind is taken for sure. Chosen on sets that the head was not trained on: a warning that is missed
-# may injure, one that is heard in vain costs a second.
+# Probability from which the arms hold, and that where something else is guessed; that from which
+# another kind is taken for sure. Chosen on sets that the head was not trained on: a warning that is
+# missed may injure, one that is heard in vain costs a second.
 ALARMED, GUESSED, SURE = 0.25, 0.5, 0.5
 OVERRULES = 0.98  # that from which the head overrules rules that read something else
 
