@@ -53,6 +53,7 @@ def collect(out, *cameras):
     return main(["collect", "--out", str(out), *words])
 
 
+@pytest.mark.skipif(not renderer_available(), reason="SAPIEN finds no Vulkan renderer here")
 def test_other_cameras_than_those_that_filmed_what_is_there_are_refused(tmp_path, capfd):
     (tmp_path / PARTS).mkdir()
     (tmp_path / PARTS / "00000-nominal.parquet").write_bytes(part_bytes(random_episode(0)))
