@@ -40,12 +40,7 @@ from planner.language.rules.sizes import (
 )
 from planner.language.rules.small_talk import is_small_talk
 from planner.language.rules.speeds import speed_in, without_speed
-from planner.language.rules.warning import (
-    warns,
-    warns_anywhere,
-    warns_mildly,
-    without_warning,
-)
+from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, without_warning
 from planner.language.rules.whole.by_latest import by_latest
 from planner.language.rules.whole.foreign_questions import foreign_question_in
 from planner.language.rules.whole.nothing_said import says_nothing
@@ -288,12 +283,13 @@ def _kind_besides(ruled: Reading, english: str, danger: str) -> Kind | None:
         return kind_instead(text)
     if ruled.command and ruled.command.deed:
         return "hold" if kind_instead(text) == "hold" else None
-    if ruled.command or ruled.agrees or ruled.speed or is_small_talk(english):
+    if ruled.command or ruled.agrees or ruled.speed or _trouble(text, english):
         return None
-    if danger:  # one that is told rather than asked for, "that's liver", frightens
-        return "hold" if tells(english) and kind_in(text) == "hold" else None
     told = bool(ruled.guesses or claims_in(english))  # a claim is compared with what is seen
-    return None if _trouble(text, english) else kind_in(text, guessed=told)
+    kind = kind_in(text, guessed=told)
+    if danger:  # one that is told rather than asked for, "that's liver", frightens
+        return "hold" if kind == "hold" and tells(english) and not is_small_talk(english) else None
+    return None if kind == "hold" and is_small_talk(english) else kind
 
 
 def _whole(text: str, english: str, danger: str) -> Reading | None:

@@ -212,8 +212,9 @@ def _lost(folder: Path, *, counted: bool) -> Iterator[str]:
 
 def _unanswered(folder: Path) -> Iterator[str]:
     """Yield what is wrong where a command ends as usual, but not every episode has a result."""
-    for file in sorted(folder.rglob(RESULTS)):
-        n = len(json.loads(file.read_text()).get("episodes", ()))
+    files = sorted(folder.rglob(RESULTS))
+    numbers = [len(json.loads(file.read_text()).get("episodes", ())) for file in files] or [0]
+    for n in numbers:
         if n == 0 or n % EPISODES:
             yield f"ended as usual with {n} results"
 

@@ -6,13 +6,15 @@ import pytest
 
 from planner.language import kind_head
 from planner.language.interpreter import Interpreter
-from planner.language.kind_head import KINDS, chances, kind_of
+from planner.language.kind_head import KINDS, OVERRULES, chances, kind_of
 from planner.language.rules.questions import QUESTIONS
 from planner.language.rules.warning import warns
 from planner.language.sentence_sets import keeps_the_protocol, read_rows
 from planner.language.train_kinds import trained
+from planner.person.prohibition import Prohibition
 
 FOLDER = Path(__file__).with_name("sets")
+INTERPRETER = Interpreter()
 LEARNED = ("development", "overheard", "questions", "talk", "allowed")
 
 
@@ -27,9 +29,57 @@ LEARNED = ("development", "overheard", "questions", "talk", "allowed")
 )
 def test_a_fright_that_no_list_names_holds_both_arms(sentence):
     assert not warns(sentence)
-    reading = Interpreter().read(sentence)
+    reading = INTERPRETER.read(sentence)
     assert reading.command is not None
     assert (reading.command.word, reading.by) == ("stop", "warning")
+
+
+@pytest.mark.parametrize(
+    ("sentence", "question"),
+    [
+        ("For our visitors, tell us which tube is which", "which"),
+        ("Could you point out the location of the artery for the students", "where"),  # small talk
+        ("I can't tell from here, have you cut the artery already", "cut"),  # a denial
+    ],
+)
+def test_a_question_that_no_rule_reads_is_answered(sentence, question):
+    assert INTERPRETER.read(sentence).question == question
+
+
+@pytest.mark.parametrize("sentence", ["no sugar for me, thanks", "did you watch the match, Dev"])
+def test_a_word_of_calm_talk_holds_no_arm_where_the_head_is_sure(sentence):
+    assert warns(sentence)
+    reading = INTERPRETER.read(sentence)
+    assert (reading.command, reading.guesses) == (None, ())
+
+
+def test_a_text_that_also_alarms_is_held_however_sure_the_head_is():
+    sentence = "list whats off limits currently"
+    assert chances(sentence)["forbidden"] > OVERRULES
+    assert INTERPRETER.read(sentence).by == "warning"
+
+
+def test_words_to_go_on_and_permissions_that_only_the_head_reads_are_asked_back():
+    resumed = INTERPRETER.read("Ignore me, you're doing fine, do continue")
+    assert resumed.command is None
+    assert [one.command.word for one in resumed.guesses] == ["resume"]
+    allowed = INTERPRETER.read("Scissors are unlocked for the duct, boss says so")
+    assert (allowed.allows, allowed.may_allow) == (None, Prohibition(act="cut", on="duct"))
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["my mistake, carry on regardless", "no longer any need to keep clips off the artery"],
+)
+def test_no_warning_is_overruled_by_words_that_let_an_arm_move(sentence):
+    assert max(chances(sentence).values()) > OVERRULES
+    assert INTERPRETER.read(sentence).by == "warning"
+
+
+def test_what_the_grammar_takes_for_an_order_to_clip_but_is_surely_a_ban_holds():
+    sentence = "lay off clipping the artery will you"
+    assert not warns(sentence)
+    assert INTERPRETER.read(sentence).by == "warning"
 
 
 @pytest.mark.parametrize("expected", KINDS)

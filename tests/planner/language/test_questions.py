@@ -180,6 +180,11 @@ def test_a_sentence_may_take_something_for_so_besides_its_command(text, command,
     assert (reading.command.text, reading.claims) == (command, (claim,))
 
 
+def test_a_report_that_orders_nothing_is_kept_as_a_claim():
+    reading = INTERPRETER.read("you have already clipped the artery")
+    assert (reading.command, reading.claims) == (None, (Claim(claimed="clipped", on="artery"),))
+
+
 @pytest.mark.parametrize(
     ("text", "claim"),
     [
