@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -92,12 +93,13 @@ def finished(folder: Path, plan: Plan) -> dict[Case, EpisodeResult]:
 
 
 def note(folder: Path, case: Case) -> None:
-    """Keep the hash of the recording of an episode that is finished.
+    """Keep the hash of the recording of an episode that is finished, unless it was moved away.
 
     Raises:
         OSError: it cannot be written.
     """
-    add_sum(folder, str(case.recording))
+    with suppress(FileNotFoundError):
+        add_sum(folder, str(case.recording))
 
 
 def _result(

@@ -24,9 +24,15 @@ def _digest(file: Path, written_ns: int) -> str:
 
 
 def add_sum(folder: Path, name: str) -> None:
-    """Append a file's line to the folder's list; the last line of a name counts."""
+    """Append a file's line to the folder's list; the last line of a name counts.
+
+    Raises:
+        FileNotFoundError: the file is gone.
+        OSError: the list cannot be written.
+    """
+    line = f"{digest_of(folder / name)}  {name}\n"
     with (folder / SUMS).open("a") as file:
-        file.write(f"{digest_of(folder / name)}  {name}\n")
+        file.write(line)
 
 
 def read_sums(folder: Path) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -288,14 +289,14 @@ def summarise(episodes: Sequence[EpisodeResult]) -> Summary:
 
 def write_results(path: Path, episodes: Sequence[EpisodeResult], config: Mapping[str, Any]) -> None:
     """Write the whole results.json; call it after each episode, so that no result is lost."""
+    recordings = {}
+    for name in (f"episodes/{episode.seed}.npz" for episode in episodes):
+        with suppress(FileNotFoundError):
+            recordings[name] = digest_of(path.parent / name)
     document = {
         "episodes": episodes,
         "summary": summarise(episodes),
-        "recordings": {
-            name: digest_of(path.parent / name)
-            for name in (f"episodes/{episode.seed}.npz" for episode in episodes)
-            if (path.parent / name).exists()
-        },
+        "recordings": recordings,
         "config": config,
         "versions": versions(),
     }

@@ -44,28 +44,8 @@ def attempt_and_keep(
     out: Path,
     observers: Sequence[Observer] = (),
     inbox: Inbox | None = None,
-) -> Attempt:
-    """Run one episode as `attempt_episode` does, and tell whether there was room to record it.
-
-    An episode that broke off is recorded, too; no new file means that the disk had no room.
-    """
-    recording = out / "episodes" / f"{config.seed}.npz"
-    before_ns = _written_ns(recording)
-    try:
-        result = attempt_episode(config, out, observers, inbox)
-    except OSError as error:
-        return Attempt(result=broken_off(config, error), unwritable=_why(error))
-    is_new = _written_ns(recording) != before_ns
-    return Attempt(result=result, unwritable=None if is_new else f"{recording}: {result.error}")
-
-
-def attempt_episode(
-    config: EpisodeConfig,
-    out: Path,
-    observers: Sequence[Observer] = (),
-    inbox: Inbox | None = None,
     name: str | None = None,
-) -> EpisodeResult:
+) -> Attempt:
     """Run one episode; an exception in it becomes the result's error, not a failure.
 
     So does an exit that a policy asks Python for; Ctrl-C is raised.
@@ -81,14 +61,28 @@ def attempt_episode(
         from scenarios.run_episode import run_episode
 
     start_s, trace = time.perf_counter(), trace_path(out, name)
-    trace.unlink(missing_ok=True)
+    recorder = Recorder(config=config, path=out / "episodes" / f"{name}.npz")
     try:
-        with Recorder(config=config, path=out / "episodes" / f"{name}.npz") as recorder:
-            return run_episode(config, [recorder, *observers], inbox)
+        trace.unlink(missing_ok=True)
+        with recorder:
+            result = run_episode(config, [recorder, *observers], inbox)
     except BREAKS_OFF as error:
         with suppress(OSError):  # the result tells the error without its trace
             write_atomic(trace, traceback.format_exc().encode())
-        return broken_off(config, error, wall_s=time.perf_counter() - start_s)
+        result = broken_off(config, error, wall_s=time.perf_counter() - start_s)
+    unwritable = None if recorder.is_saved else f"{recorder.path}: {result.error}"
+    return Attempt(result=result, unwritable=unwritable)
+
+
+def attempt_episode(
+    config: EpisodeConfig,
+    out: Path,
+    observers: Sequence[Observer] = (),
+    inbox: Inbox | None = None,
+    name: str | None = None,
+) -> EpisodeResult:
+    """Return the result of `attempt_and_keep`."""
+    return attempt_and_keep(config, out, observers, inbox, name).result
 
 
 def trace_path(out: Path, name: str) -> Path:
@@ -108,12 +102,3 @@ def broken_off(config: EpisodeConfig, error: BaseException, wall_s: float = 0.0)
         wall_s=wall_s,
         sense=config.sense,
     )
-
-
-def _written_ns(path: Path) -> int:
-    """Return when a file was written; 0 if there is none."""
-    return path.stat().st_mtime_ns if path.exists() else 0
-
-
-def _why(error: OSError) -> str:
-    return f"{error.filename or 'a file'}: {error.strerror or error}"

@@ -87,10 +87,12 @@ class Recorder:
     """Observes an episode in a `with` block, and saves it when the block is left.
 
     It also saves after an exception or a signal, and no signal cuts the saving short.
+    `is_saved` tells whether its file was written, wherever somebody moved the file since.
     """
 
     config: EpisodeConfig
     path: Path
+    is_saved: bool = False
     _anatomy: Any = None
     _result: EpisodeResult | None = None
     _instructions: dict[tuple[int, str, str, str], int] = field(default_factory=dict)
@@ -183,6 +185,7 @@ class Recorder:
             for name, values in self._steps.items()
         }
         write_atomic(self.path, recording_bytes(header, arrays))
+        self.is_saved = True
 
 
 def recording_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:

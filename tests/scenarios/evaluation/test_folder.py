@@ -1,14 +1,16 @@
 """Tests of a report's folder: it holds only episodes of one version and of the same arms."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from scenarios.catalogue import CONTROLLERS
 from scenarios.evaluation.arm import arm_from_text
 from scenarios.evaluation.case import attempt
-from scenarios.evaluation.folder import MANIFEST, finished, open_folder
+from scenarios.evaluation.folder import MANIFEST, finished, note, open_folder
 from scenarios.files.errors import BadInputError
+from scenarios.loop.results import write_results
 from tests.scenarios.breaking_controller import BREAKS
 from tests.scenarios.evaluation.made_up import FIRST, SECOND, episode, plan, record
 
@@ -151,3 +153,22 @@ def test_a_full_disk_is_reported_and_the_rest_stays(tmp_path, monkeypatch, reque
     assert "File too large" in (ended.unwritable or "")
     assert not (tmp_path / case.recording).exists()
     assert (tmp_path / "kept").read_text() == "kept"
+
+
+def test_a_recording_that_somebody_moves_away_was_saved_and_is_run_again(tmp_path, monkeypatch):
+    monkeypatch.setitem(CONTROLLERS, "breaks", BREAKS)
+    some = plan("nominal", arms=(arm_from_text("a=scripted+breaks"),), seeds=[10_004])
+    (case,) = some.due({})
+    out, replace = tmp_path / "out", Path.replace
+
+    def move_away(written, target):
+        replace(written, target)
+        if Path(target).suffix == ".npz":
+            out.rename(tmp_path / "gone")
+
+    monkeypatch.setattr(Path, "replace", move_away)
+    ended = attempt(case, out)
+    assert ended.unwritable is None
+    note(out, case)
+    write_results(out / "results.json", [ended.result], config={})
+    assert finished(out, some) == {}
