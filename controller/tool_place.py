@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from controller.diffusion.rules.centring import place_ahead
+from controller.diffusion.scene.scene import Scene
+from controller.diffusion.scene.task_place import task_place
 from planner.correction import DIRECTION_ENDOSCOPE
 from planner.instruction import Instruction
 from planner.task import Task
@@ -78,8 +79,8 @@ class ToolPlace:
         return self._learn(seen, task)
 
     def _learn(self, seen: Observation, task: Task) -> bool:
-        ahead = place_ahead(seen.vector(), task)
-        if ahead is None or np.linalg.norm(self.offset_m + ahead[0]) > MOST_M:
+        place = task_place(Scene(seen.vector()), task)
+        if place is None or np.linalg.norm(self.offset_m + place.off_m) > MOST_M:
             return False
-        self.offset_m = self.offset_m + ahead[0]
+        self.offset_m = self.offset_m + place.off_m
         return True

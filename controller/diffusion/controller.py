@@ -14,14 +14,14 @@ from controller.diffusion.chunk_frame import JAWS, actions_of, given_past, motio
 from controller.diffusion.config import PolicyConfig
 from controller.diffusion.dead_time import MAX_STEPS, DeadTime, foreseen
 from controller.diffusion.graph import Sampler
-from controller.diffusion.rules.holding import held
-from controller.diffusion.rules.last_word import last_word
-from controller.diffusion.rules.unhooking import unhooked
-from controller.diffusion.seen.body_frame import BodyFrame
+from controller.diffusion.rules.chunk_rules import ChunkRules
+from controller.diffusion.scene.body_frame import BodyFrame
+from controller.diffusion.scene.scene import Scene
 from planner.instruction import Instruction
 from planner.language.sentence_encoder import embed
 from planner.learning.kept import kept
 from planner.policy_setup import PolicySetup
+from planner.rules.rule_use import RuleUse
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields
 
@@ -59,7 +59,7 @@ class ControllerDiffusion:
         if not 0 <= delay <= config.max_delay:
             raise ValueError(f"delay must be 0 to {config.max_delay} control steps, got {delay}")
         self._config, self._sampler, self._delay = config, sampler, delay
-        self._alone = alone
+        self._rules = None if alone else ChunkRules()
         self._chance = np.random.default_rng(seed)
         self._body, self._dead_time = BodyFrame(), DeadTime()
         self.reset()
@@ -77,7 +77,6 @@ class ControllerDiffusion:
         seen = self._body.see(observation.vector())
         self._seen.append(seen)
         self._dead_time.see(fields(seen)["tips_endoscope"][..., 3])
-        self._left_rests = instruction.task.kind != "grab" and instruction.correction is None
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()
@@ -93,6 +92,10 @@ class ControllerDiffusion:
         self._played.append(row)
         self._dead_time.ask(row)
         return (motion_of(self._body.along(row)),)
+
+    def rule_uses(self) -> tuple[RuleUse, ...]:
+        """Return the use of each rule on chunks since the controller was made."""
+        return () if self._rules is None else self._rules.uses()
 
     def _drop(self) -> None:
         self.place, self._text = "fresh", ""
@@ -118,19 +121,12 @@ class ControllerDiffusion:
             }
         )
         chunk = chunk.astype(float)
-        if not self._alone:
-            chunk = self._ruled(chunk, instruction, rows[-self._config.past - 1 :, JAWS])
+        if self._rules is not None:
+            scene = Scene(self._foreseen(0), is_corrected=instruction.correction is not None)
+            commanded = rows[-self._config.past - 1 :, JAWS]
+            chunk = self._rules.apply(chunk, scene, instruction.task, commanded)
         self._running = np.concatenate([committed, _faded(rest, actions_of(chunk))])
         self._n_played = -n_committed  # motions of this chunk
-
-    def _ruled(self, chunk: Array, instruction: Instruction, jaws_rad: Array) -> Array:
-        """Return the chunk (n, 20) with what the rules change; `jaws_rad` as for `last_word`."""
-        seen, task = self._foreseen(0), instruction.task
-        chunk = held(chunk, jaws_rad[-1], left_rests=self._left_rests)
-        if instruction.correction is None:
-            chunk = last_word(chunk, seen, task, jaws_rad)
-        # A correction that draws the grasper back may catch on tissue, too.
-        return unhooked(chunk, seen, task)
 
     def _history(self) -> NDArray[np.float32]:
         newest = len(self._seen) - 1

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from controller.diffusion.chunk_diffusion import ChunkDiffusion
 from controller.diffusion.config import PolicyConfig
-from controller.diffusion.seen.features import Features
+from controller.diffusion.scene.features import Features
 from tissue_sim.sensing.observation import VECTOR_SIZE
 
 

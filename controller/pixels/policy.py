@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from controller.diffusion.chunk_diffusion import ChunkDiffusion
-from controller.diffusion.seen.features import tool_features
+from controller.diffusion.scene.features import tool_features
 from controller.pixels.config import PixelConfig
 from controller.pixels.picture_encoder import PictureEncoder
 from tissue_sim.sensing.observation import VECTOR_SIZE, fields

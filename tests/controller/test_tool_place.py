@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.diffusion.rules.centring import place_ahead
+from controller.diffusion.scene.scene import Scene
+from controller.diffusion.scene.task_place import task_place
 from controller.tool_place import MOST_M, ToolPlace
 from planner.correction import correction_from_text
 from planner.instruction import Instruction, Source
@@ -43,9 +44,9 @@ def after(*instructions: Instruction, off_m=(0.001, 0.002, -0.001)) -> ToolPlace
 def test_where_a_person_has_jaws_closed_the_place_is_between_them_from_then_on(x, y, z):
     now = jaws_off(np.array([x, y, z]))
     place = after(said(LOWER), said(CLOSE), off_m=(x, y, z))
-    ahead = place_ahead(place.corrected(now).vector(), CLIP)
+    ahead = task_place(Scene(place.corrected(now).vector()), CLIP)
     assert ahead is not None
-    np.testing.assert_allclose(ahead[0], 0.0, atol=1e-7)
+    np.testing.assert_allclose(ahead.off_m, 0.0, atol=1e-7)
     np.testing.assert_allclose(place.offset_m, [-x, -y, -z], atol=1e-7)
 
 

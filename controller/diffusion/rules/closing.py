@@ -9,13 +9,12 @@ are low wait until they have come up (`centring`). All else is the policy's.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW
-from controller.diffusion.rules.centring import lacking_m
+from controller.diffusion.scene.scene import Scene
+from controller.diffusion.scene.task_place import task_place
 from planner.task import Task
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import observation_of
 from tissue_sim.tools.arms import RIGHT_ARM
 
 OPEN_RAD = 0.3  # jaws about a tube stand open by 0.3 to 0.4
@@ -26,23 +25,24 @@ BELOW_M, ABOVE_M = 2e-4, 4e-4  # the task's places: a gap of clips has 0.3 mm to
 LAGS_RAD = 0.04  # behind what was asked: the filter or tissue holds the jaws open; assumed
 
 
-def closed_in_place(chunk: Array, seen: NDArray[np.float32], task: Task, jaws_rad: Array) -> Array:
+def close_in_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) whose right jaws close on if they have begun to, at their place.
 
     Open jaws that are below it stay open. Jaws beside the tube are the policy's.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
-        jaws_rad: (m, 2) commanded before it, the last one last.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    lacking = lacking_m(seen, task)
-    if lacking is None:
+    place = task_place(scene, task)
+    below_m = None if place is None else place.lacking_m()
+    if below_m is None:
         return chunk
-    arms, below_m = chunk.reshape(len(chunk), 2, -1).copy(), lacking[0]
-    jaws, asked_rad = arms[:, RIGHT_ARM, JAW], jaws_rad[:, RIGHT_ARM]
-    jaw_rad = float(observation_of(seen, 0.0).joints[RIGHT_ARM, -1])
+    arms = chunk.reshape(len(chunk), 2, -1).copy()
+    jaws, asked_rad = arms[:, RIGHT_ARM, JAW], commanded[:, RIGHT_ARM]
+    jaw_rad = float(scene.observation.joints[RIGHT_ARM, -1])
     if below_m > BELOW_M and jaw_rad > BEGUN_RAD:
         jaws = np.maximum(jaws, min(asked_rad[-1], OPEN_RAD))
     elif -ABOVE_M < below_m < BELOW_M and _have_begun(jaw_rad, asked_rad):

@@ -8,14 +8,13 @@ is seen, so the rule has the last word; all else is the policy's.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.scene.scene import Scene
 from planner.seen.done import (
     FIRM_TRACTION_N,
     is_about,
-    is_grasped,
     is_low,
     lacking_m,
     pulls,
@@ -23,7 +22,7 @@ from planner.seen.done import (
 )
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import Observation, observation_of
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -38,7 +37,7 @@ SLACK_M = 4e-4  # by which a chunk's end is moved while the pull is too weak; as
 MOST_TRACTION_N = 1.5  # no rule pulls harder; the expert's grasp has 0.3 to 1 N; assumed
 
 
-def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def complete_grasp(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) that closes jaws which hold, and pulls at a tube that is not straight.
 
     Jaws at the gallbladder's neck open instead, where they are. An arm whose grasp is seen to be
@@ -49,20 +48,22 @@ def grasped_on(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
+    del commanded
     if task != GRAB:
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()
-    now, steps = observation_of(seen, 0.0), np.arange(1, len(arms) + 1)
+    now, steps = scene.observation, np.arange(1, len(arms) + 1)
     if is_low(now):
         left, opening = arms[:, LEFT_ARM], now.joints[LEFT_ARM, -1] + JAW_STEP_RAD * steps
         left[:, JAW] = np.maximum(left[:, JAW], np.minimum(opening, WIDE_RAD))
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
         return arms.reshape(chunk.shape)
     share = steps / len(arms)
-    if is_grasped(now):
+    if scene.is_grasped:
         arms[:, LEFT_ARM, MOVE], arms[:, LEFT_ARM, TURN] = 0.0, UNTURNED
     elif np.linalg.norm(arms[-1, LEFT_ARM, MOVE]) <= RESTS_M:
         arms[:, LEFT_ARM, MOVE] += share[:, None] * _lacking_m(now)

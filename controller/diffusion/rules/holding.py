@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
+from controller.diffusion.scene.scene import Scene
+from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -18,21 +20,24 @@ HELD_M, HELD_TURN_RAD = 1e-4, 0.002  # a grasper that is to move does so ten tim
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 
 
-def held(chunk: Array, jaws_rad: Array, *, left_rests: bool) -> Array:
+def hold_still(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) in which what hardly moves rests.
+
+    The left arm may pull little by little as it grabs, and where a correction moves it.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        jaws_rad: (2,) last commanded before it.
-        left_rests: the words do not ask for anything of the left arm. As it grabs, it may pull
-            little by little.
+        scene: at its start.
+        task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    arms = chunk.reshape(len(chunk), 2, -1).copy()
+    arms, jaws_rad = chunk.reshape(len(chunk), 2, -1).copy(), commanded[-1]
     still = np.abs(arms[..., JAW] - jaws_rad).max(axis=0) < HELD_RAD
     arms[:, still, JAW] = jaws_rad[still]
     left = arms[:, LEFT_ARM]
     moves_m = np.linalg.norm(left[:, MOVE], axis=1).max()
     turns_rad = np.abs(left[:, TURN] - UNTURNED).max()
+    left_rests = task != GRAB and not scene.is_corrected
     if left_rests and moves_m < HELD_M and turns_rad < HELD_TURN_RAD:
         left[:, MOVE], left[:, TURN] = 0.0, UNTURNED
     return arms.reshape(chunk.shape)

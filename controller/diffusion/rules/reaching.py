@@ -9,15 +9,14 @@ closing.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
-from controller.diffusion.rules.centring import place_ahead
 from controller.diffusion.rules.closing import BEGUN_RAD, CLOSED_RAD, STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.scene.scene import Scene
+from controller.diffusion.scene.task_place import task_place
 from planner.task import Task
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import observation_of
 from tissue_sim.tools.arms import RIGHT_ARM
 
 NEAR_M = 0.008  # before the place: the tips are at the tube or beyond; assumed
@@ -28,7 +27,7 @@ BACK_M = 2e-4  # a chunk that goes back by less hesitates; assumed
 STEP_M = 2e-4  # in a control step, half of the expert's near tubes
 
 
-def reached(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def reach_place(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) that goes on to the task's place where it would go back before it.
 
     It is returned as it is where the jaws close, the tube is not between them, or the gallbladder
@@ -36,14 +35,16 @@ def reached(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    ahead = place_ahead(seen, task)
-    if ahead is None or ahead[1] < ROOM_M:
+    del commanded
+    place = task_place(scene, task)
+    if place is None or place.wall_m < ROOM_M:
         return chunk
-    off_m = ahead[0]
-    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    off_m = place.off_m
+    now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
     R, right = now.tips_endoscope[RIGHT_ARM, :3, :3], arms[:, RIGHT_ARM]
     x, y, z = R.T @ off_m
     before = max(abs(x), abs(y)) < BESIDE_M and 0.0 < z < NEAR_M

@@ -8,32 +8,33 @@ is called: two of 140 procedures with a failure set up ended so.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.closing import BEGUN_RAD
 from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.scene.scene import Scene
 from planner.seen.done import is_back
 from planner.task import Task
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import observation_of
 from tissue_sim.tools.arms import RIGHT_ARM
 
 LINGERS_M = 1.5e-3  # a chunk that goes back by less stays; chosen on those two, at most 1.4 mm
 STEP_M = 4e-4  # in a control step, the expert's near tubes
 
 
-def drawn_back(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def retract(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) whose right arm goes back along its tool where it would stay.
 
     It is returned as it is where the arm is back, or its jaws have to open first.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    del commanded
+    now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
     if not task.goes_back or is_back(now):
         return chunk
     right, ahead = arms[:, RIGHT_ARM], now.tips_endoscope[RIGHT_ARM, :3, 2]

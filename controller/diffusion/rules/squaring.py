@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
+from controller.diffusion.scene.scene import Scene
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array, exponential, rotation_to_6d, rotation_vector, unit
-from tissue_sim.sensing.observation import Observation, observation_of
+from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM
 
@@ -23,7 +23,7 @@ BEYOND_M = 0.009  # of the tips beyond the axis, the expert's on such a gallblad
 NEAR_M = 0.030  # from tip to axis; farther off the arm is free; assumed
 
 
-def squared(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def square_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) at whose end the grasper's jaws close square to a wide infundibulum.
 
     It turns about what is between the jaws. It is returned as it is where the gallbladder is not
@@ -31,10 +31,12 @@ def squared(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    del commanded
+    now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
     left, T = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM]
     if task != GRAB or not _comes_upon(now, left):
         return chunk

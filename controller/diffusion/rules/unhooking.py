@@ -8,23 +8,22 @@ artery was stretched beyond its limit in 5 of 30 tuning patients (10300 to 10329
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import STEP_M
+from controller.diffusion.scene.scene import Scene
 from planner.seen.done import has_slipped, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
-from tissue_sim.sensing.observation import observation_of
 from tissue_sim.tools.arms import LEFT_ARM
 
 CAUGHT_N = 0.3  # each axis errs by 0.05 N; an artery bears about 1 N; assumed
 NARROW_RAD = 0.2  # nearly shut, as for the expert (`SLIM_RAD`); assumed
 
 
-def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def unhook_grasper(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) whose left arm narrows its jaws where it is, if it has caught tissue.
 
     Narrow jaws are drawn out slowly, the way they came, whatever the policy asks for. Wide jaws may
@@ -32,10 +31,12 @@ def unhooked(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start.
+        scene: at its start.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    now, arms = observation_of(seen, 0.0), chunk.reshape(len(chunk), 2, -1).copy()
+    del commanded
+    now, arms = scene.observation, chunk.reshape(len(chunk), 2, -1).copy()
     left, ahead = arms[:, LEFT_ARM], now.tips_endoscope[LEFT_ARM, :3, 2]
     too_wide_rad = now.joints[LEFT_ARM, -1] - NARROW_RAD
     goes_out = left[-1, MOVE] @ ahead < 0.0 or too_wide_rad < JAW_STEP_RAD

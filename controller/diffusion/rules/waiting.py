@@ -6,25 +6,24 @@ the duct (25803, spent). The expert's other arm stays.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from controller.diffusion.chunk_frame import MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
+from controller.diffusion.scene.scene import Scene
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import RIGHT_ARM
 
 
-def waited(chunk: Array, seen: NDArray[np.float32], task: Task) -> Array:
+def rest_right_arm(chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
     """Return a chunk (n, 20) in which the right arm stays, if the task is to grab.
 
     Args:
         chunk: as `chunk_frame` has it; not changed.
-        seen: `Observation.vector()` at its start; does not matter.
+        scene: at its start; does not matter, like `commanded`.
         task: the running one.
+        commanded: jaw angles (m, 2) before it, the last ones last.
     """
-    del seen
+    del scene, commanded
     if task != GRAB:
         return chunk
     arms = chunk.reshape(len(chunk), 2, -1).copy()

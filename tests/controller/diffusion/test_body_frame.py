@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.action import hold
-from controller.diffusion.seen.body_frame import BodyFrame
+from controller.diffusion.scene.body_frame import BodyFrame
 from tests.planner.seen import clipped, shifted
 from tissue_sim.sensing.observation import Observation
 

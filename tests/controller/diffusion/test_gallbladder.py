@@ -3,8 +3,8 @@
 import pytest
 import torch
 
-from controller.diffusion.seen.gallbladder import ROOM_M, gallbladder_features, wall_distance_m
-from controller.diffusion.seen.places import places_on
+from controller.diffusion.scene.gallbladder import ROOM_M, gallbladder_features, wall_distance_m
+from controller.diffusion.scene.places import places_on
 from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import fields
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.jaw_sides import OFFS_M, free_side, lines_at_risk_m, rooms_m
-from controller.diffusion.seen.places import Places, places_on
+from controller.diffusion.scene.jaw_sides import OFFS_M, free_side, lines_at_risk_m, rooms_m
+from controller.diffusion.scene.places import Places, places_on
 from controller.expert.approach import Approach
 from controller.expert.jaw_room import firm_room_m
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad

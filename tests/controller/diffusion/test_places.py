@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.places import FINE_M, NUMBERS, place_features, places_on
+from controller.diffusion.scene.places import FINE_M, NUMBERS, place_features, places_on
 from tissue_sim.frames import exponential
 from tissue_sim.outcome.clip_rule import CUT_ROOM_M, SPACING_M, clip_stations_m, needed_m
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, VECTOR_SIZE, fields

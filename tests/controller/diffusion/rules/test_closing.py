@@ -6,18 +6,18 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW
-from controller.diffusion.rules.centring import BESIDE_M
 from controller.diffusion.rules.closing import (
     BEGUN_RAD,
     CLOSED_RAD,
     LAGS_RAD,
     OPEN_RAD,
     STEP_RAD,
-    closed_in_place,
+    close_in_place,
 )
+from controller.diffusion.scene.task_place import BESIDE_M
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
-from tests.controller.diffusion.rules.ruled import STEPS, still
+from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import fields
 from tissue_sim.tools.arms import RIGHT_ARM
@@ -62,7 +62,7 @@ def jaws_of(
     arms[:, RIGHT_ARM, JAW] = np.linspace(NOW_RAD, end_rad, STEPS)
     asked = arms.reshape(STEPS, ACTION_SIZE)
     before = asked.copy()
-    arms = closed_in_place(asked, vector, task, jaws_rad).reshape(STEPS, 2, -1)
+    arms = apply(close_in_place, asked, vector, task, jaws_rad).reshape(STEPS, 2, -1)
     assert (asked == before).all()
     jaws = arms[:, RIGHT_ARM, JAW].copy()
     arms[:, RIGHT_ARM, JAW] = before.reshape(STEPS, 2, -1)[:, RIGHT_ARM, JAW]

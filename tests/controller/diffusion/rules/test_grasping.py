@@ -15,11 +15,11 @@ from controller.diffusion.rules.grasping import (
     RESTS_M,
     SLACK_M,
     WIDE_RAD,
-    grasped_on,
+    complete_grasp,
 )
 from planner.seen.done import FINGER_M, FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
-from tests.controller.diffusion.rules.ruled import STEPS, still
+from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tests.planner.seen import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import observation_of
@@ -46,7 +46,7 @@ def added(vector: Array, task: Task = GRAB, own_m: float = 0.0) -> Array:
     arms = still()
     arms[:, LEFT_ARM, MOVE.start + 1] = np.linspace(0.0, -own_m, STEPS)
     asked = arms.reshape(STEPS, ACTION_SIZE)
-    changed = (grasped_on(asked, vector, task) - asked).reshape(STEPS, 2, -1)
+    changed = (apply(complete_grasp, asked, vector, task) - asked).reshape(STEPS, 2, -1)
     assert np.allclose(changed[:, 1 - LEFT_ARM], 0.0)
     assert np.allclose(changed[:, LEFT_ARM, TURN], 0.0)
     return changed[-1, LEFT_ARM]
@@ -115,7 +115,9 @@ def test_jaws_at_the_neck_open_where_they_are(jaw_rad: float) -> None:
     now.tips_endoscope[LEFT_ARM, :3, 3] = now.sac_m[0] + [0.0, 0.0, FINGER_M]
     arms = still()
     arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, 0.01, STEPS)
-    end = grasped_on(arms.reshape(STEPS, -1), now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
+    end = apply(complete_grasp, arms.reshape(STEPS, -1), now.vector(), GRAB).reshape(arms.shape)[
+        -1, LEFT_ARM
+    ]
     assert np.allclose(end[MOVE], 0.0)
     assert end[JAW] > jaw_rad
     assert end[JAW] <= WIDE_RAD + 1e-6
@@ -135,6 +137,6 @@ def test_open_jaws_that_rest_where_a_grasp_holds_close(
     arms[:, LEFT_ARM, MOVE.start] = np.linspace(0.0, own_m, STEPS)
     arms[:, LEFT_ARM, JAW] = 1.0
     asked = arms.reshape(STEPS, -1)
-    end = grasped_on(asked, now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
+    end = apply(complete_grasp, asked, now.vector(), GRAB).reshape(arms.shape)[-1, LEFT_ARM]
     assert end[JAW] == pytest.approx(1.0 - JAW_STEP_RAD * STEPS if closes else 1.0)
     assert np.allclose(end[MOVE], arms[-1, LEFT_ARM, MOVE])

@@ -15,7 +15,7 @@ from controller.diffusion.rules.reaching import (
     ROOM_M,
     STEP_M,
     THERE_M,
-    reached,
+    reach_place,
 )
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
@@ -52,7 +52,7 @@ def chunk(ahead_m: float = -0.002, jaw_rad: float = OPEN_RAD) -> Array:
 
 def right(vector: NDArray[np.float32], task: Task = CLIP, asked: Array | None = None) -> Array:
     """Return the right arm's rows (16, 10)."""
-    return arm_after(reached, RIGHT_ARM, chunk() if asked is None else asked, vector, task)
+    return arm_after(reach_place, RIGHT_ARM, chunk() if asked is None else asked, vector, task)
 
 
 def is_left_alone(rows: Array, asked: Array | None = None) -> bool:

@@ -8,7 +8,7 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.closing import BEGUN_RAD
 from controller.diffusion.rules.holding import UNTURNED
-from controller.diffusion.rules.retreating import LINGERS_M, STEP_M, drawn_back
+from controller.diffusion.rules.retreating import LINGERS_M, STEP_M, retract
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
@@ -45,7 +45,7 @@ def chunk(back_m: float = 0.0, jaw_rad: float = OPEN_RAD) -> Array:
 
 def right(vector: NDArray[np.float32], task: Task = BACK, asked: Array | None = None) -> Array:
     """Return the right arm's rows (16, 10)."""
-    return arm_after(drawn_back, RIGHT_ARM, chunk() if asked is None else asked, vector, task)
+    return arm_after(retract, RIGHT_ARM, chunk() if asked is None else asked, vector, task)
 
 
 @pytest.mark.parametrize("task", [BACK, FROM_CUT], ids=lambda task: task.text)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN, rotations
-from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, squared
+from controller.diffusion.rules.squaring import BEYOND_M, NEAR_M, WIDE_M, square_grasper
 from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, arm_after, still
 from tissue_sim.frames import Array, axis_angle
@@ -45,7 +45,7 @@ def chunk(jaw_rad: float = OPEN_RAD) -> Array:
 
 def left(vector: NDArray[np.float32], task: Task = GRAB, asked: Array | None = None) -> Array:
     """Return the left arm's rows (16, 10)."""
-    return arm_after(squared, LEFT_ARM, chunk() if asked is None else asked, vector, task)
+    return arm_after(square_grasper, LEFT_ARM, chunk() if asked is None else asked, vector, task)
 
 
 def poses_at(rows: Array, vector: NDArray[np.float32]) -> tuple[Array, Array]:

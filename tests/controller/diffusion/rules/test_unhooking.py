@@ -9,9 +9,9 @@ from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE
 from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.retreating import STEP_M
-from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhooked
+from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhook_grasper
 from planner.task import GRAB, TASKS, Task
-from tests.controller.diffusion.rules.ruled import STEPS, still
+from tests.controller.diffusion.rules.ruled import STEPS, apply, still
 from tests.planner.seen import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.thresholds import HELD_PINCH_N
@@ -62,11 +62,11 @@ def out_m(chunk: Array) -> Array:
     ],
 )
 def test_else_the_policy_has_its_way(now: Array, task: Task, back_m: float) -> None:
-    assert np.array_equal(unhooked(asked(back_m), now, task), asked(back_m))
+    assert np.array_equal(apply(unhook_grasper, asked(back_m), now, task), asked(back_m))
 
 
 def test_wide_jaws_narrow_at_their_speed_before_they_move() -> None:
-    chunk = unhooked(asked(), seen(), GRAB)
+    chunk = apply(unhook_grasper, asked(), seen(), GRAB)
     narrowing = np.diff(left_of(chunk)[:, JAW], prepend=WIDE_RAD)
     assert np.allclose(narrowing, -JAW_STEP_RAD)
     assert not out_m(chunk).any()
@@ -74,19 +74,19 @@ def test_wide_jaws_narrow_at_their_speed_before_they_move() -> None:
 
 @pytest.mark.parametrize("back_m", [0.008, -0.008])
 def test_narrow_jaws_go_out_slowly_whatever_is_asked(back_m: float) -> None:
-    chunk = unhooked(asked(back_m), seen(jaw_rad=NARROW_RAD), GRAB)
+    chunk = apply(unhook_grasper, asked(back_m), seen(jaw_rad=NARROW_RAD), GRAB)
     assert np.allclose(left_of(chunk)[:, JAW], NARROW_RAD)
     assert np.allclose(np.diff(out_m(chunk), prepend=0.0), STEP_M)
 
 
 def test_jaws_that_are_nearly_narrow_go_out_once_they_are() -> None:
-    chunk = unhooked(asked(), seen(jaw_rad=NARROW_RAD + 3.0 * JAW_STEP_RAD), GRAB)
+    chunk = apply(unhook_grasper, asked(), seen(jaw_rad=NARROW_RAD + 3.0 * JAW_STEP_RAD), GRAB)
     moved = out_m(chunk) > 1e-9
     assert not moved[:3].any()
     assert moved[3:].all()
 
 
 def test_the_other_arm_is_left_alone() -> None:
-    chunk = unhooked(asked(), seen(), GRAB)
+    chunk = apply(unhook_grasper, asked(), seen(), GRAB)
     other = [c.reshape(STEPS, 2, -1)[:, RIGHT_ARM] for c in (chunk, asked())]
     assert np.array_equal(*other)

@@ -1,11 +1,12 @@
-"""Tests of all rules together: each has its word, in the grab and on a tube."""
+"""Tests of all rules together: each changes chunks, in the grab and on a tube, and is counted."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.action import ACTION_SIZE
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
-from controller.diffusion.rules.last_word import last_word
+from controller.diffusion.rules.chunk_rules import RULES, ChunkRules
+from controller.diffusion.scene.scene import Scene
 from planner.task import GRAB, Task, task_from_text
 from tests.controller.diffusion.on_tube import RULE_M, seen
 from tests.controller.diffusion.rules.ruled import STEPS, still
@@ -30,7 +31,8 @@ def chunk(left_rad: float = 0.7, right_rad: float = WIDE_RAD, ahead_m: float = 0
 def changed(asked: Array, vector: NDArray[np.float32], task: Task, *right_rad: float) -> Array:
     """Return what the rules add to the last row (2, 10) of a chunk."""
     jaws_rad = np.stack([np.full(len(right_rad), 0.7), right_rad], axis=1)
-    kept = last_word(asked.reshape(STEPS, ACTION_SIZE), vector, task, jaws_rad)
+    rules = ChunkRules()
+    kept = rules.apply(asked.reshape(STEPS, ACTION_SIZE), Scene(vector), task, jaws_rad)
     return kept.reshape(STEPS, 2, -1)[-1] - asked[-1]
 
 
@@ -63,3 +65,20 @@ def test_a_grasper_holds_firmly_and_square_to_a_wide_gallbladder() -> None:
 def test_the_other_arm_waits_as_the_grasper_grabs() -> None:
     added = changed(chunk(ahead_m=0.002), seen(RULE_M[0]), GRAB, WIDE_RAD)[RIGHT_ARM, MOVE]
     np.testing.assert_allclose(added, [0.0, 0.0, -0.002], atol=1e-9)
+
+
+def test_what_rules_change_is_counted() -> None:
+    rules, low = ChunkRules(), seen(RULE_M[0] - 8e-4)
+    fields(low)["joints"][RIGHT_ARM, -1] = WIDE_RAD
+    asked, commanded = chunk().reshape(STEPS, ACTION_SIZE), np.array([[0.7, WIDE_RAD]])
+    rules.apply(asked, Scene(low), CLIP, commanded)
+    rules.apply(asked, Scene(low, is_corrected=True), CLIP, commanded)
+    uses = {use.rule: use for use in rules.uses()}
+    centred = uses["centre on place"]
+    assert (centred.decisions, centred.changed, centred.share) == (1, 1, 1.0)
+    assert centred.most_m is not None
+    assert 5e-4 < centred.most_m < 1e-3
+    assert {name: use.decisions for name, use in uses.items()} == {
+        name: 2 if name in ("hold still", "unhook grasper") else 1 for name in RULES
+    }
+    assert [name for name, use in uses.items() if use.changed] == ["centre on place"]

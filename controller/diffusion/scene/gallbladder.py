@@ -9,7 +9,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.places import UPPER, Places
+from controller.diffusion.scene.places import UPPER, Places
 from tissue_sim.sensing.observation import SAC_POINTS
 from tissue_sim.sensing.tissue_features import foot
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from controller.diffusion.seen.gallbladder import gallbladder_features
-from controller.diffusion.seen.jaw_sides import side_features
-from controller.diffusion.seen.places import place_features, places_on
+from controller.diffusion.scene.gallbladder import gallbladder_features
+from controller.diffusion.scene.jaw_sides import side_features
+from controller.diffusion.scene.places import place_features, places_on
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.tissue_features import (
     FAR_SCALE_M,

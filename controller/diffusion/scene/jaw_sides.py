@@ -10,7 +10,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from controller.diffusion.seen.places import FIRST, SECOND, Places
+from controller.diffusion.scene.places import FIRST, SECOND, Places
 from controller.jaw_margins import CLEARANCE_M, FIRM_ROOM_M, OFF_CENTRE_M
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS
 from tissue_sim.patient.at_risk import COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M

@@ -1,0 +1,80 @@
+"""What a control step's observation tells the rules on chunks; each fact is computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from controller.diffusion.scene.gallbladder import wall_distance_m
+from controller.diffusion.scene.places import places_on
+from planner.command import TUBES
+from planner.seen.done import is_grasped
+from planner.task import Tube
+from tissue_sim.frames import Array
+from tissue_sim.sensing.observation import Observation, fields, observation_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class TubePlaces:
+    """The places of a tube's clips and of its cut, by the rows of `places.Places`.
+
+    Attributes:
+        points_m: (9, 3) on the centreline, endoscope frame.
+        along: (9, 3) unit vectors up the tube.
+        wall_m: (9,) distances from the gallbladder's wall.
+    """
+
+    points_m: Array
+    along: Array
+    wall_m: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One observation, and the facts that follow from it.
+
+    Attributes:
+        vector: `Observation.vector()`.
+        is_corrected: a correction is in force.
+    """
+
+    vector: NDArray[np.float32]
+    is_corrected: bool = False
+
+    @cached_property
+    def observation(self) -> Observation:
+        """Return the observation that the vector holds."""
+        return observation_of(self.vector, 0.0)
+
+    @cached_property
+    def fields(self) -> dict[str, Tensor]:
+        """Return the vector's parts (1, ...) by name."""
+        return {
+            name: torch.from_numpy(part[None].copy()) for name, part in fields(self.vector).items()
+        }
+
+    @cached_property
+    def is_grasped(self) -> bool:
+        """Return whether the grasp surely holds the gallbladder and spreads the tubes."""
+        return is_grasped(self.observation)
+
+    def places_on(self, tube: Tube) -> TubePlaces:
+        """Return the places of a tube's clips and of its cut."""
+        return self._places[TUBES.index(tube)]
+
+    @cached_property
+    def _places(self) -> tuple[TubePlaces, ...]:
+        sac_m, radius_m = self.fields["sac_m"], self.fields["sac_radius_m"]
+        return tuple(
+            TubePlaces(
+                points_m=on_tube.points_m[0].numpy().astype(float),
+                along=on_tube.along[0].numpy().astype(float),
+                wall_m=wall_distance_m(sac_m, radius_m, on_tube.points_m)[0].numpy().astype(float),
+            )
+            for on_tube in places_on(self.fields)
+        )

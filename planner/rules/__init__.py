@@ -1,0 +1,1 @@
+"""Which hand-written rules overrule a network, and how often do they?"""
