@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
-from planner.seen.due import due
-from planner.seen.task_clock import TaskClock
+from planner.rules.task_clock import TaskClock
+from planner.rules.task_gate import gate_task
 from planner.task import GRAB, Task
 from tissue_sim.sensing.observation import Observation
 
 
 class PlannerByRule:
-    """Gives the first task that is not seen to be done (`planner.seen.due`)."""
+    """Gives the first task that is not seen to be done (`planner.rules.task_gate`)."""
 
     def __init__(self) -> None:
         self.reset()
@@ -28,8 +28,8 @@ class PlannerByRule:
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that is due now."""
-        self._clock.see(observation)
-        task = due(self._task or GRAB, self._task, observation, self._clock)
+        self._clock.update(observation)
+        task = gate_task(self._task or GRAB, self._task, observation, self._clock)
         if task != self._task:
             self._task = task
             self._clock.begin()

@@ -20,7 +20,7 @@ from planner.chat.endpoint import Endpoint, endpoint_from_environment
 from planner.correction import CORRECTIONS, Correction, correction_from_text
 from planner.instruction import Instruction
 from planner.policy_setup import PolicySetup
-from planner.scene_in_words import scene_in_words
+from planner.scene.in_words import scene_in_words
 from planner.task import TASKS, Task, task_from_text
 from tissue_sim.outcome.clip_rule import needed_m
 from tissue_sim.sensing.observation import Observation

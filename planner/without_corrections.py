@@ -7,6 +7,7 @@ from dataclasses import replace
 from planner.base import Planner, hears_of_success
 from planner.instruction import Instruction
 from planner.policy_setup import is_privileged
+from planner.rules.rule_use import RuleUse, rule_uses_of
 from tissue_sim.sensing.observation import Observation
 
 
@@ -25,6 +26,10 @@ class PlannerWithoutCorrections:
     def hears_of_success(self) -> bool:
         """Return whether the other planner does."""
         return hears_of_success(self._planner)
+
+    def rule_uses(self) -> tuple[RuleUse, ...]:
+        """Return the use of the other planner's rules."""
+        return rule_uses_of(self._planner)
 
     def reset(self) -> None:
         """Forget the episode so far."""

@@ -26,7 +26,7 @@ from planner.criteria import structure_of, task_done
 from planner.instruction import TASKS, Instruction
 from planner.language.reading import Reading
 from planner.person.override import PlannerOverridden
-from planner.seen.done import is_back
+from planner.scene.predicates import is_back
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.loop.guarded_driver import GuardedDriver
 from scenarios.loop.metrics.act_time import ActTime

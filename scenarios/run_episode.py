@@ -11,6 +11,7 @@ from pathlib import Path
 from controller.base import Controller
 from planner.base import Planner
 from planner.policy_setup import is_privileged
+from planner.rules.rule_use import rule_uses_of
 from scenarios.catalogue import PERCEIVING, SCENARIOS
 from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
@@ -156,6 +157,7 @@ def result_of(episode: Episode, start_s: float) -> EpisodeResult:
         injuries=judged.injuries,
         peaks=judged.peaks,
         safety=_safety(episode),
+        rules=rule_uses_of(*policies.values()),
         anatomy_hash=judged.anatomy_hash,
     )
 

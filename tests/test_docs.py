@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from itertools import islice, pairwise
 from pathlib import Path
 from types import ModuleType
@@ -23,7 +23,7 @@ from scenarios.files.errors import BadInputError
 from tissue_sim import thresholds
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 PACKAGES = ("tissue_sim", "planner", "controller", "scenarios")
 
@@ -112,6 +112,9 @@ def test_every_command_in_readme_and_docs_parses(monkeypatch, tmp_path):
             _parse(page, words)
         elif program == "make":
             assert set(words) <= MAKE_TARGETS, (page, words)
+        elif program == ".venv/bin/python":
+            assert words[0] == "-m", (page, words)
+            assert find_spec(words[1]) is not None, (page, words)
         else:
             assert program in OTHER_PROGRAMS, (page, program, words)
 

@@ -74,9 +74,9 @@ class ControllerDiffusion:
 
     def act(self, observation: Observation, instruction: Instruction) -> Chunk:
         """Return the next motion, a chunk of one."""
-        seen = self._body.see(observation.vector())
+        seen = self._body.at_rest(observation.vector())
         self._seen.append(seen)
-        self._dead_time.see(fields(seen)["tips_endoscope"][..., 3])
+        self._dead_time.update(fields(seen)["tips_endoscope"][..., 3])
         text = self._config.heard(instruction.text)
         if text != self._text:
             self._drop()

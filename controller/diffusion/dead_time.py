@@ -38,7 +38,7 @@ class DeadTime:
         self._unexplained_m2, self._moved_m2 = np.zeros(MAX_STEPS + 1), 0.0
         self._tips_m: Array | None = None
 
-    def see(self, tips_m: Array) -> None:
+    def update(self, tips_m: Array) -> None:
         """Take both tips (2, 3), before the next motion is asked for."""
         if self._tips_m is not None:
             moved_m = tips_m - self._tips_m

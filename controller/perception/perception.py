@@ -51,7 +51,7 @@ class Perception:
         """The point (3,) at which the endoscope's crop should look: the middle of the tubes."""
         return self._lines.points_m[: 2 * TUBE_POINTS].mean(axis=0)
 
-    def see(self, glance: Glance) -> Observation:
+    def estimate(self, glance: Glance) -> Observation:
         """Return what is perceived now."""
         tips_m = glance.tips_endoscope[:, :3, 3]
         self._lines.wait(CONTROL_PERIOD_S, share_of_motion(tips_m, self._tips_m, glance.pinch_n))
@@ -85,7 +85,9 @@ class Perception:
         left_m, right_m, sac_m, bile_duct_m, hepatic_m, clips_m = np.split(points, _ENDS)
         n_clips, none = len(self._clips), np.arange(N_POINTS) >= N_LINE + len(self._clips)
         std_m = np.sqrt(np.concatenate([self._lines.variance_m2, clips_m2]) + BIAS_M**2)
-        rest_length_m = self._lengths.see(points, std_m, pinch_n=glance.pinch_n, n_clips=n_clips)
+        rest_length_m = self._lengths.estimate(
+            points, std_m, pinch_n=glance.pinch_n, n_clips=n_clips
+        )
         return Observation(
             time_s=glance.time_s,
             joints=glance.joints,

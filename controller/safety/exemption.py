@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from controller.safety.geometry.collision import OTHER_ARM, NearPairs
 from controller.safety.geometry.link_cores import FINGERS, N_LINK
 from controller.safety.obstacles import LIVER, PORT_WALL
-from planner.seen.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen
 from planner.task import Task
 from tissue_sim.outcome.jaws import GALLBLADDER
 from tissue_sim.patient.organ import TUBES

@@ -109,7 +109,7 @@ class SafetyFilter:
         else:
             asked = self._way_out.lead(start, asked, instruction.task, seen)
         backing = self._way_out.backing
-        situation = self._sense.see(start, self.rate, asked, instruction, seen)
+        situation = self._sense.build(start, self.rate, asked, instruction, seen)
         kept = self._kept(situation)
         joints = start + kept.motion.reshape(2, 7) if kept.broken else asked
         self.rate = (joints - start) / self._control_step_s

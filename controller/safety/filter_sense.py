@@ -59,7 +59,7 @@ class FilterSense:
         self._between = frozenset[str]()
         self._model = CollisionModel(registration.rigid, registration.T_world_rcm)
 
-    def see(
+    def build(
         self, start: Array, rate: Array, asked: Array, instruction: Instruction, seen: Observation
     ) -> Situation:
         """Return the situation when joints (2, 7) are asked for and `start` was commanded."""

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from planner.correction import CORRECTIONS
-from planner.seen.next_task import RATHER_MORE
+from planner.scene.next_task import RATHER_MORE
 from planner.task import TASKS
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.sensing.observation import fields
@@ -82,7 +82,7 @@ def next_deed(now: dict[str, Tensor], k: int) -> Tensor:
 
 
 def _needed(now: dict[str, Tensor], k: int) -> Tensor:
-    """Return (B,) how many clips tube k needs, as `planner.seen.next_task` decides it."""
+    """Return (B,) how many clips tube k needs, as `planner.scene.next_task` decides it."""
     duct = duct_is_left(now) if k == 0 else ~duct_is_left(now)
     length_m = now["rest_length_m"][:, k] + RATHER_MORE * now["rest_length_std_m"][:, k]
     usual_m = torch.where(duct, needed_m("duct"), needed_m("artery"))

@@ -19,12 +19,13 @@ from planner.learned.features import N_CORRECTIONS, N_TASKS
 from planner.learned.network import Moments, PlannerNetwork
 from planner.one_thread import one_thread
 from planner.policy_setup import PolicySetup
-from planner.seen.done import is_low
-from planner.seen.due import due
-from planner.seen.room import RoomSeen
-from planner.seen.sight import UNSEEN, Sight
-from planner.seen.standstill import STANDSTILL, Standstill
-from planner.seen.task_clock import TaskClock
+from planner.rules.anatomy_gate import AnatomyGate
+from planner.rules.rule_use import ANY, RuleCounts, RuleUse
+from planner.rules.sight_gate import UNSEEN, SightGate
+from planner.rules.standstill_gate import STANDSTILL, StandstillGate
+from planner.rules.task_clock import TaskClock
+from planner.rules.task_gate import gate_task
+from planner.scene.predicates import is_low
 from planner.task import GRAB
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.rest_frame import RestFrame
@@ -32,6 +33,19 @@ from tissue_sim.sensing.rest_frame import RestFrame
 FLAG_ABOVE = 0.5  # probability that a correction is needed; assumed
 MOST_CORRECTIONS = 3  # among the remembered moments; assumed
 SURE = 0.7  # probability from which another task is given at once; assumed
+
+
+RULES = (
+    "no grab after a cut",
+    "task gate",
+    "certainty of a new task",
+    "limit of corrections",
+    "call: standstill",
+    "call: sight",
+    "call: failed tries",
+    "call: anatomy",
+)
+"""Rules that overrule the network, in the order in which they are applied."""
 
 
 class _Moment(NamedTuple):
@@ -48,16 +62,20 @@ class PlannerLearned:
     """Gives the instruction that the network predicts from the last moments.
 
     It changes the task when the network is sure of another one, or still prefers it a second
-    later: a late change costs that second, an early one leaves the task undone. What is seen to be
-    done, or not, decides which tasks may be due (`due`). Corrections that have not helped for some
-    seconds make room for the task itself. After the first cut it never grasps again: the tubes can
-    no longer be spread. How many clips a tube gets follows from its length as it was seen before
-    anything pulled at it. It calls for a person where the tubes have no room (`RoomSeen`) or are
-    not seen well (`Sight`), where the arms stand still, and where a clip or a cut would be tried
-    for the fourth time. It raises an alarm where a task's chance of failure is high twice in a row.
+    later: a late change costs that second, an early one leaves the task undone. Hand-written rules
+    overrule the network (`RULES`):
 
-    With `alone`, any task may be due that its network asks for, to measure what `due` is worth; the
-    rest is as above.
+    - The task gate (`gate_task`) decides which tasks may follow, by observed success.
+    - After the first cut the planner never grasps again: the tubes can no longer be spread.
+    - Corrections that have not helped for some seconds make room for the task itself.
+    - The planner calls for a person where the tubes have no room (`AnatomyGate`) or are seen badly
+      (`SightGate`), where the arms stand still (`StandstillGate`), and where a clip or a cut
+      would be tried for the fourth time.
+
+    How many clips a tube gets follows from its length, as observed before anything pulled at it.
+    The planner raises an alarm where a task's chance of failure is high twice in a row.
+
+    With `alone`, the task gate is left out, to measure what it is worth; the rest is as above.
     """
 
     def __init__(self, network: PlannerNetwork, *, alone: bool = False) -> None:
@@ -72,28 +90,36 @@ class PlannerLearned:
         self._tries, self._clock = Counter[int](), TaskClock()
         self._uneasy = False
         self._frame = RestFrame()
-        self._room, self._sight, self._standstill = RoomSeen(), Sight(), Standstill()
+        self._room, self._sight, self._standstill = AnatomyGate(), SightGate(), StandstillGate()
+        self._rules = RuleCounts("planner", RULES)
+
+    def rule_uses(self) -> tuple[RuleUse, ...]:
+        """Return how often each rule has overruled the network in the episode so far."""
+        return self._rules.uses()
 
     def plan(self, observation: Observation) -> Instruction:
         """Return the task that should be given now, with a correction if one is needed."""
         self._remember(observation)
-        self._standstill.see(observation)
-        self._sight.see(observation)
-        self._room.see(observation)
+        self._standstill.update(observation)
+        self._sight.update(observation)
+        self._room.update(observation)
         with torch.inference_mode(), one_thread():
             opinion = self._network(self._stacked())
             fails = self._network.failure_chance(opinion).item()
         chances = self._chances(opinion.task[0], observation)
         self._take_up(chances)
         task = TASKS[self._task]
+        self._rules.note(ANY, changed=self._task != int(opinion.task[0].argmax()))
         if (why := self._why_call(task, observation)) is not None:
             return Instruction(
                 task=task, hold=True, call=True, remark=why, time_s=observation.time_s
             )
         uneasy, self._uneasy = self._uneasy, fails > self._network.alarm.item()
         given = sum(moment.correction != N_CORRECTIONS for moment in self._moments)
-        flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE and given < MOST_CORRECTIONS
-        wanted = flagged and not (task == GRAB and is_low(observation))  # its jaws open first
+        flagged = opinion.flag.sigmoid().item() > FLAG_ABOVE
+        opens_first = task == GRAB and is_low(observation)
+        wanted = flagged and given < MOST_CORRECTIONS and not opens_first
+        self._rules.note("limit of corrections", changed=flagged and not wanted)
         self._correction = int(opinion.correction.argmax()) if wanted else N_CORRECTIONS
         return Instruction(
             task=task,
@@ -109,17 +135,23 @@ class PlannerLearned:
 
     def _why_call(self, task: Task, observation: Observation) -> str | None:
         """Return why a person must be called now; None if there is no reason."""
-        if self._standstill.lasts:
+        if self._calls("call: standstill", self._standstill.lasts):
             return STANDSTILL
-        if self._sight.is_lost:
+        if self._calls("call: sight", self._sight.is_lost):
             return UNSEEN
-        if self._tries[self._task] > MOST_TRIES:
+        if self._calls("call: failed tries", self._tries[self._task] > MOST_TRIES):
             return failed_too_often(task)
-        return self._room.why_call(observation, due=task.is_deed)
+        why = self._room.why_call(observation, due=task.is_deed)
+        self._calls("call: anatomy", why is not None)
+        return why
+
+    def _calls(self, rule: str, calls: bool) -> bool:
+        self._rules.note(rule, changed=calls)
+        return calls
 
     def _remember(self, observation: Observation) -> None:
         """Add a moment."""
-        self._clock.see(observation)
+        self._clock.update(observation)
         seen, since_s = self._frame.follow(observation.vector()), self._clock.since_s
         self._moments.append(
             _Moment(observation.time_s, seen, self._task, self._correction, since_s)
@@ -131,19 +163,25 @@ class PlannerLearned:
         What is asked for where another task is due counts for that one, unless the network decides
         alone. After a cut nothing is grabbed, even if a person ordered it.
         """
+        asked = int(logits.argmax())
         if self._has_cut or observation.severed.any():
             logits = logits.index_fill(0, torch.tensor(GRAB.index - 1), -torch.inf)
         chances = logits.softmax(dim=-1)
+        left = int(chances.argmax())
+        self._rules.note("no grab after a cut", changed=left != asked)
         if self._alone:
             return chances
         given = TASKS[self._task] if self._task < N_TASKS else None
-        owed = [due(asked, given, observation, self._clock).index - 1 for asked in TASKS]
-        return torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
+        owed = [gate_task(asked, given, observation, self._clock).index - 1 for asked in TASKS]
+        gated = torch.zeros_like(chances).index_add(0, torch.tensor(owed), chances)
+        self._rules.note("task gate", changed=int(gated.argmax()) != left)
+        return gated
 
     def _take_up(self, chances: torch.Tensor) -> None:
         task = int(chances.argmax())
         sure = chances[task] >= SURE or task == self._preferred or self._task == N_TASKS
         self._preferred = task
+        self._rules.note("certainty of a new task", changed=not sure and task != self._task)
         if sure and task != self._task:
             self._task, self._uneasy = task, False
             self._clock.begin()

@@ -11,8 +11,8 @@ from planner.person.findings import Asked, counts, within_mm
 from planner.person.premises import REASONS, Claim, denial
 from planner.person.readiness import safe
 from planner.person.remaining import left
-from planner.seen.done import has_slipped
-from planner.seen.next_task import next_of_all
+from planner.scene.next_task import next_of_all
+from planner.scene.predicates import has_slipped
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation
 
 

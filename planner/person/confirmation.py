@@ -16,8 +16,8 @@ from planner.person.prohibition import (
     unmeant_in_words,
 )
 from planner.person.standing import Standing
-from planner.seen.done import pulls
-from planner.seen.next_task import NotNowError
+from planner.scene.next_task import NotNowError
+from planner.scene.predicates import pulls
 from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import HELD_PINCH_N

@@ -10,10 +10,10 @@ from planner.command import TUBES
 from planner.instruction import Instruction
 from planner.language.rules.questions import Thing
 from planner.person.premises import clips_in_words
-from planner.scene_in_words import way_in_words
-from planner.seen.done import has_slipped, is_low, traction_n
-from planner.seen.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
-from planner.seen.next_task import clips_needed_on, clips_on, lying_on
+from planner.scene.duct_side import duct_side, from_neck_m, side_confidence, structure_seen, tube_of
+from planner.scene.in_words import way_in_words
+from planner.scene.next_task import clips_needed_on, clips_on, lying_on
+from planner.scene.predicates import has_slipped, is_low, traction_n
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, N_LINE, Observation

@@ -11,8 +11,8 @@ from planner.language.reading import Relative, Said
 from planner.language.rules.sizes import out_of_range
 from planner.person.orders import Order
 from planner.person.prohibition import Prohibition, act_of
-from planner.seen.duct_side import duct_side, tube_of
-from planner.seen.next_task import NotNowError, next_task
+from planner.scene.duct_side import duct_side, tube_of
+from planner.scene.next_task import NotNowError, next_task
 from planner.task import TASKS, Task
 from tissue_sim.sensing.observation import Observation
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from planner.base import MOST_TRIES, PATIENCE_S
 from planner.correction import DIRECTION_ENDOSCOPE, Correction
 from planner.person.jaws import jaws_told
-from planner.seen.done import is_done
+from planner.scene.predicates import is_done
 from planner.task import TASKS, Task
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation
@@ -77,7 +77,7 @@ class OrderProgress:
         """The task to ask for now; None for the planner's."""
         return self._stage
 
-    def see(
+    def update(
         self,
         seen: Observation,
         *,

@@ -21,9 +21,9 @@ from planner.person.interpretation import Moment, acts_of, order_of
 from planner.person.orders import Order, OrderProgress
 from planner.person.premises import denial
 from planner.person.standing import Standing
-from planner.seen.done import is_back
-from planner.seen.next_task import DoneAlreadyError, NotNowError
-from planner.seen.room import RoomSeen
+from planner.rules.anatomy_gate import AnatomyGate
+from planner.scene.next_task import DoneAlreadyError, NotNowError
+from planner.scene.predicates import is_back
 from tissue_sim.sensing.observation import Observation
 
 STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
@@ -82,7 +82,7 @@ class PlannerOverridden:
         not asked, so that by a `TaskClock` what others try, or nobody may, counts for nothing.
         Where arms are to move slower, the time that it is told runs slower, too.
         """
-        self._room.see(observation)
+        self._room.update(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
         self._seen_s = observation.time_s
         if rests:
@@ -99,7 +99,7 @@ class PlannerOverridden:
         told += self._barred_now(observation)
         progress = self._progress
         self._note_way(observation)
-        ended = progress and progress.see(
+        ended = progress and progress.update(
             observation,
             exchanging=self.exchanging,
             speed=self.standing.speed,
@@ -134,6 +134,7 @@ class PlannerOverridden:
         """Take in what a person said; the reply says what comes of it."""
         offered = self._confirmation.guess
         reading = self._confirmation.answered(reading, observation.time_s)
+        may_lift = reading.may_allow and self.standing.covered_by(reading.may_allow, observation)
         self.standing.forbid(reading.forbids, observation)
         if reading.speed:
             return self._told_speed(reading, observation)
@@ -143,7 +144,7 @@ class PlannerOverridden:
             return Answer(instruction=None, reply=f"{said} {self._doing(observation)}")
         if wrong := denial(reading.claims, self.in_force(observation).task, observation):
             return self._contradicted(wrong, replace(reading, claims=()), observation)
-        if reading.may_allow and self.standing.covered_by(reading.may_allow, observation):
+        if reading.may_allow and may_lift:
             asked = self._confirmation.ask_to_allow(reading.may_allow, observation)
             return Answer(instruction=None, reply=f"{asked} {self._doing(observation)}")
         if reading.allows and (told := self.standing.allow(reading.allows, observation)):
@@ -264,7 +265,7 @@ class PlannerOverridden:
         self._stopped_s: float | None = None
         self._confirmation = Confirmation()
         self._barred = ""  # the ban that lets the arms hold, as the person was told
-        self._room = RoomSeen()
+        self._room = AnatomyGate()
         self.standing = Standing()
 
     def _doing(self, observation: Observation) -> str:

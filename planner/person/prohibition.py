@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from planner.command import TUBES
-from planner.seen.done import OPEN_RAD
-from planner.seen.duct_side import structure_seen, tube_of
-from planner.seen.next_task import clips_needed_on, clips_on
+from planner.scene.duct_side import structure_seen, tube_of
+from planner.scene.next_task import clips_needed_on, clips_on
+from planner.scene.predicates import OPEN_RAD
 from planner.task import Task
 from tissue_sim.sensing.observation import Observation
 

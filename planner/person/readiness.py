@@ -9,9 +9,9 @@ import numpy as np
 from planner.command import TUBES
 from planner.person.findings import Asked
 from planner.person.premises import clips_in_words
-from planner.seen.done import has_slipped
-from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import clips_needed_on, clips_on, lying_on, next_of_all
+from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import clips_needed_on, clips_on, lying_on, next_of_all
+from planner.scene.predicates import has_slipped
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import MAX_CLIPS, TUBE_POINTS, Observation

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from planner.command import TUBES
 from planner.person.findings import Asked
-from planner.seen.done import is_back, pulls
-from planner.seen.next_task import clips_needed_on, clips_on
+from planner.scene.next_task import clips_needed_on, clips_on
+from planner.scene.predicates import is_back, pulls
 from planner.task import TASKS, Task, TaskKind, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS
 from tissue_sim.sensing.observation import Observation

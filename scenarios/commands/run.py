@@ -45,6 +45,7 @@ from scenarios.recording.result_tables import (
     error_lines,
     injury_table,
     ledger_table,
+    rule_table,
     sensing_lines,
     summary_line,
     task_table,
@@ -234,6 +235,8 @@ class Run(EpisodeOptions):
                 console.print(ledger_table(episodes[0]))
         elif episodes:
             console.print(episode_table(episodes))
+        if (rules := rule_table(episodes)) is not None:
+            console.print(rules)
         script = () if self.instruct is None else read_script(self.instruct)
         for line in (
             *call_lines(episodes),

@@ -39,4 +39,4 @@ class SenseCameras:
         if world.view is None:
             raise ValueError("sense cameras: the world has none: make it with render=True")
         glance = self._eyes.glance(world, world.view, exact, self._perception.aim_m)
-        return self._perception.see(glance)
+        return self._perception.estimate(glance)

@@ -11,6 +11,7 @@ import msgspec
 
 from controller.safety.ledger import Entry
 from planner.learning.atomic_write import write_atomic
+from planner.rules.rule_use import RuleUse
 from scenarios.files.strict_json import dumps
 from scenarios.files.sums import digest_of
 from scenarios.files.versions import versions
@@ -188,6 +189,8 @@ class EpisodeResult:
         sense: How everybody who acts observed the world, a key of `catalogue.SENSES`.
         sensing: How well it was sensed; None for the exact state, or if the episode broke off.
         privileged: Which of "planner" and "controller" also read the hidden state.
+        rules: What hand-written rules changed of the networks' decisions, by rule; empty for
+            policies without a network, or without rules.
         act: How slow the controller was at its slowest, by the clock like `wall_s`; None if an
             older version wrote the result, or the episode broke off.
     """
@@ -213,6 +216,7 @@ class EpisodeResult:
     sensing: SensingResult | None = None
     privileged: tuple[str, ...] = ()
     act: ActResult | None = None
+    rules: tuple[RuleUse, ...] = ()
 
     @property
     def outcome(self) -> Outcome:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
+from planner.rules.rule_use import total
 from scenarios.loop.results import EpisodeResult, Summary
 
 
@@ -49,6 +50,28 @@ def ledger_table(episode: EpisodeResult) -> Table:
         table.add_column(heading, justify="right")
     for e in episode.safety.ledger:
         table.add_row(e.words, str(e.commands), f"{e.time_s:.1f}", f"{e.end_s:.1f}")
+    return table
+
+
+def rule_table(episodes: Sequence[EpisodeResult]) -> Table | None:
+    """Return a table of the rules that overruled a network; None if none did."""
+    uses = total(use for episode in episodes for use in episode.rules)
+    if not any(use.changed for use in uses):
+        return None
+    table = Table(title="rules that changed what a network decided (docs/rules.md)")
+    table.add_column("rule")
+    for heading in ("decisions", "changed", "share", "tip at most", "jaw at most"):
+        table.add_column(heading, justify="right")
+    for use in uses:
+        if use.changed:
+            table.add_row(
+                f"{use.policy}: {use.rule}",
+                str(use.decisions),
+                str(use.changed),
+                f"{use.share:.0%}",
+                _mm(use.most_m),
+                "-" if use.most_rad is None else f"{use.most_rad:.2f} rad",
+            )
     return table
 
 

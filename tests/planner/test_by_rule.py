@@ -7,11 +7,11 @@ import pytest
 
 from planner.by_rule import PlannerByRule
 from planner.instruction import Instruction
-from planner.seen.due import GRASPED_S
+from planner.rules.task_gate import GRASPED_S
 from planner.task import GRAB, TASKS
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import run_episode
-from tests.planner.seen import at_work, writable
+from tests.planner.observations import at_work, writable
 
 
 class Listener:

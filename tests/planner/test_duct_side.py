@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.seen.duct_side import duct_side, structure_seen, tube_of
+from planner.scene.duct_side import duct_side, structure_seen, tube_of
 from tissue_sim.patient.textbook import textbook_from_seed
 from tissue_sim.patient.variants import VARIANTS, variant
 from tissue_sim.world import World

@@ -25,7 +25,7 @@ from tests.planner.chat_server import (
     sends,
     serving,
 )
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 
 GOOD = says(TASKS[3].text)
 ANSWER = json.dumps(

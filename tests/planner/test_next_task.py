@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.next_task import NotNowError, clips_on, next_of_all, next_task
-from tests.planner.seen import clipped, writable
+from planner.scene.next_task import NotNowError, clips_on, next_of_all, next_task
+from tests.planner.observations import clipped, writable
 from tissue_sim.outcome.clip_rule import needed_m
 
 

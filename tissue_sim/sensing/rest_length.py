@@ -29,7 +29,7 @@ class RestLengths:
         self._weight, self._total_m = np.zeros(2), np.zeros(2)
         self.std_m = np.full(2, np.inf)
 
-    def see(self, points_m: Array, std_m: Array, *, pinch_n: float, n_clips: int) -> Array:
+    def estimate(self, points_m: Array, std_m: Array, *, pinch_n: float, n_clips: int) -> Array:
         """Take in one observation; return both lengths (2,), m.
 
         The first observation always counts.

@@ -26,7 +26,7 @@ class SenseTracked:
     def observe(self, world: Field, exact: Observation) -> Observation:
         """Return what is sensed now; `exact` is the field's exact state now."""
         exact = self._occluded.observe(world, exact)
-        sensed = observation_of(self._tracker.see(exact.vector()), exact.time_s)
+        sensed = observation_of(self._tracker.track(exact.vector()), exact.time_s)
         return replace(
             sensed,
             T_world_endoscope=exact.T_world_endoscope,

@@ -61,7 +61,7 @@ class Tracker:
         self._lengths = RestLengths()
         self._n = 0
 
-    def see(self, exact: Floats) -> Floats:
+    def track(self, exact: Floats) -> Floats:
         """Return the vector (`VECTOR_SIZE`,) that is sensed, from the exact one."""
         self._past.append(exact)
         if self._n % max(round(self.model.look_s / CONTROL_PERIOD_S), 1) == 0:
@@ -104,7 +104,7 @@ class Tracker:
 
     def _tell_lengths(self, seen: Floats) -> None:
         parts = fields(seen)
-        parts["rest_length_m"][:] = self._lengths.see(
+        parts["rest_length_m"][:] = self._lengths.estimate(
             self._at_m,
             parts["std_m"],
             pinch_n=float(parts["pinch_n"][0]),
@@ -186,7 +186,7 @@ def sensed_again(exact: Floats, rng: np.random.Generator) -> Floats:
     """Sense the exact states (n, `VECTOR_SIZE`) of one episode with errors of random strength."""
     model = SensorModel().scaled(rng.uniform(0.0, STRONGEST))
     tracker = Tracker(model, rng)
-    return np.stack([tracker.see(state) for state in exact])
+    return np.stack([tracker.track(state) for state in exact])
 
 
 @cache

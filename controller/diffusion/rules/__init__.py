@@ -1,1 +1,1 @@
-"""Which rules on what is seen have the last word on a chunk of the diffusion policy?"""
+"""Which hand-written rules change a chunk after the network?"""

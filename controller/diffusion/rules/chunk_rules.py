@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from controller.diffusion.rules.squaring import square_grasper
 from controller.diffusion.rules.unhooking import unhook_grasper
 from controller.diffusion.rules.waiting import rest_right_arm
 from controller.diffusion.scene.scene import Scene
-from planner.rules.rule_use import RuleUse
+from planner.rules.rule_use import ANY, RuleCounts, RuleUse
 from planner.task import Task
 from tissue_sim.frames import Array
 
@@ -41,31 +40,11 @@ ALSO_CORRECTED = ("hold still", "unhook grasper")
 """Rules that also apply while a correction is in force: retracting may catch on tissue, too."""
 
 
-@dataclass
-class _Use:
-    """Counts of one rule's use; the attributes are those of `RuleUse`."""
-
-    decisions: int = 0
-    changed: int = 0
-    most_m: float = 0.0
-    most_rad: float = 0.0
-
-    def note(self, before: Array, after: Array) -> None:
-        """Add a chunk (n, 20) before and after the rule."""
-        self.decisions += 1
-        if after is before or np.array_equal(before, after):
-            return
-        change = np.abs((after - before).reshape(len(before), 2, -1))
-        self.changed += 1
-        self.most_m = max(self.most_m, float(np.linalg.norm(change[..., MOVE], axis=-1).max()))
-        self.most_rad = max(self.most_rad, float(change[..., JAW].max()))
-
-
 class ChunkRules:
     """Applies the rules to chunks and counts what they change."""
 
     def __init__(self) -> None:
-        self._uses = {name: _Use() for name in RULES}
+        self._counts = RuleCounts("controller", RULES)
 
     def apply(self, chunk: Array, scene: Scene, task: Task, commanded: Array) -> Array:
         """Return a chunk (n, 20) with the changes of all rules that apply.
@@ -76,23 +55,27 @@ class ChunkRules:
             task: the running one.
             commanded: jaw angles (m, 2) before it, the last ones last.
         """
+        asked = chunk
         for name, rule in RULES.items():
             if scene.is_corrected and name not in ALSO_CORRECTED:
                 continue
             before, chunk = chunk, rule(chunk, scene, task, commanded)
-            self._uses[name].note(before, chunk)
+            self._note(name, before, chunk)
+        self._note(ANY, asked, chunk)
         return chunk
 
     def uses(self) -> tuple[RuleUse, ...]:
         """Return the use of each rule so far."""
-        return tuple(
-            RuleUse(
-                policy="controller",
-                rule=name,
-                decisions=use.decisions,
-                changed=use.changed,
-                most_m=use.most_m,
-                most_rad=use.most_rad,
-            )
-            for name, use in self._uses.items()
+        return self._counts.uses()
+
+    def _note(self, name: str, before: Array, after: Array) -> None:
+        if after is before or np.array_equal(before, after):
+            self._counts.note(name, changed=False)
+            return
+        change = np.abs((after - before).reshape(len(before), 2, -1))
+        self._counts.note(
+            name,
+            changed=True,
+            moved_m=float(np.linalg.norm(change[..., MOVE], axis=-1).max()),
+            jaw_rad=float(change[..., JAW].max()),
         )

@@ -12,7 +12,7 @@ import numpy as np
 from controller.diffusion.chunk_frame import JAW, MOVE, TURN
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.scene.scene import Scene
-from planner.seen.done import (
+from planner.scene.predicates import (
     FIRM_TRACTION_N,
     is_about,
     is_low,

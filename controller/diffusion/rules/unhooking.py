@@ -14,7 +14,7 @@ from controller.diffusion.rules.grasping import JAW_STEP_RAD
 from controller.diffusion.rules.holding import UNTURNED
 from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.scene.scene import Scene
-from planner.seen.done import has_slipped, traction_n
+from planner.scene.predicates import has_slipped, traction_n
 from planner.task import GRAB, Task
 from tissue_sim.frames import Array
 from tissue_sim.tools.arms import LEFT_ARM

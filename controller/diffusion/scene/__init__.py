@@ -1,1 +1,1 @@
-"""What of an observation does the policy take, and in which form?"""
+"""What of an observation do policy and rules take?"""

@@ -38,7 +38,7 @@ class BodyFrame:
         self._gap = True
         self._moved_m, self._next_m = np.zeros((2, 3))
 
-    def see(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
+    def at_rest(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return `Observation.vector()` in the body's frame; call it in each control step."""
         parts = fields(seen)
         std_m = float(parts["std_m"][[0, TUBE_POINTS]].mean())  # of the tubes' fixed ends

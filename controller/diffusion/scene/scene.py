@@ -13,7 +13,7 @@ from torch import Tensor
 from controller.diffusion.scene.gallbladder import wall_distance_m
 from controller.diffusion.scene.places import places_on
 from planner.command import TUBES
-from planner.seen.done import is_grasped
+from planner.scene.predicates import is_grasped
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation, fields, observation_of

@@ -9,7 +9,7 @@ import numpy as np
 from controller.diffusion.scene.places import CUT, FIRST, LOWEST, SECOND, UPPER
 from controller.diffusion.scene.scene import Scene
 from planner.command import TUBES
-from planner.seen.next_task import clips_needed_on, clips_on
+from planner.scene.next_task import clips_needed_on, clips_on
 from planner.task import Task, Tube
 from tissue_sim.frames import Array
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS

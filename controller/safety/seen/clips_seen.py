@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner.command import TUBES
-from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import ON_TUBE_M, clips_needed_on, clips_on
+from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import ON_TUBE_M, clips_needed_on, clips_on
 from planner.task import Tube
 from tissue_sim.outcome.jaws import MOUTHS
 from tissue_sim.patient.at_risk import AT_RISK

@@ -9,7 +9,7 @@ import numpy as np
 from controller.body_place import BodyPlace
 from controller.safety.obstacles import LIVER, PORT_WALL, Surroundings, chained
 from planner.command import TUBES
-from planner.seen.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen
 from tissue_sim.frames import Array, transform, unit
 from tissue_sim.patient.at_risk import BRANCHES, COMMON_DUCT, HEPATIC_ARTERY, RADIUS_M
 from tissue_sim.sensing.observation import POINTS, TRUNK_POINTS, Observation

@@ -7,7 +7,7 @@ import pytest
 
 from controller.action import hold
 from controller.diffusion.scene.body_frame import BodyFrame
-from tests.planner.seen import clipped, shifted
+from tests.planner.observations import clipped, shifted
 from tissue_sim.sensing.observation import Observation
 
 SEEN = clipped(left=1)
@@ -20,7 +20,7 @@ def errors_m(frame: BodyFrame, places_m: np.ndarray) -> np.ndarray:
     still, tool_m, off = hold(np.zeros(2)).vector(), np.zeros(3), []
     for body_m in places_m:
         off.append(np.linalg.norm(tool_m - body_m))
-        _ = frame.see(shifted(SEEN, body_m).vector())
+        _ = frame.at_rest(shifted(SEEN, body_m).vector())
         tool_m = tool_m + frame.along(still).reshape(2, 10)[0, :3]
     return np.array(off)
 
@@ -36,7 +36,7 @@ def test_tools_that_hold_still_on_a_body_that_breathes_are_half_a_percent_off(am
 def test_motions_are_not_changed_where_the_body_is_at_rest():
     row, frame = np.random.default_rng(0).standard_normal(20), BodyFrame()
     for _ in range(3):
-        _ = frame.see(SEEN.vector())
+        _ = frame.at_rest(SEEN.vector())
         np.testing.assert_array_equal(frame.along(row), row)
 
 
@@ -45,7 +45,7 @@ def test_an_endoscope_that_is_bumped_moves_no_tool():
     places_m[4:] = 0.00375 * UP
     still, frame = hold(np.zeros(2)).vector(), BodyFrame()
     for place_m in places_m:
-        _ = frame.see(shifted(SEEN, place_m).vector())
+        _ = frame.at_rest(shifted(SEEN, place_m).vector())
         np.testing.assert_array_equal(frame.along(still), still)
 
 
@@ -58,10 +58,10 @@ def tips_moved(seen: Observation, by_m: np.ndarray) -> Observation:
 def after_a_gap(seen: Observation) -> np.ndarray:
     """Return how far (3,) a tool that should hold still moves, if it sees `seen` after a gap."""
     still, frame, gone = hold(np.zeros(2)).vector(), BodyFrame(), np.zeros(3)
-    _ = frame.see(SEEN.vector())
+    _ = frame.at_rest(SEEN.vector())
     frame.reset()
     for _ in range(60):
-        _ = frame.see(seen.vector())
+        _ = frame.at_rest(seen.vector())
         gone = gone + frame.along(still).reshape(2, 10)[0, :3]
     return gone
 
@@ -71,10 +71,10 @@ def test_after_a_gap_no_tool_moves_with_the_bodys_old_velocity():
     still, frame, speed_m = hold(np.zeros(2)).vector(), BodyFrame(), 0.001 * UP
     for k in range(5):
         place = shifted(SEEN, k * speed_m).vector()
-        _ = frame.see(place)
+        _ = frame.at_rest(place)
     np.testing.assert_allclose(frame.along(still).reshape(2, 10)[:, :3], [speed_m] * 2, atol=1e-7)
     frame.reset()
-    _ = frame.see(place)
+    _ = frame.at_rest(place)
     np.testing.assert_array_equal(frame.along(still), still)
 
 

@@ -15,7 +15,7 @@ from controller.diffusion.graph import Sampler
 from controller.diffusion.policy import Policy
 from controller.diffusion.rules.holding import HELD_RAD
 from planner.instruction import TASKS, Instruction
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import fields
 
 CONFIG = PolicyConfig(condition_width=16, condition_blocks=1, denoiser_width=16, denoiser_blocks=1)

@@ -30,7 +30,7 @@ def told(rows: np.ndarray, late: int, obeyed=lambda k, move_m: move_m) -> DeadTi
     """Return the dead time after a robot did the motions `late` steps late, as it `obeyed`."""
     subject, tips_m = DeadTime(), np.zeros((2, 3))
     for k, row in enumerate(rows):
-        subject.see(tips_m)
+        subject.update(tips_m)
         subject.ask(row)
         if k >= late:
             tips_m = tips_m + obeyed(k, rows[k - late].reshape(2, 10)[:, :3])
@@ -82,7 +82,7 @@ def test_the_delay_survives_a_reset_and_is_estimated_again_when_it_ends():
     assert subject.steps == 8
     tips_m = np.zeros((2, 3))
     for row in wander(6, 150):
-        subject.see(tips_m)
+        subject.update(tips_m)
         subject.ask(row)
         tips_m = tips_m + row.reshape(2, 10)[:, :3]
     assert subject.steps == 0

@@ -5,7 +5,7 @@ import torch
 
 from controller.diffusion.scene.gallbladder import ROOM_M, gallbladder_features, wall_distance_m
 from controller.diffusion.scene.places import places_on
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import fields
 
 AXIS_M = torch.tensor([[[0.0, 0.0, 0.01 * k] for k in range(5)]])

@@ -11,7 +11,7 @@ from controller.expert.approach import Approach
 from controller.expert.jaw_room import firm_room_m
 from controller.expert.targets import clip_pose, clip_stations_m, opening_rad
 from controller.jaw_margins import FIRM_ROOM_M
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.frames import inverse_pose, transform
 from tissue_sim.patient.anatomy import anatomy_from_seed
 from tissue_sim.patient.axes import AWAY

@@ -12,7 +12,7 @@ from planner.language.rules.sizes import LARGE_M, SMALL_M
 from planner.language.sentence_sets import ASK_BACK, OUT_OF_SCOPE, Row
 from planner.person.interpretation import relative_to
 from planner.person.orders import Order
-from planner.seen.next_task import NotNowError
+from planner.scene.next_task import NotNowError
 
 _VAGUE = {"small": f"{1e3 * SMALL_M:g} mm", "large": f"{1e3 * LARGE_M:g} mm"}
 _USUAL = {"duct": "left", "artery": "right"}
@@ -113,7 +113,7 @@ def as_written(reading: Reading) -> str:
         return speed
     if reading.by == "warning" or reading.forbids:
         refused = reading.reply.startswith("Refused")
-        return "refuse" if refused else _held(reading)
+        return "hold, refused" if refused else _held(reading)
     if reading.command is None:
         return "ask" if reading.guesses else "none"
     first = Said(command=reading.command, size_m=reading.size_m, side=reading.side)
@@ -127,8 +127,10 @@ def is_right(expected: str, written: str) -> bool:
     """Return whether a reading is the expected one.
 
     A tube and its structure are the same; so are all ways to hold, and all that changes
-    nothing. Lengths count to half a millimetre.
+    nothing. Lengths count to half a millimetre. Who refuses and holds the arms does both.
     """
+    if written == "hold, refused":
+        return _plain(expected) in ("hold", "refuse")
     return _plain(expected) == _plain(written)
 
 

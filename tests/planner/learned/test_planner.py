@@ -13,11 +13,11 @@ from planner.learned.config import PlannerConfig
 from planner.learned.network import Moments, PlannerNetwork
 from planner.learned.planner import MOST_CORRECTIONS, SURE, PlannerLearned
 from planner.learned.rollout import NOT_SAID, Rollouts
-from planner.seen.due import GRAB_S, due
-from planner.seen.task_clock import TaskClock
+from planner.rules.task_clock import TaskClock
+from planner.rules.task_gate import GRAB_S, gate_task
 from planner.task import TASKS, Task
 from tests.planner.learned.rolled_out import rollout
-from tests.planner.seen import at_work, clipped
+from tests.planner.observations import at_work, clipped
 from tissue_sim.periods import CONTROL_HZ
 from tissue_sim.sensing.observation import (
     POINTS,
@@ -123,13 +123,13 @@ def due_of(asked: torch.Tensor, said: list, states: np.ndarray) -> torch.Tensor:
     clock, given = TaskClock(), None
     for k in range(len(said) + 1):
         now = observation_of(states[k * CONTROL_HZ], float(k))
-        clock.see(now)
+        clock.update(now)
         if k < len(said) and said[k].task != given:
             given = said[k].task
             clock.begin()
     chances = torch.zeros(len(TASKS))
     for task, chance in zip(TASKS, asked, strict=True):
-        owed = due(task, given, now, clock)
+        owed = gate_task(task, given, now, clock)
         chances[owed.index - 1] += chance
     return chances
 

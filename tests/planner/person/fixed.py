@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from planner.instruction import TASKS, Instruction
 from planner.person.override import PlannerOverridden
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 
 
 @dataclass(frozen=True, kw_only=True)

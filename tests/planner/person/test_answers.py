@@ -9,7 +9,7 @@ from planner.assessment import Assessment
 from planner.instruction import TASKS, Instruction
 from planner.language.rules.questions import QUESTIONS
 from planner.person.answers import answer
-from tests.planner.seen import clipped, writable
+from tests.planner.observations import clipped, writable
 from tissue_sim.sensing.observation import N_LINE, N_POINTS
 from tissue_sim.thresholds import HELD_PINCH_N
 

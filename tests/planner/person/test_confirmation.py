@@ -12,8 +12,8 @@ from planner.language.reading import Reading, Said
 from planner.person.premises import Claim
 from planner.person.prohibition import Prohibition
 from planner.task import task_from_text
+from tests.planner.observations import clipped
 from tests.planner.person.fixed import PlannerFixed, fixed
-from tests.planner.seen import clipped
 
 INTERPRETER = Interpreter()
 FIRST_CLIP = TASKS[1]

@@ -8,9 +8,9 @@ import pytest
 from planner.instruction import TASKS, Instruction
 from planner.person.answers import answer
 from planner.person.remaining import TYPICAL_S, tasks_left
-from planner.seen.duct_side import duct_side, side_confidence
+from planner.scene.duct_side import duct_side, side_confidence
 from planner.task import task_from_text
-from tests.planner.seen import at_work, clipped
+from tests.planner.observations import at_work, clipped
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.tools.arms import RIGHT_ARM
 

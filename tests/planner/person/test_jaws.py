@@ -8,8 +8,8 @@ from planner.command import COMMANDS
 from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
 from planner.person.orders import JAW_RAD_S, JAWS_S
+from tests.planner.observations import clipped
 from tests.planner.person.fixed import fixed
-from tests.planner.seen import clipped
 
 ASKED_RAD = JAW_RAD_S * JAWS_S
 WIDE_RAD = 0.5

@@ -14,8 +14,8 @@ from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
 from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import ASK_AGAIN_S, ASK_S, PlannerOverridden
+from tests.planner.observations import clipped
 from tests.planner.person.fixed import fixed
-from tests.planner.seen import clipped
 from tissue_sim.sensing.observation import Observation
 
 SECOND_LEFT = TASKS[3]

@@ -15,8 +15,8 @@ from planner.instruction import HOLD, TASKS, Instruction
 from planner.language.interpreter import Interpreter
 from planner.person.orders import DEFAULT_M, JAWS_S
 from planner.person.override import STOP_WINS_S, PlannerOverridden
+from tests.planner.observations import clipped, writable
 from tests.planner.person.fixed import PlannerFixed, fixed
-from tests.planner.seen import clipped, writable
 
 INTERPRETER = Interpreter()
 HIGHER = COMMANDS["move right arm higher"]

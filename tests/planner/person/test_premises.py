@@ -9,8 +9,8 @@ from planner.instruction import TASKS
 from planner.language.interpreter import Interpreter
 from planner.person.premises import Claim, denial
 from planner.task import task_from_text
+from tests.planner.observations import clipped
 from tests.planner.person.fixed import fixed
-from tests.planner.seen import clipped
 
 INTERPRETER = Interpreter()
 FIRST_CLIP = TASKS[1]

@@ -5,8 +5,8 @@ import pytest
 from planner.command import COMMANDS
 from planner.language.reading import Reading, Relative, Said
 from planner.language.rules.sizes import LONGEST_M, SMALL_M
+from tests.planner.observations import clipped
 from tests.planner.person.fixed import fixed
-from tests.planner.seen import clipped
 
 UP = COMMANDS["move right arm higher"]
 

@@ -25,7 +25,7 @@ from scenarios.cli import main
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.run_episode import begin
 from tests.controller.dataset.episodes import write_parts
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tests.scenarios.from_the_shell.complaint import complaint
 
 SEED = 10_003

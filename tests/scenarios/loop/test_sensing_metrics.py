@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scenarios.loop.metrics.sensing_metrics import EVERY, SPAN_S, SensingMetrics
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, Observation
 
 EXACT = clipped(left=2)

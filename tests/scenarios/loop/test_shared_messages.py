@@ -14,7 +14,7 @@ from scenarios.episode import Episode
 from scenarios.loop.episode_config import EpisodeConfig
 from scenarios.recording.attempt import attempt_episode
 from scenarios.run_episode import begin
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.rendering.renderer_probe import renderer_available
 
 RENDERED = (

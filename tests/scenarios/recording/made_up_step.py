@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from planner.instruction import TASKS, Instruction
 from scenarios.loop.step import Outcome, Step
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.tools.arms import JointCommand
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.recording.overlay import CLIP, HIDDEN, LEAST_PX, SEEN, overlaid, projected
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS
 from tissue_sim.sensing.pictures.cameras import CAMERAS
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.planner.seen import clipped, shifted
+from tests.planner.observations import clipped, shifted
 from tissue_sim.sensing.observation import fields
 from tissue_sim.sensing.rest_frame import RestFrame
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, Observation
 from tissue_sim.sensing.rest_length import CHORDS, RestLengths
 
@@ -22,7 +22,9 @@ def of_length(length_m: float, **changes) -> Observation:
 def lengths_m(*looks: Observation) -> np.ndarray:
     lengths = RestLengths()
     for seen in looks:
-        found = lengths.see(seen.points_m(), seen.std_m, pinch_n=seen.pinch_n, n_clips=seen.n_clips)
+        found = lengths.estimate(
+            seen.points_m(), seen.std_m, pinch_n=seen.pinch_n, n_clips=seen.n_clips
+        )
     return CHORDS * found
 
 
@@ -46,5 +48,5 @@ def test_a_better_look_counts_more():
     assert lengths_m(poor, good)[0] == pytest.approx(0.020, abs=1e-4)
     lengths = RestLengths()
     for seen in (poor, good, poor):
-        lengths.see(seen.points_m(), seen.std_m, pinch_n=0.0, n_clips=0)
+        lengths.estimate(seen.points_m(), seen.std_m, pinch_n=0.0, n_clips=0)
     assert lengths.std_m == pytest.approx(np.full(2, np.sqrt(2) * 0.0003))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.planner.seen import clipped
+from tests.planner.observations import clipped
 from tissue_sim.periods import CONTROL_PERIOD_S
 from tissue_sim.sensing.observation import (
     N_POINTS,
@@ -30,7 +30,7 @@ N_EPISODES = 300
 
 def tracked(model: SensorModel, states: list, seed: int = 0) -> np.ndarray:
     tracker = Tracker(model, np.random.default_rng(seed))
-    return np.stack([tracker.see(state) for state in states])
+    return np.stack([tracker.track(state) for state in states])
 
 
 def moved_up(by_m: float) -> np.ndarray:

@@ -17,10 +17,10 @@ from controller.diffusion.rules.grasping import (
     WIDE_RAD,
     complete_grasp,
 )
-from planner.seen.done import FINGER_M, FIRM_TRACTION_N, STRAIGHT
+from planner.scene.predicates import FINGER_M, FIRM_TRACTION_N, STRAIGHT
 from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
-from tests.planner.seen import clipped, writable
+from tests.planner.observations import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import observation_of
 from tissue_sim.thresholds import GRASP_MIN_TRACTION_N, HELD_PINCH_N

@@ -12,7 +12,7 @@ from controller.diffusion.rules.retreating import STEP_M
 from controller.diffusion.rules.unhooking import CAUGHT_N, NARROW_RAD, unhook_grasper
 from planner.task import GRAB, TASKS, Task
 from tests.controller.diffusion.rules.ruled import STEPS, apply, still
-from tests.planner.seen import clipped, writable
+from tests.planner.observations import clipped, writable
 from tissue_sim.frames import Array
 from tissue_sim.thresholds import HELD_PINCH_N
 from tissue_sim.tools.arms import LEFT_ARM, RIGHT_ARM

@@ -18,13 +18,13 @@ GAP_S = 2.0 * PLANNING_PERIOD_S
 UNSEEN = f"The tubes have not been seen well for {AFTER_S:.0f} s: a person must look."
 
 
-class Sight:
+class SightGate:
     """Remembers since when the tubes have not been seen well."""
 
     def __init__(self) -> None:
         self._now_s, self._clear_s = -np.inf, 0.0
 
-    def see(self, seen: Observation) -> None:
+    def update(self, seen: Observation) -> None:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
         tubes = slice(POINTS["left_tube_m"] + POINTS["right_tube_m"])
         is_clear = np.median(seen.std_m[tubes]) <= BLURRED_M

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.learned.planner import load_planner
-from planner.seen.sight import AFTER_S, BLURRED_M, UNSEEN, Sight
-from tests.planner.seen import clipped
+from planner.rules.sight_gate import AFTER_S, BLURRED_M, UNSEEN, SightGate
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import N_POINTS, TUBE_POINTS, Observation
 
 N_TUBES = 2 * TUBE_POINTS
@@ -22,9 +22,9 @@ def blurred(time_s: float, n: int = N_TUBES, std_m: float = 1.01 * BLURRED_M) ->
 
 
 def is_lost(*seen: Observation) -> bool:
-    sight = Sight()
+    sight = SightGate()
     for one in seen:
-        sight.see(one)
+        sight.update(one)
     return sight.is_lost
 
 

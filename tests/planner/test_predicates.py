@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.done import (
+from planner.scene.predicates import (
     ASIDE_M,
     FINGER_M,
     FIRM_TRACTION_N,
@@ -18,7 +18,7 @@ from planner.seen.done import (
     is_low,
     pulls,
 )
-from tests.planner.seen import clipped, writable
+from tests.planner.observations import clipped, writable
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.sensing.sensor_model import SensorModel
 from tissue_sim.thresholds import GRASP_MAX_JAW_RAD, HELD_PINCH_N, SPREAD_MIN_M

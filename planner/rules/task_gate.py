@@ -1,4 +1,4 @@
-"""What is due where a planner asks for a task: what is seen to be done, or not, decides.
+"""The task gate: observed success or failure decides which task may follow the one in force.
 
 The learned planner's network was trained where tasks change in time. Once it was late, what it had
 said before made it repeat itself: it asked for 20 s to go back from a clip with the arm back, and
@@ -9,9 +9,9 @@ these.
 from __future__ import annotations
 
 from planner.base import PATIENCE_S, PLANNING_PERIOD_S
-from planner.seen.done import has_slipped, holds_badly, is_done
-from planner.seen.next_task import next_of_all
-from planner.seen.task_clock import TaskClock
+from planner.rules.task_clock import TaskClock
+from planner.scene.next_task import next_of_all
+from planner.scene.predicates import has_slipped, holds_badly, is_done
 from planner.task import GRAB, TASKS, Task
 from tissue_sim.sensing.observation import Observation
 from tissue_sim.thresholds import GRASP_HOLD_S
@@ -23,7 +23,7 @@ SLIPPED_S = 1.5 * PLANNING_PERIOD_S  # two looks: motors err
 GRAB_S = 8.0  # a grab that takes longer is done when the planner says so; most take 5 to 7 s
 
 
-def due(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:
+def gate_task(asked: Task, given: Task | None, seen: Observation, clock: TaskClock) -> Task:
     """Return the task that is due where a planner asks for one.
 
     A clip or a cut lasts until it is seen to be done, has taken too long, or the gallbladder has

@@ -16,13 +16,13 @@ GAP_S = 2.0 * PLANNING_PERIOD_S
 STANDSTILL = f"The arms have stood still for {AFTER_S:.0f} s: a person must look."
 
 
-class Standstill:
+class StandstillGate:
     """Remembers where the arms were, each time the planner is asked."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Array, Array]] = deque()
 
-    def see(self, seen: Observation) -> None:
+    def update(self, seen: Observation) -> None:
         """Take in one observation; after a gap (a hold, an exchange of tools) begin anew."""
         if self._seen and seen.time_s - self._seen[-1][0] > GAP_S:
             self._seen.clear()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planner.base import PLANNING_PERIOD_S
-from planner.seen.done import has_slipped, is_grasped, pulls
+from planner.scene.predicates import has_slipped, is_grasped, pulls
 from tissue_sim.sensing.observation import Observation
 
 
@@ -21,7 +21,7 @@ class TaskClock:
         self.since_s = self.pulled_s = self.grasped_s = self.slipped_s = 0.0
         self._now_s: float | None = None
 
-    def see(self, seen: Observation) -> None:
+    def update(self, seen: Observation) -> None:
         """Take in one observation."""
         if self._now_s is not None:
             passed_s = min(seen.time_s - self._now_s, PLANNING_PERIOD_S)

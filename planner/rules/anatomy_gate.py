@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.command import TUBES
-from planner.seen.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, needed_m
 from tissue_sim.sensing.observation import Observation
 
@@ -29,7 +29,7 @@ CERTAIN, LIKELY = 0.98, 0.5
 BESIDE_M = 0.0021
 
 
-class RoomSeen:
+class AnatomyGate:
     """Collects observations of one patient's tubes until the first clip, and judges them.
 
     It judges until the first clip, and at least once when a clip or a cut of its own is due: a
@@ -39,7 +39,7 @@ class RoomSeen:
     def __init__(self) -> None:
         self._n, self._beside_m, self._judged = 0, 0.0, False
 
-    def see(self, seen: Observation) -> None:
+    def update(self, seen: Observation) -> None:
         """Take in one observation; those after the first clip tell nothing of the room."""
         if _is_untouched(seen):
             self._n += 1

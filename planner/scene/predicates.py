@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from planner.command import TUBES
-from planner.seen.next_task import clips_needed_on, clips_on
+from planner.scene.next_task import clips_needed_on, clips_on
 from planner.task import Task
 from tissue_sim.frames import Array, unit
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.next_task import clips_needed_on
-from planner.seen.room import BESIDE_M, RoomSeen, artery_beside_m
+from planner.rules.anatomy_gate import BESIDE_M, AnatomyGate, artery_beside_m
+from planner.scene.next_task import clips_needed_on
 from planner.task import Tube
-from tests.planner.seen import clipped, writable
+from tests.planner.observations import clipped, writable
 from tissue_sim.outcome.clip_rule import FEWEST_CLIPS, USUAL_CLIPS, needed_m
 from tissue_sim.outcome.room import why_call
 from tissue_sim.patient.anatomy import anatomy_from_seed
@@ -27,9 +27,9 @@ def with_length(length_m: float, std_m: float = 0.0, side: str = "left") -> Obse
 
 
 def why(*seen: Observation, due: bool = True) -> str | None:
-    room = RoomSeen()
+    room = AnatomyGate()
     for one in seen:
-        room.see(one)
+        room.update(one)
     return room.why_call(seen[-1], due=due)
 
 
@@ -56,9 +56,9 @@ def test_what_is_uncertain_is_decided_when_the_first_clip_is_due():
 
 
 def test_what_a_person_had_clipped_does_not_spare_the_robot_its_own_judgement():
-    room, short_m = RoomSeen(), needed_m("duct", FEWEST_CLIPS) - 1e-3
+    room, short_m = AnatomyGate(), needed_m("duct", FEWEST_CLIPS) - 1e-3
     short = with_length(short_m, std_m=0.001)
-    room.see(short)
+    room.update(short)
     assert room.why_call(short, due=False) is None
     clipped_by_a_person = replace(clipped(right=2), rest_length_m=short.rest_length_m)
     assert room.why_call(clipped_by_a_person, due=False) is None

@@ -7,8 +7,8 @@ from math import degrees
 import numpy as np
 
 from planner.command import TUBES
-from planner.seen.duct_side import structure_seen
-from planner.seen.next_task import clips_on
+from planner.scene.duct_side import structure_seen
+from planner.scene.next_task import clips_on
 from planner.task import Tube
 from tissue_sim.frames import Array
 from tissue_sim.sensing.observation import Observation

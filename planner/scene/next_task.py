@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.command import TUBES, Deed
-from planner.seen.duct_side import structure_seen
+from planner.scene.duct_side import structure_seen
 from planner.task import TASKS, Task, Tube
 from tissue_sim.outcome.clip_rule import USUAL_CLIPS, clips_needed
 from tissue_sim.sensing.observation import MAX_CLIPS, Observation

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.correction import DIRECTION_ENDOSCOPE
-from planner.scene_in_words import scene_in_words, way_in_words
-from tests.planner.seen import clipped, writable
+from planner.scene.in_words import scene_in_words, way_in_words
+from tests.planner.observations import clipped, writable
 from tissue_sim.tools.arms import RIGHT_ARM
 
 WORDS = {"away": "further away", "towards": "nearer"}

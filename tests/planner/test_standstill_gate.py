@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.seen.standstill import AFTER_S, STANDS_M, STANDS_RAD, Standstill
-from tests.planner.seen import clipped
+from planner.rules.standstill_gate import AFTER_S, STANDS_M, STANDS_RAD, StandstillGate
+from tests.planner.observations import clipped
 from tissue_sim.sensing.observation import Observation
 
 SEEN = clipped()
@@ -20,9 +20,9 @@ def at(time_s: float, moved_m: float = 0.0, jaw_rad: float = 0.0) -> Observation
 
 
 def lasts(*seen: Observation) -> bool:
-    standstill = Standstill()
+    standstill = StandstillGate()
     for one in seen:
-        standstill.see(one)
+        standstill.update(one)
     return standstill.lasts
 
 

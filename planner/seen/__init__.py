@@ -1,1 +1,0 @@
-"""What can be concluded from the observation alone?"""
