@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -17,7 +17,7 @@ from planner.language.phrases import normalised
 from planner.language.reading import By, Reading, Said
 from planner.language.rules.asides import without_asides
 from planner.language.rules.claims import claims_in, without_claims
-from planner.language.rules.dangers import danger_in, tells
+from planner.language.rules.dangers import danger_in
 from planner.language.rules.forbidding import act_in, excepts, forbidden_in
 from planner.language.rules.ordinals import with_plain_ordinals
 from planner.language.rules.plain_letters import in_plain_letters
@@ -44,7 +44,7 @@ from planner.language.rules.warning import warns, warns_anywhere, warns_mildly, 
 from planner.language.rules.whole.by_latest import by_latest
 from planner.language.rules.whole.foreign_questions import foreign_question_in
 from planner.language.rules.whole.nothing_said import says_nothing
-from planner.language.rules.whole.permitting import Permission, permission_in
+from planner.language.rules.whole.permitting import Permission, permission_in, permits_surely
 from planner.language.rules.whole.resuming import resumes
 from planner.language.slot_heads import SlotHeads, load
 from planner.language.slots import spelt_out
@@ -122,18 +122,23 @@ class Interpreter:
 
     def _by_kind(self, ruled: Reading, english: str, danger: str) -> Reading:
         """Let the kind head read what rules do not, and overrule them where it is sure."""
-        kind = _kind_besides(ruled, english, danger)
+        kind, sure = _kind_besides(ruled, english, danger)
         if kind is None or kind == ruled.question:
             return ruled
         text = ruled.text
-        if kind == "hold":
-            return self._warned(text, english, danger)
+        if kind in ("hold", "forbid"):
+            return self._warned(text, english, danger, forbids=kind == "forbid")
         if kind in QUESTIONS:
             return _asked(text, kind)
         if kind == "resume":
-            return _asked_back(text, (Said(command=COMMANDS["resume"]),), 0.5)
+            go_on = Said(command=COMMANDS["resume"])
+            if sure:
+                return _understood(text, go_on, 1.0, "classifier")
+            return _asked_back(text, (go_on,), 0.5)
         if kind == "allow":
-            return replace(ruled, may_allow=act_in(english))
+            return _allowed_besides(ruled, english, sure=sure)
+        if kind == "refuse" and sure:
+            return Reading(text=text, by="rule", reply="Refused: it sounds dangerous.")
         overruled = kind == "none" and ruled.by != "nobody"
         return _not_understood(text, "it is no business of mine") if overruled else ruled
 
@@ -145,8 +150,11 @@ class Interpreter:
     def _heads(self) -> SlotHeads:
         return load()
 
-    def _warned(self, text: str, english: str, danger: str) -> Reading:
-        """Return the reading of a warning: hold, and ask what was meant by the rest."""
+    def _warned(self, text: str, english: str, danger: str, *, forbids: bool = False) -> Reading:
+        """Return the reading of a warning: hold, and ask what was meant by the rest.
+
+        `forbids` tells that the act it names is forbidden, though no rule finds a denial.
+        """
         said = _by_grammar(english)
         question = question_in(english)
         if question and said is None and not danger and _asks_calmly(english) and "!" not in text:
@@ -155,15 +163,17 @@ class Interpreter:
             reading = _understood(text, Said(command=said), 1.0, "grammar")
         else:
             reading = Reading(text=text, command=STOP, confidence=1.0, by="warning", reply="")
-        forbids = forbidden_in(english)
-        rest = None if danger or forbids else _sized(without_warning(english))
+        banned = forbidden_in(english)
+        if forbids and not banned and (act := act_in(english)):
+            banned = (act,)
+        rest = None if danger or banned else _sized(without_warning(english))
         clear = rest is not None and rest.command.moves and not _not_so_far(text, english, (rest,))
         meant = rest if clear else None
         return replace(
             reading,
-            forbids=forbids,
+            forbids=banned,
             guesses=() if meant is None or reading.by != "warning" else (meant,),
-            reply=_banned(forbids, english) or _what_is_held(reading, danger, meant),
+            reply=_banned(banned, english) or _what_is_held(reading, danger, meant),
         )
 
     def _at_speed(self, text: str, english: str, speed: str) -> Reading:
@@ -267,29 +277,60 @@ class Interpreter:
         return _asked_back(text, guesses, confidence)
 
 
-def _kind_besides(ruled: Reading, english: str, danger: str) -> Kind | None:
-    """Return what a text may be besides what rules read; None where they are not in doubt.
+def _kind_besides(ruled: Reading, english: str, danger: str) -> tuple[Kind | None, bool]:
+    """Return what a text may be besides what rules read, and whether that is sure.
 
-    No warning is overruled by words that let an arm move, no order but to clip or cut at all.
+    None where rules are not in doubt. No order but to clip or cut is overruled.
     """
-    from planner.language.kind_head import kind_in, kind_instead  # PyTorch: seconds, once
+    text, order, warned = ruled.text, ruled.command, ruled.by == "warning"
+    stops = order in (STOP, PAUSE) and not (warns(text) or warns(english))  # "freezing"
+    ordered = order is not None and not (order.deed or warned or stops)
+    if ordered or ruled.agrees or ruled.speed or (warned and danger):
+        return None, False
+    from planner.language.kind_head import (  # PyTorch: seconds, once
+        LETS_ACT,
+        chances,
+        kind_in,
+        kind_instead,
+    )
 
-    text = ruled.text
-    if ruled.by == "warning":
-        mild = not (ruled.forbids or danger) and warns_mildly(text) and warns_mildly(english)
-        kind = kind_instead(text) if mild else None
-        return kind if kind in (*QUESTIONS, "none") else None
+    found = chances(text)
+    sure = kind_instead(found)
+    if warned:
+        return _instead_of_warning(ruled, english, found)
+    if stops:
+        return (sure if sure in (*QUESTIONS, "none") else None), True
     if ruled.question:
-        return kind_instead(text)
-    if ruled.command and ruled.command.deed:
-        return "hold" if kind_instead(text) == "hold" else None
-    if ruled.command or ruled.agrees or ruled.speed or _trouble(text, english):
-        return None
+        return sure, True
+    if order:
+        return (sure if sure in ("hold", "forbid") else None), True
+    if _trouble(text, english):
+        return None, False
     told = bool(ruled.guesses or claims_in(english))  # a claim is compared with what is seen
-    kind = kind_in(text, guessed=told)
-    if danger:  # one that is told rather than asked for, "that's liver", frightens
-        return "hold" if kind == "hold" and tells(english) and not is_small_talk(english) else None
-    return None if kind == "hold" and is_small_talk(english) else kind
+    kind = kind_in(found, guessed=told or bool(danger))
+    holds = kind in ("hold", "forbid")
+    lets_act = kind in ("allow", "resume")
+    is_sure = kind == (kind_instead(found, LETS_ACT) if lets_act else sure)
+    return (None if (is_small_talk(english) if holds else danger) else kind), is_sure
+
+
+def _instead_of_warning(
+    ruled: Reading, english: str, found: Mapping[Kind, float]
+) -> tuple[Kind | None, bool]:
+    """Return what a text says that rules take for a warning, and whether that is sure.
+
+    Where they hear a ban or a grave word and the head a permission, it may be either.
+    """
+    from planner.language.kind_head import LETS_ACT, kind_instead
+
+    calm = kind_instead(found)
+    if calm == "forbid":
+        return (None if ruled.guesses else "forbid"), True  # "no, clip the duct" means to clip
+    if ruled.forbids or not (warns_mildly(ruled.text) and warns_mildly(english)):
+        return (calm if calm == "allow" else None), False
+    if calm == "resume":
+        return kind_instead(found, LETS_ACT), True
+    return (calm if calm in (*QUESTIONS, "none", "allow") else None), calm != "allow"
 
 
 def _whole(text: str, english: str, danger: str) -> Reading | None:
@@ -310,6 +351,15 @@ def _whole(text: str, english: str, danger: str) -> Reading | None:
             return Reading(text=text, reply=f"How far? {why}.")
         return replace(_understood(text, said, 1.0, "rule"), relative=said.relative)
     return None
+
+
+def _allowed_besides(ruled: Reading, english: str, *, sure: bool) -> Reading:
+    """Return the reading of a permission that the kind head finds; an unsure one lifts nothing."""
+    act = act_in(english)
+    if act is None or not (sure and permits_surely(ruled.text, english)):
+        return replace(ruled, may_allow=act)
+    told = f"{act.in_words}: not forbidden."
+    return Reading(text=ruled.text, by="classifier", confidence=1.0, reply=told, allows=act)
 
 
 def _permitted(text: str, english: str, given: Permission) -> Reading:

@@ -2,8 +2,8 @@
 
 Lists of words and patterns of sentences read about 84 % of the sentences of writers who have not
 seen them, and no more with each further list. So the last layers of the encoder and a linear head
-were trained on outsiders' sentences (`train_kinds.py`) to tell questions, warnings, permissions,
-words to go on, dangerous requests, orders and other talk apart.
+were trained on outsiders' sentences (`train_kinds.py`) to tell questions, warnings, bans,
+permissions, words to go on, dangerous requests, orders and other talk apart.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal, cast, get_args
 
 import torch
 from safetensors.torch import load_file, save
@@ -27,8 +27,9 @@ from planner.language.sentence_sets import holds
 from planner.learning.atomic_write import write_atomic
 from planner.one_thread import one_thread
 
-Kind = Question | Literal["hold", "allow", "resume", "refuse", "order", "none"]
-KINDS: tuple[Kind, ...] = (*QUESTIONS, "hold", "allow", "resume", "refuse", "order", "none")
+Other = Literal["hold", "forbid", "allow", "resume", "refuse", "order", "none"]
+Kind = Question | Other
+KINDS: tuple[Kind, ...] = (*QUESTIONS, *get_args(Other))
 FROZEN = 3  # first layers of the encoder, which are not trained
 SHIPPED = Path(__file__).with_name("kind_head.safetensors")
 
@@ -36,37 +37,39 @@ SHIPPED = Path(__file__).with_name("kind_head.safetensors")
 # another kind is taken for sure. Chosen on sets that the head was not trained on: a warning that is
 # missed may injure, one that is heard in vain costs a second.
 ALARMED, GUESSED, SURE = 0.25, 0.5, 0.5
-OVERRULES = 0.98  # that from which the head overrules rules that read something else
+OVERRULES = 0.98  # that from which the head overrules rules that read something else,
+LETS_ACT = 0.995  # and that from which words to go on and permissions need no confirmation
 
 
 def kind_of(expected: str) -> Kind:
-    """Return the kind of a meaning that a sentence set writes: "hold: no cut duct" is "hold"."""
+    """Return the kind of a meaning that a sentence set writes: "hold: no cut duct" is "forbid"."""
     if holds(expected):
-        return "hold"
+        return "forbid" if ": no " in expected else "hold"
     kind = expected.split(": ")[-1 if expected.startswith("question: ") else 0]
     return cast("Kind", kind) if kind in KINDS else "order"
 
 
-def kind_in(text: str, *, guessed: bool = False) -> Kind | None:
-    """Return the kind of thing that a text says that no rule reads; None where it is not sure.
+def kind_in(found: Mapping[Kind, float], *, guessed: bool = False) -> Kind | None:
+    """Return the kind of a text that no rule reads, by its `chances`; None where it is not sure.
 
     Args:
-        text: as it was said.
         guessed: it may mean a command, "cut that one", or tells how things are; it is asked back
             otherwise, or compared with what is seen.
     """
-    found = chances(text)
-    if found["hold"] > (GUESSED if guessed else ALARMED):
-        return "hold"
-    likeliest = max(found, key=found.__getitem__)
+    likeliest = _likeliest(found)
+    if found["hold"] + found["forbid"] > (GUESSED if guessed else ALARMED):
+        return "forbid" if likeliest == "forbid" else "hold"
     return likeliest if found[likeliest] >= SURE else None
 
 
-def kind_instead(text: str) -> Kind | None:
+def kind_instead(found: Mapping[Kind, float], from_chance: float = OVERRULES) -> Kind | None:
     """Return the kind that a text surely has, whatever rules read in it; None if none is sure."""
-    found = chances(text)
-    likeliest = max(found, key=found.__getitem__)
-    return likeliest if found[likeliest] >= OVERRULES else None
+    likeliest = _likeliest(found)
+    return likeliest if found[likeliest] >= from_chance else None
+
+
+def _likeliest(found: Mapping[Kind, float]) -> Kind:
+    return max(found, key=found.__getitem__)
 
 
 def chances(text: str) -> dict[Kind, float]:

@@ -13,6 +13,7 @@ from torch.nn.utils.rnn import pad_sequence
 from planner.language.kind_head import FROZEN, KINDS, in_words, kind_of, logits, save_weights
 from planner.language.sentence_encoder import LAYERS, hidden_states, layer_weights
 from planner.language.sentence_sets import Row, keeps_the_protocol, rows_named
+from planner.one_thread import one_thread
 
 EPOCHS, BATCH, SEED = 8, 32, 0
 LAYER_RATE, HEAD_RATE = 1e-4, 2e-3  # of learning; they fall to zero
@@ -20,7 +21,15 @@ WEIGHT_DECAY, DROPOUT = 0.01, 0.2
 
 
 def trained(rows: Sequence[Row]) -> dict[str, Tensor]:
-    """Return the weights of the last layers and of the head for sentences of the protocol."""
+    """Return the weights of the last layers and of the head for sentences of the protocol.
+
+    The same rows in the same order give the same weights, but for the rounding of the machine.
+    """
+    with one_thread():
+        return _trained(rows)
+
+
+def _trained(rows: Sequence[Row]) -> dict[str, Tensor]:
     torch.manual_seed(SEED)
     hidden = [hidden_states(in_words(row.said), FROZEN) for row in rows]
     kinds = torch.tensor([KINDS.index(kind_of(row.expected)) for row in rows])
@@ -57,6 +66,5 @@ def _batches(rows: int) -> Iterator[list[int]]:
 
 
 if __name__ == "__main__":
-    torch.set_num_threads(1)
     named = rows_named(sys.argv[1:], "planner.language.train_kinds", keeps_the_protocol)
     save_weights(trained(named))

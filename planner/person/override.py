@@ -1,7 +1,7 @@
-"""A person's word comes before the planner's: warnings, orders, prohibitions, questions.
+"""Put a person's words before the planner's: warnings, orders, prohibitions, questions.
 
-The planner is asked all the time but in a hold, under an ordered task, and where a person forbade
-what it asks for, so that it resumes from what it sees.
+The planner is asked all the time, so that it resumes from the present observation. The exceptions
+are a hold, an ordered task, and a planned act that a person forbade.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from planner.scene.next_task import DoneAlreadyError, NotNowError
 from planner.scene.predicates import is_back
 from tissue_sim.sensing.observation import Observation
 
-STOP_WINS_S = 1.0  # a command this soon after a stop was meant before it, and is refused
+STOP_WINS_S = 1.0  # a command this soon after a stop was meant before the stop, and is refused
 ASK_S, ASK_AGAIN_S = 5.0, 30.0  # of a hold by a warning, before the robot asks to go on; assumed
 
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """The result of what a person said.
+    """The result of a person's words.
 
     Attributes:
-        instruction: in force from now on; None if what was said changes nothing.
-        reply: in words, for the person; its last sentence says what the arms do now.
-        refusal: why a command that was understood is not carried out; None if it is.
+        instruction: Instruction in force from now on; None if the words change nothing.
+        reply: Reply to the person in words; its last sentence describes the arms' present action.
+        refusal: Reason why an understood command is not carried out; None if it is carried out.
     """
 
     instruction: Instruction | None
@@ -48,18 +48,18 @@ class Answer:
 class PlannerOverridden:
     """Repeats another planner's instructions, unless a person's order is in force.
 
-    A correction is made within the task in force, and in a hold ends in it. Stop and pause hold
-    until a task is ordered, or "resume"; in the second after a stop, only "resume" is accepted. A
-    warning holds, too; after a while the robot asks whether it was meant.
-    What a person forbids is not done until a person allows it; where it is due, the arms hold.
+    A correction is made within the task in force; a correction in a hold ends in the hold. Stop and
+    pause hold until a task is ordered, or "resume". In the second after a stop, only "resume" is
+    accepted. A warning holds, too; after a while the robot asks whether the hold was meant.
+    A forbidden act is not done until a person allows it; where the act is due, the arms hold.
 
     Attributes:
-        exchanging: the nurse has the right arm, and what is ordered waits.
-        withheld: why the safety filter altered the last command, in words; "" if it did not.
+        exchanging: Whether the nurse has the right arm, so that orders wait.
+        withheld: Reason why the safety filter altered the last command; "" if it did not.
     """
 
     def __init__(self, planner: Planner[Observation]) -> None:
-        """Take the planner whose instructions hold where no person's does."""
+        """Take the planner whose instructions are in force where no person's is."""
         self._planner = planner
         self._forget()
 
@@ -71,16 +71,16 @@ class PlannerOverridden:
         return self._planned
 
     def reset(self) -> None:
-        """Forget the episode so far and what people said in it."""
+        """Forget the episode so far, with all words of people."""
         self._planner.reset()
         self._forget()
 
     def plan(self, observation: Observation) -> Instruction:
         """Ask the other planner, and return the instruction in force.
 
-        While a person holds the arms, has ordered a task, or has forbidden what it asks for, it is
-        not asked, so that by a `TaskClock` what others try, or nobody may, counts for nothing.
-        Where arms are to move slower, the time that it is told runs slower, too.
+        The planner is not asked while a person holds the arms, has ordered a task, or has forbidden
+        the planned act. So a `TaskClock` does not count orders of people or forbidden acts. If arms
+        are to move slower, the planner's time also runs slower.
         """
         self._room.update(observation)
         rests, passed_s = self._rests(observation), observation.time_s - self._seen_s
@@ -94,7 +94,7 @@ class PlannerOverridden:
         return self.in_force(observation)
 
     def follow(self, observation: Observation) -> Sequence[str]:
-        """Take in a moment; return what the person is to be told: orders that ended."""
+        """Take in one control step; return messages for the person, as on orders that ended."""
         told, self._untold = [*self._untold, *self._asks_to_go_on(observation)], []
         told += self._barred_now(observation)
         progress = self._progress
@@ -124,14 +124,14 @@ class PlannerOverridden:
         return self.standing.applied_to(asked, observation)
 
     def holds(self, observation: Observation) -> bool:
-        """Return whether a person lets the arms hold; one that is corrected in it moves alone."""
+        """Return whether a person lets the arms hold; an arm corrected in a hold moves alone."""
         corrects = self._progress is not None and self._progress.order.correction is not None
         task = (self._progress and self._progress.task) or self.planned.task
         by_ban = self.standing.forbidden_in(task, observation) is not None
         return self._held or self._hold_after or by_ban or (corrects and self.planned.hold)
 
     def hear(self, reading: Reading, observation: Observation) -> Answer:
-        """Take in what a person said; the reply says what comes of it."""
+        """Take in a person's words; the reply describes the result."""
         offered = self._confirmation.guess
         reading = self._confirmation.answered(reading, observation.time_s)
         may_lift = reading.may_allow and self.standing.covered_by(reading.may_allow, observation)
@@ -170,11 +170,11 @@ class PlannerOverridden:
         confidence: float = 1.0,
         size_m: float | None = None,
     ) -> Answer:
-        """Take a person's command; a refused one changes nothing."""
+        """Take a person's command; a refused command changes nothing."""
         return self._obey((Said(command=command, size_m=size_m),), observation, confidence)
 
     def _obey(self, said: Sequence[Said], observation: Observation, confidence: float) -> Answer:
-        """Begin with the first of some commands, which the others follow."""
+        """Begin the first of some commands; the others follow."""
         first, *then = said
         try:
             order = self._interpret(first, observation)
@@ -214,7 +214,7 @@ class PlannerOverridden:
         return Answer(instruction=instruction, reply=reply)
 
     def _asked(self, observation: Observation) -> Instruction:
-        """Return the planner's instruction for what is seen, at the time by its own clock."""
+        """Return the planner's instruction for an observation, at the time of its own clock."""
         if self._late_s == 0.0:
             return require_instruction(self._planner.plan(observation))
         by_its_clock = replace(observation, time_s=observation.time_s - self._late_s)
@@ -222,14 +222,14 @@ class PlannerOverridden:
         return replace(planned, time_s=planned.time_s + self._late_s)
 
     def _rests(self, observation: Observation) -> bool:
-        """Return whether the planner is not asked: what it asks for is not done now."""
+        """Return whether the planner is not asked, because its instruction is not followed now."""
         if self._planned is None:
             return False
         ordered = self._progress is not None and self._progress.task is not None
         return ordered or self.holds(observation)
 
     def _asks_to_go_on(self, observation: Observation) -> Sequence[str]:
-        """Return the question, when it is due, whether a warning was meant to hold the arms."""
+        """Return the due question whether a warning was meant to hold the arms, if any."""
         if not self._held or observation.time_s < self._ask_s:
             return ()
         self._ask_s = observation.time_s + ASK_AGAIN_S
@@ -240,7 +240,7 @@ class PlannerOverridden:
         return ('Go on? Say "yes" or "resume".',)
 
     def _barred_now(self, observation: Observation) -> Sequence[str]:
-        """Return which ban lets the arms hold, as it begins to, or again after something else."""
+        """Return in words the ban that lets the arms hold, as the hold begins or begins again."""
         now = self.in_force(observation) if self.standing.forbidden else None
         barred = now.remark if now is not None and now.hold and not self._held else ""
         news, self._barred = barred != self._barred, barred
@@ -256,7 +256,7 @@ class PlannerOverridden:
         self._progress: OrderProgress | None = None
         self._then = deque[Said]()
         self._interrupted: tuple[OrderProgress, deque[Said]] | None = None
-        self._untold: list[str] = []  # what is still to be told of orders
+        self._untold: list[str] = []  # messages on orders that are still to be sent
         self._hold_after = False  # a correction in a hold ends in it
         self.exchanging, self.withheld = False, ""
         self._ask_s = math.inf  # when to ask whether to go on
@@ -264,7 +264,7 @@ class PlannerOverridden:
         self._gone_m: float | None = None  # the way of the latest correction
         self._stopped_s: float | None = None
         self._confirmation = Confirmation()
-        self._barred = ""  # the ban that lets the arms hold, as the person was told
+        self._barred = ""  # the ban that lets the arms hold, as reported to the person
         self._room = AnatomyGate()
         self.standing = Standing()
 
@@ -286,10 +286,10 @@ class PlannerOverridden:
         )
 
     def _interrupt(self, order: Order, observation: Observation) -> None:
-        """Keep an ordered task for after a correction; tell how far came what anything else ends.
+        """Keep an ordered task for after a correction; report the progress of other ended orders.
 
-        What was to follow a task is kept with it. What was to follow a correction is not done: its
-        place may be another one now, and a clip or a cut there cannot be undone.
+        Orders that follow a task are kept with the task. Orders that follow a correction are
+        dropped. Their place may be another one now, and a clip or a cut there cannot be undone.
         """
         if self._progress is not None and self._progress.is_task:
             self._interrupted = self._progress, self._then
@@ -322,7 +322,7 @@ class PlannerOverridden:
         self._doubt(order, observation)
 
     def _doubt(self, order: Order, observation: Observation) -> None:
-        """Tell what an ordered way back, clip or cut comes before, or why it may be wrong."""
+        """Report missing steps before an ordered retraction, clip or cut, and doubts about it."""
         if order.correction or order.task is None or order.hold:
             return
         self._tell(lacking(order.task, observation))
@@ -332,7 +332,7 @@ class PlannerOverridden:
             self._untold.append(f"I would have called for a person. {why}")
 
     def _leaving(self, order: Order, observation: Observation) -> Task | None:
-        """Return the way back that must come first: to go on from among tissue is not learned."""
+        """Return the retraction that must come first, as policies do not start among tissue."""
         present, task = self.in_force(observation).task, order.task
         among = present.tube is not None and not is_back(observation)
         if task is None or task.tube is None or task.goes_back or order.correction or not among:
@@ -341,10 +341,10 @@ class PlannerOverridden:
         return None if present == task else back
 
     def _begin_next(self, observation: Observation) -> Sequence[str]:
-        """Begin what follows an order; return what of it is not done, and why.
+        """Begin the orders that follow an order; return in words the dropped ones, with reasons.
 
-        What is done already is passed over; where something cannot be done now, all that follows it
-        is dropped.
+        Finished orders are passed over. If an order cannot be carried out now, all orders that
+        follow it are dropped.
         """
         told, rest = list[str](), self._then
         self._then, self._confirmation.given = deque[Said](), False
@@ -364,7 +364,7 @@ class PlannerOverridden:
         return told
 
     def _told_speed(self, reading: Reading, observation: Observation) -> Answer:
-        """Take in words about speed, and what is asked for besides; the answer names both."""
+        """Take in words about speed, and further requests; the answer names both."""
         self.standing.set_speed(reading.speed)
         speed = f"Speed {self.standing.speed:.0%} of the usual."
         if reading.command is not None:
@@ -397,7 +397,7 @@ class PlannerOverridden:
         return order
 
     def _contradicted(self, wrong: str, reading: Reading, observation: Observation) -> Answer:
-        """Answer who takes for so what is not: hold if that was said, and else ask back."""
+        """Answer a person with a wrong claim: hold if a hold was said, and else ask back."""
         if reading.command is not None and not reading.command.moves:
             given = self.hear(reading, observation)
             return replace(given, reply=f"{wrong} {given.reply}")
@@ -425,7 +425,7 @@ class PlannerOverridden:
 
 
 def order_in_words(order: Order, instruction: Instruction) -> str:
-    """Return what is ordered, as an instruction says it."""
+    """Return an order in the words of an instruction."""
     return order.correction.text if order.correction else (order.task or instruction.task).text
 
 

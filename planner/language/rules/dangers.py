@@ -12,8 +12,6 @@ _TELLS = re.compile(
     r"((you|it|that|they|we)( are| re| is| s|'re|'s|'ll| ll| were| was)|did|is|are|was|were|has"
     r"|have (you|we|i|they))\b"
 )
-# Words that tell what is, and are hardly in a request.
-_TELLING = re.compile(r"\b(?:is|are|was|were|has|have|fell|it's|its|that's|thats|there's|youre)\b")
 
 
 def danger_in(text: str) -> str:
@@ -22,11 +20,6 @@ def danger_in(text: str) -> str:
     if _TELLS.match(words):
         return ""
     return next((why for pattern, why in _rules() if pattern.search(words)), "")
-
-
-def tells(text: str) -> bool:
-    """Return whether a sentence tells what is, which a request hardly does."""
-    return _TELLING.search(in_plain_letters(text)) is not None
 
 
 @cache

@@ -15,7 +15,10 @@ from planner.person.prohibition import Prohibition
 
 FOLDER = Path(__file__).with_name("sets")
 INTERPRETER = Interpreter()
-LEARNED = ("development", "overheard", "questions", "talk", "allowed")
+LEARNED = (  # in the order in which they were shown; it shuffles the sentences
+    "development_?", "development_1?", "overheard_?", "questions_?", "talk_?", "allowed_?",
+    "near_?",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -59,21 +62,62 @@ def test_a_text_that_also_alarms_is_held_however_sure_the_head_is():
     assert INTERPRETER.read(sentence).by == "warning"
 
 
-def test_words_to_go_on_and_permissions_that_only_the_head_reads_are_asked_back():
-    resumed = INTERPRETER.read("Ignore me, you're doing fine, do continue")
-    assert resumed.command is None
-    assert [one.command.word for one in resumed.guesses] == ["resume"]
-    allowed = INTERPRETER.read("Scissors are unlocked for the duct, boss says so")
-    assert (allowed.allows, allowed.may_allow) == (None, Prohibition(act="cut", on="duct"))
+@pytest.mark.parametrize("sentence", ["Ignore me, you're doing fine, do continue", "press ahead"])
+def test_words_to_go_on_that_only_the_head_reads_go_on_where_it_is_sure(sentence):
+    reading = INTERPRETER.read(sentence)
+    assert reading.command is not None
+    assert (reading.command.word, reading.by) == ("resume", "classifier")
+
+
+def test_permissions_that_only_the_head_reads_lift_a_ban_where_it_is_sure_and_else_ask():
+    sentence = "clipping's back on the menu"
+    assert chances(sentence)["allow"] > OVERRULES
+    assert INTERPRETER.read(sentence).allows == Prohibition(act="clip")
+    sentence = "Scissors are unlocked for the duct, boss says so"
+    assert chances(sentence)["allow"] < OVERRULES
+    reading = INTERPRETER.read(sentence)
+    assert (reading.allows, reading.may_allow) == (None, Prohibition(act="cut", on="duct"))
+
+
+def test_a_mild_word_in_words_to_go_on_is_overruled_and_in_a_permission_asks_back():
+    assert warns("my mistake, carry on regardless")
+    assert INTERPRETER.read("my mistake, carry on regardless").by == "classifier"
+    reading = INTERPRETER.read("no longer any need to keep clips off the artery")
+    assert (reading.allows, reading.by) == (None, "warning")
+    assert reading.may_allow == Prohibition(act="clip", on="artery")
 
 
 @pytest.mark.parametrize(
-    "sentence",
-    ["my mistake, carry on regardless", "no longer any need to keep clips off the artery"],
+    "sentence", ["careful was yesterday, carry on now", "never mind the alarm, continue"]
 )
-def test_no_warning_is_overruled_by_words_that_let_an_arm_move(sentence):
-    assert max(chances(sentence).values()) > OVERRULES
+def test_no_grave_warning_is_overruled_by_words_that_let_an_arm_move(sentence):
+    assert chances(sentence)["resume"] > OVERRULES
     assert INTERPRETER.read(sentence).by == "warning"
+
+
+def test_a_ban_that_rules_hear_and_the_head_takes_for_a_permission_holds_and_may_allow():
+    reading = INTERPRETER.read("you no longer need to hold off on cutting the duct")
+    duct = Prohibition(act="cut", on="duct")
+    assert (reading.by, reading.forbids, reading.allows) == ("warning", (duct,), None)
+    assert reading.may_allow == duct
+
+
+@pytest.mark.parametrize(
+    ("sentence", "act"),
+    [
+        ("nix on cutting anything", Prohibition(act="cut")),
+        ("Nobody's cutting that duct until I say so.", Prohibition(act="cut", on="duct")),
+    ],
+)
+def test_a_ban_that_only_the_head_hears_forbids_the_act(sentence, act):
+    assert INTERPRETER.read(sentence).forbids == (act,)
+
+
+def test_a_word_near_to_stop_holds_nothing_where_the_head_is_sure_that_it_is_talk():
+    sentence = "it's freezing in here, someone turn up the thermostat"
+    assert not warns(sentence)
+    assert INTERPRETER.read(sentence).command is None
+    assert INTERPRETER.read("stop, what are you doing").command.word == "stop"
 
 
 def test_what_the_grammar_takes_for_an_order_to_clip_but_is_surely_a_ban_holds():
@@ -84,7 +128,7 @@ def test_what_the_grammar_takes_for_an_order_to_clip_but_is_surely_a_ban_holds()
 
 @pytest.mark.parametrize("expected", KINDS)
 def test_a_kind_is_what_the_protocol_writes(expected):
-    meant = {"allow": "allow: cut duct", "order": "cut duct"} | {
+    meant = {"allow": "allow: cut duct", "order": "cut duct", "forbid": "hold: no cut duct"} | {
         q: f"question: {q}" for q in QUESTIONS
     }
     assert kind_of(meant.get(expected, expected)) == expected
@@ -98,7 +142,7 @@ def test_the_chances_of_all_kinds_are_one_together():
 def test_the_shipped_head_is_what_the_sets_make(monkeypatch):
     said = [row.said for row in read_rows(FOLDER / "calm_remarks.tsv", keeps_the_protocol)]
     shipped = [likeliest(one) for one in said]
-    paths = (path for name in LEARNED for path in sorted(FOLDER.glob(f"{name}*.tsv")))
+    paths = (path for name in LEARNED for path in sorted(FOLDER.glob(f"{name}.tsv")))
     weights = trained([row for path in paths for row in read_rows(path, keeps_the_protocol)])
     monkeypatch.setattr(kind_head, "_weights", lambda: weights)
     again = [likeliest(one) for one in said]

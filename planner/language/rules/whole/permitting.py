@@ -61,6 +61,13 @@ def permission_in(text: str, english: str) -> Permission | None:
     return Permission(act=act, sure=not _is_unsure(said, words))
 
 
+def permits_surely(text: str, english: str) -> bool:
+    """Return whether nothing in a permission asks, reports, denies, excepts or sets a time."""
+    said, words = in_plain_letters(text), in_plain_letters(english)
+    doubtful = _denies(said, words) or _asks(text, said) or _is_unsure(said, words)
+    return not (doubtful or excepts(english))
+
+
 def _built_like_one(text: str, words: str) -> Permission | None:
     """Return what the one clause of a text permits that is built like a permission."""
     clauses = list(filter(None, map(in_plain_letters, _CLAUSE.split(text))))
